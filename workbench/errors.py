@@ -1,0 +1,97 @@
+"""The error tree and the exit codes.
+
+    WorkbenchError           1  a run or a verdict failed
+    ├── InputError           2  a file or an argument is not acceptable
+    │   ├── FileFaults       2  every fault of one YAML file, with line and column
+    │   └── TakeError        2  an export that cannot be read
+    ├── HardwareError        3  a device cannot be reached or does not answer rightly
+    ├── SafetyStop           4  a limit or a protection ended the run
+    └── Interrupted        130  the user stopped it, the output is off
+
+Every message says who, what was found with its unit, what is allowed and where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = [
+    "FileFault",
+    "FileFaults",
+    "HardwareError",
+    "InputError",
+    "Interrupted",
+    "SafetyStop",
+    "TakeError",
+    "WorkbenchError",
+]
+
+
+class WorkbenchError(Exception):
+    """Root of all errors that the workbench raises on purpose; exit code 1."""
+
+    exit_code = 1
+
+
+class InputError(WorkbenchError):
+    """A file or an argument is not acceptable; nothing was started."""
+
+    exit_code = 2
+
+
+@dataclass(frozen=True)
+class FileFault:
+    """One fault of a file.
+
+    Args:
+        file: the file's name as the user gave it.
+        line: line, from 1.
+        column: column, from 1.
+        text: what is wrong, what is allowed, what was perhaps meant.
+        source: the line itself, shown with a caret under the column.
+    """
+
+    file: str
+    line: int
+    column: int
+    text: str
+    source: str = ""
+
+    def __str__(self) -> str:
+        """Show the fault as compilers do: place, text, line and caret."""
+        head = f"{self.file}:{self.line}:{self.column}: {self.text}"
+        if not self.source.strip():
+            return head
+        caret = " " * (self.column - 1) + "^"
+        return f"{head}\n    {self.source}\n    {caret}"
+
+
+class FileFaults(InputError):
+    """All faults of one file at once, in the order of the lines."""
+
+    def __init__(self, faults: Sequence[FileFault]) -> None:
+        self.faults = tuple(sorted(faults, key=lambda f: (f.line, f.column)))
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+class TakeError(InputError):
+    """An export cannot be read; the message names file, line and cause."""
+
+
+class HardwareError(WorkbenchError):
+    """A device cannot be reached, is another one, or answers wrongly."""
+
+    exit_code = 3
+
+
+class SafetyStop(WorkbenchError):
+    """A limit or a protection ended the run; the output is off unless the text says otherwise."""
+
+    exit_code = 4
+
+
+class Interrupted(WorkbenchError):
+    """The user stopped the run; raised after the output was switched off."""
+
+    exit_code = 130
