@@ -1,0 +1,48 @@
+"""Every YAML file that the workbench reads, as a frozen schema, and the plan made from a protocol.
+
+`files.load` reads a file and reports all its faults at once with line, column and caret; one file
+here for each schema. Nothing is opened but the file itself, nothing is switched. To add a key: add
+the field with its docstring, run `make schemas`, and describe it in docs/reference/files.md.
+"""
+
+from workbench.protocol.bench import BenchFile, Connection, VirtualSection
+from workbench.protocol.calibration import Calibration
+from workbench.protocol.experiment import Mode, Protocol, Role
+from workbench.protocol.files import Document, load
+from workbench.protocol.model import UNITS, ModelFile
+from workbench.protocol.plan import Plan, PlannedPrompt, PlannedRun, make_plan
+from workbench.protocol.section import Section
+from workbench.protocol.shape import ShapeFile
+from workbench.protocol.sheet import Sheet, SheetRun
+
+SCHEMAS: dict[str, type[Section]] = {
+    "protocol": Protocol,
+    "bench": BenchFile,
+    "sheet": Sheet,
+    "model": ModelFile,
+    "shape": ShapeFile,
+}
+"""Name for `workbench schema NAME` -> schema."""
+
+__all__ = [
+    "SCHEMAS",
+    "UNITS",
+    "BenchFile",
+    "Calibration",
+    "Connection",
+    "Document",
+    "Mode",
+    "ModelFile",
+    "Plan",
+    "PlannedPrompt",
+    "PlannedRun",
+    "Protocol",
+    "Role",
+    "Section",
+    "ShapeFile",
+    "Sheet",
+    "SheetRun",
+    "VirtualSection",
+    "load",
+    "make_plan",
+]

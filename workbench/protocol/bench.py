@@ -1,0 +1,142 @@
+"""`workbench/bench-1`: this lab's supply, limits, calibration, cameras and robot."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from workbench.protocol.calibration import Calibration
+from workbench.protocol.model import UNITS
+from workbench.protocol.quantity import Quantity
+from workbench.protocol.section import Section
+from workbench.protocol.tracking import Bodies, ExportAxes, Marker
+
+__all__ = ["BenchFile", "Cameras", "Connection", "SupplyLimits", "SupplySection", "VirtualSection"]
+
+Probability = Annotated[float, Field(ge=0, lt=0.5)]
+
+
+class Connection(Section):
+    """How the supply is reached."""
+
+    kind: Literal["simulated", "serial", "rtu-over-tcp", "tcp"]
+    """`tcp` is Modbus TCP; `simulated` starts a device that answers the same bytes."""
+    port: str | None = None
+    """Serial port, best under /dev/serial/by-id, or COM3."""
+    address: str | None = None
+    """host:port of a TCP connection."""
+    baud: Annotated[int, Field(ge=1200, le=921600)] = 115200
+    unit: Annotated[int, Field(ge=1, le=247)] = 1
+
+    @model_validator(mode="after")
+    def _complete(self) -> Connection:
+        if self.kind == "serial" and self.port is None:
+            raise ValueError("kind: serial needs a port")
+        if self.kind in ("tcp", "rtu-over-tcp") and self.address is None:
+            raise ValueError(f"kind: {self.kind} needs an address, host:port")
+        return self
+
+
+class SupplyLimits(Section):
+    """What the supply may never exceed here."""
+
+    voltage: Annotated[float, Quantity("voltage", above=0, high=60)] = 5.5
+    current: Annotated[float, Quantity("current", above=0, high=30)] = 1.5
+    """Current limit of the output."""
+    over_voltage: Annotated[float, Quantity("voltage", above=0, high=62)] = 6.0
+    over_current: Annotated[float, Quantity("current", above=0, high=31)] = 1.6
+    slew: Annotated[float, Quantity("voltage_rate", above=0)] = 20.0
+    """Fastest change of the voltage while the output is on."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> SupplyLimits:
+        if self.over_voltage <= self.voltage:
+            raise ValueError(
+                f"over_voltage {self.over_voltage:g} V must be above voltage {self.voltage:g} V"
+            )
+        if self.over_current <= self.current:
+            raise ValueError(
+                f"over_current {self.over_current:g} A must be above current {self.current:g} A"
+            )
+        return self
+
+
+class SupplySection(Section):
+    """The motor's supply."""
+
+    model: str
+    """Model name as in `workbench supply models`."""
+    serial: int | None = None
+    """Serial number; when given, another supply on the same port is refused."""
+    connection: Connection
+    limits: SupplyLimits
+
+
+class Cameras(Section):
+    """The tracking system."""
+
+    axes: ExportAxes = ExportAxes()
+    bodies: Bodies = Bodies()
+    markers: dict[str, tuple[Marker, ...]] = {}
+    """Where the markers sit on a body: forward, left, up in mm."""
+    cleaning: Literal["default", "thesis"] = "default"
+    """Recipe that turns a take into a track."""
+    takes: str | None = None
+    """Folder where exports appear; the newest one after a run is offered."""
+
+
+class VirtualSection(Section):
+    """The robot and the cameras that stand in for the real ones; the twin never reads this."""
+
+    seed: Annotated[int, Field(ge=0)] = 0
+    real_time: bool = False
+    """Wait as long as a real bench would; otherwise the clock is simulated."""
+    parameters: dict[str, float] = {}
+    """Where the true robot differs from the model: parameter of the model file -> true value."""
+    motor_slope: Annotated[float, Quantity("speed_per_voltage", above=0)] = 4.4
+    motor_offset: Annotated[float, Quantity("speed")] = -2.9
+    motor_lag: Annotated[float, Quantity("time", above=0)] = 0.05
+    """First-order lag of the motor behind the voltage."""
+    start_angle: Annotated[float, Quantity("angle")] = 1.5707963267948966
+    """Where the rotor stands before the run; 90 deg is straight down."""
+    noise: Annotated[float, Quantity("length", low=0, high=0.01)] = 0.0002
+    """Standard deviation of a marker's coordinate."""
+    gap_share: Probability = 0.0
+    """Share of marker samples that are lost."""
+    gap_length: Annotated[float, Quantity("time", above=0)] = 0.04
+    """Mean length of a gap."""
+    export: Literal["row-1.0", "motive-1.23"] = "row-1.0"
+
+    @field_validator("parameters", mode="after")
+    @classmethod
+    def _known(cls, parameters: dict[str, float]) -> dict[str, float]:
+        unknown = [name for name in parameters if name not in UNITS]
+        if unknown:
+            raise ValueError(f"unknown model parameter {unknown[0]!r}; known: {', '.join(UNITS)}")
+        return parameters
+
+
+class BenchFile(Section):
+    """A bench."""
+
+    schema_: Annotated[Literal["workbench/bench-1"], Field(alias="schema")]
+    name: str
+    model: str = "thesis"
+    """Robot model used where the protocol names none: a name or a path."""
+    shape: str = "thesis-initial"
+    """Beam shape used where the protocol names none: a name or a path."""
+    supply: SupplySection
+    calibration: Calibration
+    tracking: Cameras = Cameras()
+    virtual: VirtualSection | None = None
+    """Present only on a bench without hardware."""
+
+    @model_validator(mode="after")
+    def _virtual_supply(self) -> BenchFile:
+        simulated = self.supply.connection.kind == "simulated"
+        if simulated and self.virtual is None:
+            raise ValueError("supply.connection.kind simulated needs a section 'virtual'")
+        if self.virtual is not None and not simulated:
+            raise ValueError("a section 'virtual' needs supply.connection.kind simulated")
+        return self

@@ -1,0 +1,141 @@
+"""`workbench/model-1`: the robot's parameters, each with unit, value, tolerance and source."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from workbench.protocol.section import Section
+
+__all__ = ["UNITS", "Effect", "ModelFile", "Parameter", "Parameters"]
+
+UNITS: dict[str, str] = {
+    "foot_mass": "kg",
+    "foot_length": "m",
+    "foot_width": "m",
+    "beam_root": "m",
+    "beam_mass": "kg",
+    "hinge_stiffness": "N m/rad",
+    "hinge_damping": "N m s/rad",
+    "root_stiffness": "N m/rad",
+    "root_damping": "N m s/rad",
+    "top_mass": "kg",
+    "rotor_mass": "kg",
+    "rotor_arm_mass": "kg",
+    "rotor_radius": "m",
+    "friction_slide": "1",
+    "friction_stick": "1",
+    "friction_threshold": "m/s",
+    "ground_stiffness": "N/m",
+    "ground_damping": "N s/m",
+    "ground_stiffness_y": "N/m",
+    "ground_damping_y": "N s/m",
+    "gravity": "m/s^2",
+}
+"""Parameter -> the unit that a model file must state for it."""
+
+_MAY_BE_NEGATIVE = {"beam_root"}
+_MAY_BE_ZERO = {
+    "hinge_damping", "root_damping", "friction_slide", "friction_stick", "ground_damping",
+    "ground_stiffness_y", "ground_damping_y", "gravity", "rotor_arm_mass",
+}  # fmt: skip
+
+
+class Parameter(Section):
+    """One number of the robot."""
+
+    value: Annotated[float, Field(allow_inf_nan=False)]
+    unit: str
+    tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    """How far the true value may lie from the stated one, in the same unit."""
+    source: str
+    """Where the value comes from."""
+
+
+class Parameters(Section):
+    """Every parameter of the thesis' Appendix B, under its name here."""
+
+    foot_mass: Parameter
+    """M_B, foot without beam."""
+    foot_length: Parameter
+    """L_B, stance in the hopping direction."""
+    foot_width: Parameter
+    """B_B, stance across."""
+    beam_root: Parameter
+    """L_Orig, where the beam starts, forward of the foot's centre."""
+    beam_mass: Parameter
+    """Mass of the whole beam, shared equally by its increments."""
+    hinge_stiffness: Parameter
+    """k_Leg, between two increments of a beam of 16."""
+    hinge_damping: Parameter
+    """d_Leg, between two increments of a beam of 16."""
+    root_stiffness: Parameter
+    """k_T, between the foot and the first increment."""
+    root_damping: Parameter
+    """d_T, between the foot and the first increment."""
+    top_mass: Parameter
+    """M_T, gearbox, motor and battery at the point T."""
+    rotor_mass: Parameter
+    """M_R, the eccentric mass."""
+    rotor_arm_mass: Parameter
+    """M_R_arm, a slender rod from T to the eccentric mass."""
+    rotor_radius: Parameter
+    """L_R, from T to the eccentric mass."""
+    friction_slide: Parameter
+    """mu_slide."""
+    friction_stick: Parameter
+    """mu_stick."""
+    friction_threshold: Parameter
+    """v_th, the speed below which a sliding corner locks."""
+    ground_stiffness: Parameter
+    """k_z at each corner, eq. 3.1."""
+    ground_damping: Parameter
+    """d_z at each corner, eq. 3.1."""
+    ground_stiffness_y: Parameter
+    """k_y at each corner, eq. 3.3."""
+    ground_damping_y: Parameter
+    """d_y at each corner, eq. 3.3."""
+    gravity: Parameter
+
+    @field_validator("*", mode="after")
+    @classmethod
+    def _check(cls, parameter: Parameter, info: ValidationInfo) -> Parameter:
+        name = str(info.field_name)
+        if parameter.unit != UNITS[name]:
+            raise ValueError(f"unit is {parameter.unit!r}; it must be {UNITS[name]!r}")
+        value = parameter.value
+        if name not in _MAY_BE_NEGATIVE and (value < 0 or (value == 0 and name not in _MAY_BE_ZERO)):
+            least = "at least 0" if name in _MAY_BE_ZERO else "above 0"
+            raise ValueError(f"{value:g} {parameter.unit} is impossible; it must be {least}")
+        return parameter
+
+
+class Effect(Section):
+    """A named cause that extends the model."""
+
+    name: str
+    parameters: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = {}
+    standard_errors: dict[str, Annotated[float, Field(ge=0)]] = {}
+    diagnosis: str | None = None
+    """The diagnosis it came from."""
+
+
+class ModelFile(Section):
+    """A model: parameters plus zero or more effects."""
+
+    schema_: Annotated[Literal["workbench/model-1"], Field(alias="schema")]
+    name: str
+    parameters: Parameters
+    effects: tuple[Effect, ...] = ()
+
+    def values(self) -> dict[str, float]:
+        """Return the plain values by name, SI."""
+        return {name: getattr(self.parameters, name).value for name in UNITS}
+
+    def with_values(self, changed: dict[str, float], source: str) -> ModelFile:
+        """Return a model with some values replaced and their source noted."""
+        content: dict[str, Any] = self.model_dump(by_alias=True)
+        for name, value in changed.items():
+            content["parameters"][name] |= {"value": value, "source": source}
+        return ModelFile.model_validate(content)

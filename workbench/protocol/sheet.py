@@ -1,0 +1,64 @@
+"""`workbench/sheet-1`: runs that were measured elsewhere."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from workbench.protocol.calibration import Calibration
+from workbench.protocol.experiment import Mode, Role
+from workbench.protocol.quantity import Quantity
+from workbench.protocol.section import Section
+from workbench.protocol.tracking import Bodies, ExportAxes, Marker
+
+__all__ = ["Sheet", "SheetRun"]
+
+Angle = Annotated[float, Field(ge=-3.2, le=3.2)]
+
+
+class SheetRun(Section):
+    """One take and what was asked of the robot in it."""
+
+    take: str
+    """Path of the export, from the sheet's folder."""
+    mode: Mode
+    omega: Annotated[float, Quantity("speed", above=0)] | None = None
+    """Commanded rotor speed."""
+    voltage: Annotated[float, Quantity("voltage", above=0)] | None = None
+    """Supply voltage; the calibration turns it into a speed."""
+    pull: Annotated[float, Quantity("force", above=0)] | None = None
+    """Force on T before the release, in mode decay."""
+    rest: Annotated[float, Quantity("time", low=0)] | None = None
+    """Still time before the motor starts or the tip is released; found in the data if absent."""
+    ramp: Annotated[float, Quantity("time", low=0)] | None = None
+    duration: Annotated[float, Quantity("time", above=0)] | None = None
+    """Driven time; to the end of the take if absent."""
+    role: Role = "train"
+
+    @model_validator(mode="after")
+    def _drive(self) -> SheetRun:
+        if self.mode in ("hop", "clamped") and (self.omega is None) == (self.voltage is None):
+            raise ValueError(f"mode {self.mode} needs either omega or voltage")
+        return self
+
+
+class Sheet(Section):
+    """Takes measured elsewhere, and what is known about them."""
+
+    schema_: Annotated[Literal["workbench/sheet-1"], Field(alias="schema")]
+    model: str = "thesis"
+    shape: str | tuple[Angle, ...] = "thesis-initial"
+    """A name, a path, or 16 angles [rad]."""
+    calibration: Calibration = Calibration()
+    tracking: ExportAxes = ExportAxes()
+    bodies: Bodies = Bodies()
+    markers: dict[str, tuple[Marker, ...]] = {}
+    cleaning: Literal["default", "thesis"] = "default"
+    runs: Annotated[tuple[SheetRun, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _sixteen(self) -> Sheet:
+        if not isinstance(self.shape, str) and len(self.shape) != 16:
+            raise ValueError(f"shape: {len(self.shape)} angles; a beam has 16")
+        return self
