@@ -1,0 +1,199 @@
+"""The thesis' ground law, eq. 3.1 to 3.3 and the stick-slip of section 3.3.2, compiled.
+
+MuJoCo's own soft contact cannot carry this law (its stiffness scales with the effective mass), so
+the forces of the foot's four corners are added in the passive-force callback, as machine code that
+the engine calls from any of its threads. The callback is global to the process: models without the
+numeric field `ground` pass through untouched.
+
+Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
+Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
+Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below v_th;
+                          locked:   held at an anchor, until the force needed exceeds mu_stick fz;
+                          wait:     mu_stick fz, locks again if that suffices, unlocks above v_th.
+The anchor is a stiff spring and damper (`STICK_*`): the only regularisation, it cannot drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numba
+import numpy as np
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from workbench.sim.structs import check_layout, data_offset, model_offset
+
+__all__ = [
+    "CORNERS",
+    "CORNER_FIELDS",
+    "add_ground",
+    "corner_records",
+    "install_ground_law",
+]
+
+CORNERS = 4
+CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N")
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; then place and forces."""
+
+UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
+
+STICK_STIFFNESS = 2.0e4
+"""[N/m] of a locked corner: 0.6 N, half the breakaway force of a corner at rest, moves it 0.03 mm."""
+STICK_DAMPING = 30.0
+"""[N s/m], near critical for a quarter of the foot's mass on that spring."""
+
+_NAME = "ground"
+_MAGIC = 3.1e8  # eq. 3.1; tells our numeric field from anybody else's first one
+_WIDTH = len(CORNER_FIELDS)
+_PARAMETERS = 12
+# 8-byte words into mjModel and mjData
+_NUMERIC, _NUMERIC_SIZE = model_offset("numeric_data") // 8, model_offset("nnumericdata") // 8
+_QPOS, _QVEL = data_offset("qpos") // 8, data_offset("qvel") // 8
+_PASSIVE, _USER = data_offset("qfrc_passive") // 8, data_offset("userdata") // 8
+_SPAN = 1 + max(_NUMERIC, _NUMERIC_SIZE, _QPOS, _QVEL, _PASSIVE, _USER)
+
+
+def add_ground(spec: mujoco.MjSpec, values: Mapping[str, float]) -> None:
+    """Let the ground carry the foot of a spec whose first body is the foot on a free joint.
+
+    Args:
+        spec: robot without other numeric fields; changed in place, as MjSpec's own methods do.
+        values: model values by name, SI.
+    """
+    data = [
+        _MAGIC,
+        values["foot_length"] / 2,
+        values["foot_width"] / 2,
+        values["ground_stiffness"],
+        values["ground_damping"],
+        values["ground_stiffness_y"],
+        values["ground_damping_y"],
+        values["friction_slide"],
+        values["friction_stick"],
+        values["friction_threshold"],
+        STICK_STIFFNESS,
+        STICK_DAMPING,
+    ]
+    spec.add_numeric(name=_NAME, data=data, size=_PARAMETERS)
+    spec.nuserdata = CORNERS * _WIDTH
+
+
+def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return recorded userdata as (n, 4 corners, 5 fields), fields as in `CORNER_FIELDS`."""
+    return userdata.reshape(*userdata.shape[:-1], CORNERS, _WIDTH)
+
+
+@numba.njit(cache=True)
+def _friction(
+    p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
+) -> float:
+    """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
+    mu_slide, mu_stick, v_th, stiffness, damping = p[7], p[8], p[9], p[10], p[11]
+    if fz <= 0.0:
+        corner[0] = UNLOCKED
+        return 0.0
+    if corner[0] == UNLOCKED:
+        if abs(vx) >= v_th:
+            return -mu_slide * fz * np.sign(vx)
+        corner[0] = LOCKED
+        corner[1] = x
+    held = -stiffness * (x - corner[1]) - damping * vx
+    limit = mu_stick * fz
+    if abs(held) <= limit:
+        corner[0] = LOCKED
+        return held
+    if corner[0] == WAIT and abs(vx) > v_th:
+        corner[0] = UNLOCKED
+        return -mu_slide * fz * np.sign(vx)
+    corner[0] = WAIT
+    return limit * np.sign(held)
+
+
+@numba.njit(cache=True)
+def _rotation(q: NDArray[np.float64], r: NDArray[np.float64]) -> None:
+    w, x, y, z = q[3], q[4], q[5], q[6]
+    r[0, 0], r[0, 1], r[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+    r[1, 0], r[1, 1], r[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+    r[2, 0], r[2, 1], r[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+
+
+@numba.njit(cache=True)
+def _foot_forces(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    v: NDArray[np.float64],
+    user: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Add the corners' forces to the foot's free joint: force in the world, torque in the body."""
+    rot = np.empty((3, 3))
+    _rotation(q, rot)
+    arm, spin, force, torque = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        spin[i] = rot[i, 0] * v[3] + rot[i, 1] * v[4] + rot[i, 2] * v[5]
+    for k in range(CORNERS):
+        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
+        bx = p[1] if k < 2 else -p[1]
+        by = p[2] if k % 2 == 0 else -p[2]
+        for i in range(3):
+            arm[i] = rot[i, 0] * bx + rot[i, 1] * by
+        x, y, z = q[0] + arm[0], q[1] + arm[1], q[2] + arm[2]
+        vx = v[0] + spin[1] * arm[2] - spin[2] * arm[1]
+        vy = v[1] + spin[2] * arm[0] - spin[0] * arm[2]
+        vz = v[2] + spin[0] * arm[1] - spin[1] * arm[0]
+        force[2] = max(0.0, -p[3] * z - p[4] * vz) if z <= 0.0 else 0.0  # eq. 3.1, 3.2
+        force[1] = -p[5] * (y - by) - p[6] * vy if z <= 0.0 else 0.0  # eq. 3.3
+        force[0] = _friction(p, corner, x, vx, force[2])
+        corner[2], corner[3], corner[4] = force[0], force[1], force[2]
+        torque[0] = arm[1] * force[2] - arm[2] * force[1]
+        torque[1] = arm[2] * force[0] - arm[0] * force[2]
+        torque[2] = arm[0] * force[1] - arm[1] * force[0]
+        for i in range(3):
+            out[i] += force[i]
+            out[3 + i] += rot[0, i] * torque[0] + rot[1, i] * torque[1] + rot[2, i] * torque[2]
+
+
+@intrinsic
+def _pointer(typing, address):  # noqa: ANN001, ANN202  # numba's own calling form
+    """Turn an address into a void pointer."""
+
+    def generate(context, builder, signature, args):  # noqa: ANN001, ANN202
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), generate
+
+
+# Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
+@numba.cfunc("void(voidptr, voidptr)")
+def _passive(model, data):  # noqa: ANN001, ANN202  # typed by the signature above
+    m = numba.carray(model, _SPAN, dtype=np.int64)
+    if m[_NUMERIC_SIZE] < _PARAMETERS:
+        return
+    p = numba.carray(_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
+    if p[0] != _MAGIC:
+        return
+    d = numba.carray(data, _SPAN, dtype=np.int64)
+    q = numba.carray(_pointer(d[_QPOS]), 7, dtype=np.float64)
+    v = numba.carray(_pointer(d[_QVEL]), 6, dtype=np.float64)
+    out = numba.carray(_pointer(d[_PASSIVE]), 6, dtype=np.float64)
+    user = numba.carray(_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
+    _foot_forces(p, q, v, user, out)
+
+
+def install_ground_law() -> None:
+    """Install the law for the whole process; calling it again does no harm.
+
+    Raises:
+        RuntimeError: when this MuJoCo build lays its structs out otherwise.
+    """
+    if not _installed:
+        check_layout()
+        mujoco.set_mjcb_passive(_passive.ctypes)
+        _installed.append(True)
+
+
+_installed: list[bool] = []

@@ -1,0 +1,194 @@
+"""From parameters and a shape to an MjSpec: foot, beam of hinged increments, T and rotor.
+
+Every part is a body as in the thesis, section 3.3: x forward, y left, z up, hinges about +y, the
+foot's centre of gravity at the origin. A hinge's position is the angle alpha between its increments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.sim.ground import add_ground
+
+__all__ = ["STEP_S", "STEPS_PER_SAMPLE", "Robot", "build_spec", "compile_model", "hinge_name"]
+
+SAMPLE_RATE_HZ = 120
+STEPS_PER_SAMPLE = 17
+STEP_S = 1 / (SAMPLE_RATE_HZ * STEPS_PER_SAMPLE)
+"""0.49 ms: samples at 120 Hz fall on steps, and the chain's stiffest mode (9000 rad/s) is stable."""
+
+SERVO_STIFFNESS = 20.0
+SERVO_DAMPING = 0.1
+"""[N m/rad], [N m s/rad] that hold the rotor to its commanded angle: within about 1 mrad."""
+
+_THIN = 1e-6  # the x entry of I_Leg and I_T, Appendix B
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What the simulation needs to know about a robot.
+
+    Args:
+        values: model values by name, SI.
+        angles: alpha_0 to alpha_15 [rad].
+        length: beam length [m].
+        state: whether the angles are those of the free strip or of the standing robot.
+    """
+
+    values: Mapping[str, float]
+    angles: tuple[float, ...]
+    length: float
+    state: Literal["unloaded", "loaded"] = "unloaded"
+
+    @property
+    def increments(self) -> int:
+        """Return the number of increments of the beam."""
+        return len(self.angles)
+
+
+def hinge_name(k: int) -> str:
+    """Return the name of the joint before increment k."""
+    return f"hinge_{k}"
+
+
+def build_spec(robot: Robot, mode: Literal["hop", "clamped"]) -> mujoco.MjSpec:
+    """Build the robot, its foot free on the ground or fixed to the world."""
+    spec = mujoco.MjSpec()
+    spec.modelname = "curved-beam hopping robot"
+    spec.compiler.degree = False
+    spec.option.timestep = STEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.gravity = [0, 0, -robot.values["gravity"]]
+    spec.option.disableflags = int(
+        mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    )
+    foot = _add_foot(spec, robot.values)
+    if mode == "hop":
+        foot.add_freejoint(name="foot")
+        add_ground(spec, robot.values)
+    top = _add_top(_add_beam(foot, robot), robot)
+    _add_rotor(top, robot.values)
+    _add_drive(spec)
+    _add_sensors(spec, robot.increments)
+    return spec
+
+
+def compile_model(robot: Robot, mode: Literal["hop", "clamped"]) -> mujoco.MjModel:
+    """Build and compile the robot.
+
+    Raises:
+        InputError: when MuJoCo refuses it, with the engine's own words.
+    """
+    try:
+        return build_spec(robot, mode).compile()
+    except ValueError as error:
+        raise InputError(f"this robot cannot be simulated: {error}") from None
+
+
+def _add_foot(spec: mujoco.MjSpec, values: Mapping[str, float]) -> mujoco.MjsBody:
+    mass, length, width = (values[f"foot_{name}"] for name in ("mass", "length", "width"))
+    foot = spec.worldbody.add_body(name="foot")
+    inertia = mass / 12 * np.array([width**2, length**2, width**2 + length**2])
+    _set_inertia(foot, mass, inertia)
+    foot.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[length / 2, width / 2, 0.003], mass=0)
+    return foot
+
+
+def _add_beam(foot: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
+    """Add the chain of increments and return the last one."""
+    values, step = robot.values, robot.length / robot.increments
+    mass = values["beam_mass"] / robot.increments
+    inertia = mass / 12 * np.array([_THIN, step**2, step**2])
+    parent, place = foot, [values["beam_root"], 0, 0]
+    for k, angle in enumerate(robot.angles):
+        kind = "root" if k == 0 else "hinge"
+        body = parent.add_body(name=f"increment_{k}", pos=place)
+        body.add_joint(
+            name=hinge_name(k),
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=[0, 1, 0],
+            stiffness=[values[f"{kind}_stiffness"], 0, 0],
+            damping=[values[f"{kind}_damping"], 0, 0],
+            springref=angle,
+        )
+        _set_inertia(body, mass, inertia, [step / 2, 0, 0])
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.002, 0, 0], mass=0,
+            fromto=[0, 0, 0, step, 0, 0],
+        )  # fmt: skip
+        parent, place = body, [step, 0, 0]
+    return parent
+
+
+def _add_top(last: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
+    step = robot.length / robot.increments
+    mass = robot.values["top_mass"]
+    top = last.add_body(name="top", pos=[step, 0, 0])
+    _set_inertia(top, mass, mass / 12 * np.array([_THIN, step**2, step**2]))
+    top.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.012, 0.015, 0.012], mass=0)
+    return top
+
+
+def _add_rotor(top: mujoco.MjsBody, values: Mapping[str, float]) -> None:
+    """Add arm and eccentric mass: a slender rod and a point, turning about +y through T."""
+    radius, point, arm = values["rotor_radius"], values["rotor_mass"], values["rotor_arm_mass"]
+    mass = point + arm
+    centre = (point * radius + arm * radius / 2) / mass
+    spread = point * (radius - centre) ** 2 + arm * (radius**2 / 12 + (radius / 2 - centre) ** 2)
+    rotor = top.add_body(name="rotor")
+    rotor.add_joint(name="rotor", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
+    _set_inertia(rotor, mass, np.array([_THIN * mass / 12, spread, spread]), [centre, 0, 0])
+    rotor.add_site(name="rotor", pos=[radius, 0, 0])
+    rotor.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.003, 0, 0], mass=0,
+        fromto=[0, 0, 0, radius, 0, 0],
+    )  # fmt: skip
+
+
+def _set_inertia(
+    body: mujoco.MjsBody, mass: float, inertia: np.ndarray, centre: list[float] | None = None
+) -> None:
+    body.mass = mass
+    body.inertia = inertia
+    body.ipos = centre or [0, 0, 0]
+    body.explicitinertial = True
+
+
+def _add_drive(spec: mujoco.MjSpec) -> None:
+    """Add a servo on the rotor's angle against T: controls are angle [rad] and speed [rad/s]."""
+    for name, gain, bias in (
+        ("rotor_angle", SERVO_STIFFNESS, [0, -SERVO_STIFFNESS, 0]),
+        ("rotor_speed", SERVO_DAMPING, [0, 0, -SERVO_DAMPING]),
+    ):
+        spec.add_actuator(
+            name=name,
+            target="rotor",
+            trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+            gainprm=[gain] + [0] * 9,
+            biasprm=bias + [0] * 7,
+        )
+
+
+def _add_sensors(spec: mujoco.MjSpec, increments: int) -> None:
+    """Add what a rollout records; order and widths are read back by name."""
+    kinds = mujoco.mjtSensor
+    for name, kind, objtype in (
+        ("foot_position", kinds.mjSENS_FRAMEPOS, mujoco.mjtObj.mjOBJ_BODY),
+        ("foot_quaternion", kinds.mjSENS_FRAMEQUAT, mujoco.mjtObj.mjOBJ_BODY),
+        ("top_position", kinds.mjSENS_FRAMEPOS, mujoco.mjtObj.mjOBJ_BODY),
+        ("rotor_position", kinds.mjSENS_FRAMEPOS, mujoco.mjtObj.mjOBJ_SITE),
+    ):
+        spec.add_sensor(name=name, type=kind, objtype=objtype, objname=name.split("_")[0])
+    for k in range(increments):
+        spec.add_sensor(
+            name=hinge_name(k), type=kinds.mjSENS_JOINTPOS,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=hinge_name(k),
+        )  # fmt: skip

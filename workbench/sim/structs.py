@@ -1,0 +1,99 @@
+"""Where MuJoCo keeps its arrays: byte offsets in mjModel and mjData for compiled callbacks.
+
+The layout comes from `mujoco.introspect`, which describes the installed headers, and is checked once
+against live objects, so that another MuJoCo build is found out at import and not by a wrong force.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+import mujoco
+import numpy as np
+from mujoco.introspect import ast_nodes
+from mujoco.introspect.enums import ENUMS
+from mujoco.introspect.structs import STRUCTS
+
+__all__ = ["data_offset", "model_offset"]
+
+_PLAIN = {
+    "char": ctypes.c_char,
+    "int": ctypes.c_int,
+    "unsigned int": ctypes.c_uint,
+    "float": ctypes.c_float,
+    "double": ctypes.c_double,
+    "mjtNum": ctypes.c_double,
+    "mjtByte": ctypes.c_ubyte,
+    "mjtBool": ctypes.c_bool,
+    "mjtSize": ctypes.c_int64,
+    "int64_t": ctypes.c_int64,
+    "uint64_t": ctypes.c_uint64,
+    "size_t": ctypes.c_size_t,
+    "uintptr_t": ctypes.c_void_p,
+}
+
+
+def _ctype(node: object) -> type:
+    if isinstance(node, ast_nodes.PointerType):
+        return ctypes.c_void_p
+    if isinstance(node, ast_nodes.ArrayType):
+        kind = _ctype(node.inner_type)
+        for extent in reversed(node.extents):
+            kind = kind * extent
+        return kind
+    if isinstance(node, ast_nodes.ValueType):
+        return _named(node.name)
+    base = ctypes.Union if isinstance(node, ast_nodes.AnonymousUnionDecl) else ctypes.Structure
+    return _layout(base, node.fields)  # type: ignore[attr-defined]
+
+
+def _named(name: str) -> type:
+    if name in _PLAIN:
+        return _PLAIN[name]
+    if name in ENUMS:
+        return ctypes.c_int
+    return _layout(ctypes.Structure, STRUCTS[name].fields)
+
+
+def _layout(base: type, fields: tuple) -> type:
+    return type("Layout", (base,), {"_fields_": [(f.name, _ctype(f.type)) for f in fields]})
+
+
+_MODEL = _named("mjModel")
+_DATA = _named("mjData")
+
+
+def model_offset(field: str) -> int:
+    """Return the byte offset of a size or of an array's pointer in mjModel."""
+    return getattr(_MODEL, field).offset
+
+
+def data_offset(field: str) -> int:
+    """Return the byte offset of an array's pointer in mjData."""
+    return getattr(_DATA, field).offset
+
+
+def check_layout() -> None:
+    """Compare the described layout with live objects.
+
+    Raises:
+        RuntimeError: when this MuJoCo build lays its structs out otherwise.
+    """
+    spec = mujoco.MjSpec()
+    spec.nuserdata = 3
+    spec.worldbody.add_body().add_freejoint()
+    spec.bodies[1].mass, spec.bodies[1].inertia = 1.0, np.ones(3)
+    spec.bodies[1].explicitinertial = True
+    spec.add_numeric(name="probe", data=[1.0, 2.0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    found = [(model, "numeric_data", model_offset)] + [
+        (data, name, data_offset) for name in ("qpos", "qvel", "qfrc_passive", "userdata")
+    ]
+    for owner, name, offset in found:
+        pointer = ctypes.c_void_p.from_address(owner._address + offset(name)).value
+        if pointer != getattr(owner, name).ctypes.data:
+            raise RuntimeError(
+                f"MuJoCo {mujoco.__version__}: {name} is not where mujoco.introspect puts it; "
+                "the ground law cannot run on this build"
+            )
