@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["TimeSeries"]
 
@@ -47,8 +47,8 @@ class TimeSeries:
     @classmethod
     def of(
         cls,
-        times: NDArray[np.float64],
-        columns: Mapping[str, NDArray[np.float64]],
+        times: ArrayLike,
+        columns: Mapping[str, ArrayLike],
         valid: Mapping[str, NDArray[np.bool_]] | None = None,
     ) -> TimeSeries:
         """Build from one (n,) array a column; a column not in `valid` is valid where finite."""

@@ -5,10 +5,11 @@ here for each schema. Nothing is opened but the file itself, nothing is switched
 the field with its docstring, run `make schemas`, and describe it in docs/reference/files.md.
 """
 
-from workbench.protocol.bench import BenchFile, Connection, VirtualSection
+from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSection
 from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Protocol, Role
 from workbench.protocol.files import Document, load
+from workbench.protocol.library import load_model, load_shape
 from workbench.protocol.model import UNITS, ModelFile
 from workbench.protocol.plan import Plan, PlannedPrompt, PlannedRun, make_plan
 from workbench.protocol.section import Section
@@ -29,6 +30,7 @@ __all__ = [
     "UNITS",
     "BenchFile",
     "Calibration",
+    "Cameras",
     "Connection",
     "Document",
     "Mode",
@@ -44,5 +46,7 @@ __all__ = [
     "SheetRun",
     "VirtualSection",
     "load",
+    "load_model",
+    "load_shape",
     "make_plan",
 ]

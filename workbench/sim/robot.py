@@ -14,9 +14,18 @@ import mujoco
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.protocol import ShapeFile
 from workbench.sim.ground import add_ground
 
-__all__ = ["STEP_S", "STEPS_PER_SAMPLE", "Robot", "build_spec", "compile_model", "hinge_name"]
+__all__ = [
+    "STEPS_PER_SAMPLE",
+    "STEP_S",
+    "Robot",
+    "build_spec",
+    "compile_model",
+    "hinge_name",
+    "make_robot",
+]
 
 SAMPLE_RATE_HZ = 120
 STEPS_PER_SAMPLE = 17
@@ -50,6 +59,11 @@ class Robot:
     def increments(self) -> int:
         """Return the number of increments of the beam."""
         return len(self.angles)
+
+
+def make_robot(values: Mapping[str, float], shape: ShapeFile) -> Robot:
+    """Return the robot of a model's values and a shape file."""
+    return Robot(dict(values), shape.angles, shape.length, shape.state)
 
 
 def hinge_name(k: int) -> str:

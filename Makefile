@@ -1,0 +1,40 @@
+# make demo   run the example protocol on the virtual bench
+# make test   run the tests
+# make check  ruff, format, pyright, import-linter, examples, wheel
+# make schemas / make pictures   write docs/reference/schemas and the pictures of docs/
+PYTHON ?= python3
+BIN := .venv/bin
+INSTALLED := .venv/installed
+
+.PHONY: install demo test check schemas pictures clean
+
+install: $(INSTALLED)
+
+$(INSTALLED): pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
+	touch $@
+
+demo: install
+	$(BIN)/workbench run protocols/hop-17.yaml --bench virtual
+
+test: install
+	$(BIN)/python -m pytest
+
+check: install
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -m check
+
+schemas: install
+	for name in protocol bench sheet model shape; do \
+	  $(BIN)/workbench schema $$name > docs/reference/schemas/$$name-1.json; \
+	done
+
+pictures: install
+	$(BIN)/python docs/make_pictures.py
+
+clean:
+	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis

@@ -1,0 +1,43 @@
+"""A stub that plays bytes from a script: what no simulated device would ever send."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from workbench.hw import Connection
+
+QUICK_S = 0.1  # so that a test of silence is short
+
+Script = Sequence[tuple[str, str]]  # (expected request, reply) in hex
+Play = Callable[[Script], Connection]
+
+
+@contextmanager
+def played(script: Script) -> Iterator[Connection]:
+    """Serve a script to one client; afterwards the requests must have been the expected ones."""
+    heard: list[str] = []
+    hung_up = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=_answer, args=(listener, script, heard, hung_up))
+        thread.start()
+        port = listener.getsockname()[1]
+        yield Connection("rtu-over-tcp", f"127.0.0.1:{port}", timeout_s=QUICK_S)
+        hung_up.set()
+        thread.join(10)
+    assert heard == [request for request, _ in script]
+
+
+def _answer(
+    listener: socket.socket, script: Script, heard: list[str], hung_up: threading.Event
+) -> None:
+    listener.settimeout(5)
+    link, _ = listener.accept()
+    with link:
+        link.settimeout(5)
+        for request, reply in script:
+            heard.append(link.recv(len(bytes.fromhex(request))).hex(" "))
+            link.sendall(bytes.fromhex(reply))
+        hung_up.wait(5)

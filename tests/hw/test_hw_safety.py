@@ -1,0 +1,268 @@
+"""The rules around an output: how it may come on, what ends a run, and that it always goes off."""
+
+from __future__ import annotations
+
+import json
+from decimal import Decimal
+
+import pytest
+
+from workbench.errors import HardwareError, InputError, SafetyStop
+from workbench.hw import Limits, SimulatedClock, Supply, prepare, switch_on, watch
+from workbench.hw.simulated import Fault, SimulatedRiden
+
+
+def written(wire: list[str]) -> list[int]:
+    """Return the registers written, in order."""
+    frames = [
+        bytes.fromhex(line["bytes"]) for line in map(json.loads, wire) if line["way"] == "sent"
+    ]
+    return [frame[3] for frame in frames if frame[1] == 6]
+
+
+def start(supply: Supply, limits: Limits, volts: str = "4.5") -> None:
+    prepare(supply, limits, model="RD6006")
+    switch_on(supply, Decimal(volts))
+
+
+def test_prepare_switches_off_then_limits_then_zeroes(
+    device: SimulatedRiden, supply: Supply, limits: Limits, wire: list[str]
+) -> None:
+    prepared = prepare(supply, limits, model="RD6006", serial="12345678", firmware="1.41")
+    assert prepared.identity.model == "RD6006"
+    assert written(wire) == [18, 82, 83, 9, 8]
+    assert device.read(80, 4) == [0, 1000, 650, 1200]
+
+
+@pytest.mark.parametrize(
+    ("named", "words"),
+    [
+        ({"model": "RD6006P"}, "model is RD6006, the bench names RD6006P; nothing was set"),
+        ({"model": "RD6006", "serial": "7"}, "serial is 12345678, the bench names 7"),
+        ({"model": "RD6006", "firmware": "1.28"}, r"firmware is 1\.41, the bench names 1\.28"),
+    ],
+)
+def test_another_supply_than_named_is_refused_before_any_write(
+    supply: Supply, limits: Limits, wire: list[str], named: dict[str, str], words: str
+) -> None:
+    with pytest.raises(HardwareError, match=words):
+        prepare(supply, limits, **named)
+    assert written(wire) == []
+
+
+def test_an_output_found_on_is_lowered_in_steps_and_told(
+    device: SimulatedRiden, supply: Supply, limits: Limits
+) -> None:
+    device.write(8, [120])
+    device.write(18, [1])
+    assert prepare(supply, limits, model="RD6006").found.output
+    assert [volts for _, volts in device.history] == pytest.approx([0, 1.2, 0.7, 0.2, 0])
+
+
+def test_a_supply_that_powers_up_on_is_refused(
+    device: SimulatedRiden, supply: Supply, limits: Limits
+) -> None:
+    device.write(68, [1])
+    with pytest.raises(SafetyStop, match=r"switch its output on by itself.*register 68"):
+        prepare(supply, limits, model="RD6006")
+
+
+def test_terminals_that_stay_live_are_refused(
+    supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reading = supply.measure()
+    live = type(reading)(**{**vars(reading), "voltage_V": 4.5})
+    monkeypatch.setattr(supply, "measure", lambda: live)
+    with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON, it says off but measures 4\.5 V"):
+        prepare(supply, limits, model="RD6006")
+
+
+def test_nothing_can_be_set_before_limits_are_armed(supply: Supply, wire: list[str]) -> None:
+    with pytest.raises(SafetyStop, match="no limits are armed"):
+        supply.set_voltage(Decimal(1))
+    with pytest.raises(SafetyStop, match="no limits are armed"):
+        supply.set_output(True)
+    assert written(wire) == []
+
+
+@pytest.mark.parametrize("volts", ["6.001", "45", "-0.01", "NaN", "Infinity"])
+def test_a_voltage_outside_the_limits_sends_nothing(
+    supply: Supply, limits: Limits, wire: list[str], volts: str
+) -> None:
+    supply.arm(limits)
+    before = written(wire)
+    with pytest.raises(SafetyStop, match=f"voltage {volts} V is outside 0 to 6 V, the limits"):
+        supply.set_voltage(Decimal(volts))
+    assert written(wire) == before
+
+
+def test_a_current_or_trip_level_outside_the_limits_is_refused(
+    supply: Supply, limits: Limits
+) -> None:
+    supply.arm(limits)
+    with pytest.raises(SafetyStop, match="current limit 2 A is outside 0 to 1 A"):
+        supply.set_current_limit(Decimal(2))
+    with pytest.raises(SafetyStop, match=r"over-voltage 7 V is outside 0 to 6\.5 V"):
+        supply.set_protection(Decimal(7), Decimal(1))
+
+
+@pytest.mark.parametrize(
+    ("levels", "words"),
+    [
+        (("6", "1", "5", "1"), "over_voltage_V 5 V is below voltage_max_V 6 V"),
+        (("6", "1", "7", "0.5"), r"over_current_A 0\.5 A is below current_max_A 1 A"),
+        (("0", "1", "7", "1"), "limit voltage_max_V is 0; it must be above 0"),
+    ],
+)
+def test_limits_that_cannot_work_are_refused(levels: tuple[str, ...], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Limits(*map(Decimal, levels))
+
+
+def test_switching_on_returns_the_voltage_that_arrived(
+    device: SimulatedRiden, supply: Supply, limits: Limits
+) -> None:
+    prepare(supply, limits, model="RD6006")
+    assert switch_on(supply, Decimal("4.5")).voltage_V == 4.5
+    assert device.history[-1][1] == 4.5
+
+
+@pytest.mark.parametrize(("factor", "words"), [(10, "scaling fault"), (0.1, "scaling fault")])
+def test_a_factor_of_ten_at_the_terminals_is_a_scaling_fault(
+    device: SimulatedRiden,
+    supply: Supply,
+    limits: Limits,
+    monkeypatch: pytest.MonkeyPatch,
+    factor: float,
+    words: str,
+) -> None:
+    prepare(supply, limits, model="RD6006")
+    true_measure = supply.measure
+
+    def scaled():
+        reading = true_measure()
+        return type(reading)(**{**vars(reading), "voltage_V": factor * reading.voltage_V})
+
+    monkeypatch.setattr(supply, "measure", scaled)
+    with pytest.raises(SafetyStop, match=rf"where 4\.5 V was set.*{words}.*off, confirmed"):
+        switch_on(supply, Decimal("4.5"))
+    assert device.read(18, 1) == [0]
+
+
+def test_a_voltage_that_does_not_arrive_ends_the_run(
+    device: SimulatedRiden,
+    supply: Supply,
+    limits: Limits,
+    clock: SimulatedClock,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    prepare(supply, limits, model="RD6006")
+    true_measure = supply.measure
+    monkeypatch.setattr(
+        supply,
+        "measure",
+        lambda: type(true_measure())(**{**vars(true_measure()), "voltage_V": 3.0}),
+    )
+    before = clock.now()
+    with pytest.raises(SafetyStop, match=r"measures 3 V where 4\.5 V was set, allowed 0\.05 V"):
+        switch_on(supply, Decimal("4.5"))
+    assert 1.0 <= clock.now() - before < 1.2
+
+
+@pytest.mark.parametrize(
+    ("register", "level", "words"),
+    [
+        (82, 400, r"over-voltage protection \(OVP\) tripped at 6\.5 V; the output is off, confirm"),
+        (83, 100, r"over-current protection \(OCP\) tripped at 1\.2 A; the output is off, confirm"),
+        (
+            9,
+            100,
+            r"current limiting \(CC\) at 0\.1 A, allowed 1 A; the voltage fell to 2 V of 4\.5",
+        ),
+        (18, 0, "its output went off, not by this program"),
+    ],
+)
+def test_a_limit_event_is_a_safety_stop(
+    device: SimulatedRiden, supply: Supply, limits: Limits, register: int, level: int, words: str
+) -> None:
+    start(supply, limits)
+    device.write(register, [level])
+    with pytest.raises(SafetyStop, match=words):
+        watch(supply)
+    assert device.read(18, 1) == [0]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_the_output_is_off_after_any_exception_in_the_block(
+    device: SimulatedRiden, supply: Supply, limits: Limits, error: type[BaseException]
+) -> None:
+    start(supply, limits)
+    assert device.read(18, 1) == [1]
+    with pytest.raises(error, match="in the middle"), supply:
+        raise error("in the middle")
+    assert device.read(18, 1) == [0]
+    assert device.history[-1][1] == 0
+
+
+def test_the_output_is_off_after_a_block_that_went_well(
+    device: SimulatedRiden, supply: Supply, limits: Limits
+) -> None:
+    with supply:
+        start(supply, limits)
+    assert device.history[-1][1] == 0
+
+
+@pytest.mark.parametrize(
+    "fault", [Fault.SILENT, Fault.BAD_CRC, Fault.EXCEPTION, Fault.STUCK_OUTPUT]
+)
+def test_off_tries_again_until_it_is_confirmed(
+    device: SimulatedRiden, supply: Supply, limits: Limits, fault: Fault
+) -> None:
+    start(supply, limits)
+    device.fail(fault, times=3 if fault is not Fault.STUCK_OUTPUT else 2)
+    assert supply.off()
+    assert device.read(18, 1) == [0]
+
+
+def test_off_that_is_never_confirmed_is_told_loudly(
+    device: SimulatedRiden, supply: Supply, limits: Limits
+) -> None:
+    start(supply, limits)
+    device.fail(Fault.STUCK_OUTPUT)
+    assert not supply.off()
+    with (
+        pytest.raises(SafetyStop, match="OUTPUT MAY BE ON, it did not confirm off in 4 tries"),
+        supply,
+    ):
+        pass
+
+
+def test_a_ctrl_c_during_off_costs_one_try(
+    supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start(supply, limits)
+    true_apply = supply._apply_output
+    tries: list[bool] = []
+
+    def interrupted(on: bool) -> None:
+        tries.append(on)
+        if len(tries) == 1:
+            raise KeyboardInterrupt
+        true_apply(on)
+
+    monkeypatch.setattr(supply, "_apply_output", interrupted)
+    assert supply.off()
+    assert tries == [False, False]
+
+
+def test_off_reaches_the_device_at_once_after_a_lost_answer(
+    device: SimulatedRiden, supply: Supply, limits: Limits, wire: list[str]
+) -> None:
+    start(supply, limits)
+    device.fail(Fault.SILENT, times=2)
+    with pytest.raises(HardwareError, match="no answer"):
+        supply.measure()
+    del wire[:]
+    assert supply.off()
+    assert written(wire) == [18]  # the very first try
+    assert json.loads(wire[0])["way"] == "sent"  # without waiting for the line to fall silent

@@ -1,0 +1,150 @@
+import os
+import subprocess
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rerun.chunk import Chunk, RrdReader
+
+from workbench.review import Comparison, write_recording
+from workbench.timeseries import TimeSeries
+
+ROBOTS = ["foot", "top", "rotor", "arm"]
+TRACES = ["foot_x", "foot_z", "top_x", "top_z", "rotor_speed"]
+
+
+@pytest.fixture(scope="module")
+def recording(comparison: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recording") / "compare.rrd"
+    write_recording(comparison, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def chunks(recording: Path) -> list[Chunk]:
+    return RrdReader(recording).stream().to_chunks()
+
+
+def rrd(*arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "rerun", "rrd", *map(str, arguments)]
+    quiet = os.environ | {"CI": "1"}  # no usage statistics
+    return subprocess.run(command, capture_output=True, text=True, env=quiet, timeout=60)
+
+
+def rows(chunks: list[Chunk], path: str) -> set[int]:
+    return {c.num_rows for c in chunks if c.entity_path == path and not c.is_static}
+
+
+def scalars(chunks: list[Chunk], path: str) -> list[list[float]]:
+    (chunk,) = [c for c in chunks if c.entity_path == path and not c.is_static]
+    batch = chunk.to_record_batch()
+    (name,) = [n for n in batch.schema.names if "Scalars" in n]
+    return batch.column(name).to_pylist()
+
+
+def test_the_file_is_complete(recording: Path) -> None:
+    done = rrd("verify", recording)
+    assert done.returncode == 0, done.stderr
+
+
+def test_there_is_one_recording_named_by_the_run(recording: Path, comparison: Comparison) -> None:
+    reader = RrdReader(recording)
+    assert [entry.recording_id for entry in reader.recordings()] == [comparison.run]
+    assert len(reader.blueprints()) == 1
+
+
+def test_every_entity_has_a_row_for_every_sample(
+    chunks: list[Chunk], comparison: Comparison
+) -> None:
+    real, twin = len(comparison.real), len(comparison.twin)
+    wanted = {f"/real/{part}": real for part in ["link", *ROBOTS]}
+    wanted |= {f"/sim/{part}": twin for part in ["beam", *ROBOTS]}
+    wanted |= {f"/plots/{trace}/real": real for trace in TRACES}
+    wanted |= {f"/plots/{trace}/twin": twin for trace in TRACES}
+    wanted |= {"/plots/error_mm/foot": real, "/plots/error_mm/top": real}
+    wanted |= {"/plots/supply/voltage_V": 140, "/phase": 4, "/log": 4}
+    assert {path: max(rows(chunks, path), default=0) for path in wanted} == wanted
+
+
+def test_all_times_are_on_the_one_timeline(chunks: list[Chunk]) -> None:
+    assert {name for c in chunks for name in c.timeline_names} == {"t"}
+
+
+def test_everything_is_sent_in_bulk(chunks: list[Chunk]) -> None:
+    count = Counter(c.entity_path for c in chunks if not c.is_static)
+    assert max(count.values()) == 2  # the foot: its pose and its box
+    assert count["/sim/beam"] == 1
+
+
+def test_plotted_error_is_the_misfit(chunks: list[Chunk], comparison: Comparison) -> None:
+    times = comparison.real.times
+    driven = (times >= 0) & (times <= comparison.duration_s)
+    for part, misfit in (
+        ("foot", comparison.misfit.foot_mm),
+        ("top", comparison.misfit.top_mm),
+    ):
+        sent = scalars(chunks, f"/plots/error_mm/{part}")
+        seen = [cell[0] for cell, use in zip(sent, driven, strict=True) if use and cell]
+        assert np.sqrt(np.mean(np.square(seen))) == pytest.approx(misfit)
+    longest = np.nanmax(comparison.error()["top_error_mm"])
+    assert max(cell[0] for cell in sent if cell) == pytest.approx(longest)
+
+
+def test_gaps_are_sent_empty(chunks: list[Chunk], comparison: Comparison) -> None:
+    sent = scalars(chunks, "/plots/top_z/real")
+    unseen = ~comparison.real.validity("top_z_m")
+    assert unseen.sum() > 40
+    assert [not cell for cell in sent] == unseen.tolist()
+
+
+def test_properties_tell_run_and_distances(chunks: list[Chunk], comparison: Comparison) -> None:
+    (run,) = [c for c in chunks if c.entity_path == "/__properties/run"]
+    row = run.to_record_batch().to_pylist()[0]
+    assert row["run"] == [comparison.run]
+    assert row["real_distance_m"] == [comparison.real_summary.distance_m]
+    assert row["rerun_version"]
+
+
+def test_notes_say_that_the_real_beam_was_not_measured(chunks: list[Chunk]) -> None:
+    (chunk,) = [c for c in chunks if c.entity_path == "/notes"]
+    text = str(chunk.to_record_batch().to_pylist()[0])
+    assert "was not measured" in text
+    assert "| Distance | 0.217 m | 0.251 m |" in text
+    assert "T was not seen for 0.4 s" in text
+
+
+def test_the_same_comparison_gives_the_same_recording(
+    recording: Path, comparison: Comparison, tmp_path: Path
+) -> None:
+    again, other = tmp_path / "again.rrd", tmp_path / "other.rrd"
+    write_recording(comparison, again)
+    write_recording(replace(comparison, real=comparison.real.shifted(0.01)), other)
+    assert rrd("compare", recording, again).returncode == 0
+    assert rrd("compare", recording, other).returncode != 0
+
+
+def test_what_was_not_recorded_is_left_out(comparison: Comparison, tmp_path: Path) -> None:
+    bare = replace(
+        comparison,
+        real=comparison.real.select(n for n in comparison.real.names if n != "foot_pitch_rad"),
+        supply=None,
+        phases=(),
+        log=(),
+        warnings=(),
+    )
+    write_recording(bare, tmp_path / "bare.rrd")
+    paths = {c.entity_path for c in RrdReader(tmp_path / "bare.rrd").stream().to_chunks()}
+    assert "/real/foot" in paths
+    assert not {"/phase", "/log", "/plots/supply/voltage_V"} & paths
+
+
+def test_a_robot_that_was_never_seen_is_not_drawn(comparison: Comparison, tmp_path: Path) -> None:
+    real = comparison.real
+    unseen = TimeSeries(real.times, real.values, real.names, np.zeros_like(real.valid))
+    write_recording(replace(comparison, real=unseen), tmp_path / "blind.rrd")
+    chunks = RrdReader(tmp_path / "blind.rrd").stream().to_chunks()
+    assert not any(scalars(chunks, "/plots/foot_x/real"))
+    assert rrd("verify", tmp_path / "blind.rrd").returncode == 0

@@ -1,0 +1,137 @@
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.motion import Summary
+from workbench.review import Comparison, write_report
+from workbench.review.plots import trajectory_plot
+from workbench.timeseries import TimeSeries
+
+VOID = {"meta", "br", "link", "img", "hr", "input"}
+
+
+class Balance(HTMLParser):
+    """Counts every element and remembers what was opened and not closed in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.count: dict[str, int] = {}
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] = self.count.get(tag, 0) + 1
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] = self.count.get(tag, 0) + 1
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+
+def parse(page: str) -> Balance:
+    balance = Balance()
+    balance.feed(page)
+    balance.close()
+    return balance
+
+
+@pytest.fixture(scope="module")
+def page(comparison: Comparison, tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(comparison, path)
+    return path.read_text(encoding="utf-8")
+
+
+def test_the_page_needs_nothing_from_outside(page: str) -> None:
+    assert not re.search(r"https?:|src=|<script|<link|@import|url\((?!#)", page)
+
+
+def test_every_element_is_closed_in_order(page: str) -> None:
+    balance = parse(page)
+    assert balance.open == []
+    assert balance.count["svg"] == 5
+
+
+def test_ids_are_unique(page: str) -> None:
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+
+
+def test_the_headline_numbers_are_there(page: str, comparison: Comparison) -> None:
+    for text in (
+        "0.217 m",
+        "0.251 m",
+        "+0.034 m (+16 %)",
+        "16.90 rad/s",
+        f"{comparison.misfit.top_mm:.1f} mm",
+        "workbench review 2026-11-21_0001_hop-17",
+        "T was not seen for 0.4 s",
+        comparison.facts["SHA-256"],
+    ):
+        assert text in page
+
+
+def test_the_trajectory_has_two_panels_on_the_same_axes(comparison: Comparison) -> None:
+    svg = trajectory_plot(comparison)
+    titles = [svg.index("Real: the robot"), svg.index("Simulated: its twin")]
+    assert titles == sorted(titles)
+    assert svg.count("z [m]") == 2
+    assert svg.count("x [m]") == 1
+    assert svg.count(">0.015<") == 2
+
+
+def test_pictures_take_the_ink_of_the_page(page: str) -> None:
+    assert "prefers-color-scheme: dark" in page
+    assert "currentColor" in page
+    assert "fill: #000000" not in page
+
+
+def test_hostile_text_stays_text(comparison: Comparison, tmp_path: Path) -> None:
+    evil = "<script>alert('x')</script> & \"{{ 7*7 }}\""
+    hostile = replace(
+        comparison, title=evil, run=evil, facts={evil: evil}, log=((0.0, evil),), warnings=(evil,)
+    )
+    write_report(hostile, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+    assert "{{ 7*7 }}" in page
+    assert parse(page).open == []
+
+
+def test_unmeasured_numbers_are_named_so(comparison: Comparison, tmp_path: Path) -> None:
+    unknown = Summary(float("nan"), float("nan"), float("nan"))
+    write_report(replace(comparison, real_summary=unknown), tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "not measured" in page
+    assert "Too little of the run was seen" in page
+    assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
+
+
+def test_empty_sections_are_left_out(comparison: Comparison, tmp_path: Path) -> None:
+    write_report(replace(comparison, supply=None, log=(), warnings=()), tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    headings = re.findall(r"<h2>(.*?)</h2>", page)
+    assert "Result" in headings
+    assert not {"Supply", "Journal", "Warnings"} & set(headings)
+
+
+def test_the_same_comparison_gives_the_same_bytes(
+    page: str, comparison: Comparison, tmp_path: Path
+) -> None:
+    write_report(comparison, tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_a_robot_that_was_never_seen_has_a_report(comparison: Comparison, tmp_path: Path) -> None:
+    real = comparison.real
+    unseen = TimeSeries(real.times, real.values, real.names, np.zeros_like(real.valid))
+    write_report(replace(comparison, real=unseen), tmp_path / "report.html")
+    assert parse((tmp_path / "report.html").read_text(encoding="utf-8")).open == []

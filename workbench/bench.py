@@ -1,0 +1,229 @@
+"""From a bench file to opened devices; the virtual bench is composed here."""
+
+from __future__ import annotations
+
+import difflib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from decimal import Decimal
+from pathlib import Path
+from typing import Protocol
+
+from workbench.errors import HardwareError, InputError
+from workbench.hw import (
+    Clock,
+    Connection,
+    Limits,
+    SimulatedClock,
+    Supply,
+    SystemClock,
+    model_named,
+    open_supply,
+)
+from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
+from workbench.tracking import write_motive, write_row
+from workbench.virtual import draw_current, film, move, true_robot
+
+__all__ = ["Bench", "Operator", "RealBench", "Subject", "VirtualBench", "Window", "load_bench", "make_bench"]
+
+WireLog = Callable[[str], None]
+
+_TAIL_S = 0.5  # the cameras run on for a moment after the supply is off
+
+
+class Operator(Protocol):
+    """The person at the bench."""
+
+    def confirm(self, text: str) -> None:
+        """Show a text and return when it is confirmed."""
+        ...
+
+    def ask(self, text: str, default: str) -> str:
+        """Show a question and return the answer."""
+        ...
+
+
+@dataclass(frozen=True)
+class Subject:
+    """The robot that a run is made with."""
+
+    model: ModelFile
+    shape: ShapeFile
+    mode: Mode
+
+
+@dataclass(frozen=True)
+class Window:
+    """When the cameras ran.
+
+    Args:
+        start: by the bench's clock [s].
+        stop: by the bench's clock [s].
+        began: local wall time of the start.
+    """
+
+    start: float
+    stop: float
+    began: datetime
+
+
+class Bench(ABC):
+    """A laboratory that a plan can be carried out on.
+
+    Args:
+        file: its file.
+        clock: everything on the bench is timed and waited with it.
+    """
+
+    def __init__(self, file: BenchFile, clock: Clock) -> None:
+        self.file = file
+        self.clock = clock
+
+    @abstractmethod
+    def supply(self, wire_log: WireLog) -> AbstractContextManager[Supply]:
+        """Open the supply for the time of a `with` block that ends with the output off."""
+
+    @abstractmethod
+    def start_cameras(self, operator: Operator) -> None:
+        """Return when the cameras record."""
+
+    @abstractmethod
+    def collect(
+        self, subject: Subject, window: Window, folder: Path, operator: Operator
+    ) -> Path:
+        """Return the export of what the cameras saw; it may already lie in `folder`."""
+
+    @property
+    def voltage_step(self) -> Decimal:
+        """Return the smallest step of the supply [V].
+
+        Raises:
+            InputError: when the file names a supply that no driver knows.
+        """
+        return model_named(self.file.supply.model).voltage_step_V
+
+    def limits(self, current: float) -> Limits:
+        """Return what the supply may do in a run with this current limit [A]."""
+        limits = self.file.supply.limits
+        return Limits(*(
+            Decimal(repr(value))
+            for value in (limits.voltage, current, limits.over_voltage, limits.over_current)
+        ))  # fmt: skip
+
+
+class RealBench(Bench):
+    """A bench with a supply on a port and cameras that a person starts."""
+
+    @contextmanager
+    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
+        """Open the supply that the bench file names."""
+        with self.open_supply(wire_log) as supply:
+            yield supply
+
+    def open_supply(self, wire_log: WireLog = lambda line: None) -> Supply:
+        """Open the supply without a promise about its output, to look at it by hand."""
+        place = self.file.supply.connection
+        kind = place.kind
+        if kind == "simulated":  # the schema allows it only beside a section `virtual`
+            raise InputError(f"bench {self.file.name!r} has no real supply")
+        address = place.port if kind == "serial" else place.address
+        connection = Connection(kind, address or "", baud=place.baud, unit=place.unit)
+        return open_supply(connection, clock=self.clock, wire_log=wire_log)
+
+    def start_cameras(self, operator: Operator) -> None:
+        """Ask for it."""
+        operator.confirm("Start recording in the tracking software.")
+
+    def collect(
+        self, subject: Subject, window: Window, folder: Path, operator: Operator
+    ) -> Path:
+        """Ask for the export and offer the newest file of the bench's take folder."""
+        newest = self._newest(window.began)
+        answer = operator.ask(
+            "Stop recording, export the take as CSV, then give its path", str(newest or "")
+        )
+        take = Path(answer)
+        if not take.is_file():
+            raise HardwareError(f"{answer!r}: no such export; `workbench ingest` can add it later")
+        return take
+
+    def _newest(self, since: datetime) -> Path | None:
+        if self.file.tracking.takes is None:
+            return None
+        found = [
+            (file.stat().st_mtime, file)
+            for file in Path(self.file.tracking.takes).glob("*.csv")
+            if file.stat().st_mtime >= since.timestamp()
+        ]
+        return max(found)[1] if found else None
+
+
+class VirtualBench(Bench):
+    """A bench without hardware; what stands in for it is in `virtual` and `hw.simulated`."""
+
+    def __init__(self, file: BenchFile) -> None:
+        if file.virtual is None:
+            raise InputError(f"bench {file.name!r} has no section 'virtual'")
+        self.section = file.virtual
+        super().__init__(file, SystemClock() if self.section.real_time else SimulatedClock())
+        self.device = SimulatedRiden(
+            clock=self.clock,
+            model=file.supply.model,
+            serial=file.supply.serial or 12345678,
+            load=draw_current,
+        )
+
+    @contextmanager
+    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
+        """Serve the simulated supply on loopback and reach it as a serial bridge would be."""
+        with serve(self.device, framing="rtu") as address:
+            connection = Connection("rtu-over-tcp", address, unit=1)
+            with open_supply(connection, clock=self.clock, wire_log=wire_log) as supply:
+                yield supply
+
+    def start_cameras(self, operator: Operator) -> None:
+        """Record always."""
+
+    def collect(
+        self, subject: Subject, window: Window, folder: Path, operator: Operator
+    ) -> Path:
+        """Let the true robot move as the terminals' voltage says and write the export."""
+        if subject.mode not in ("hop", "clamped"):
+            raise InputError(f"mode {subject.mode!r} cannot be run on the virtual bench")
+        robot = true_robot(subject.model, subject.shape, self.section)
+        history = [(t - window.start, volts) for t, volts in self.device.history]
+        duration = window.stop - window.start + _TAIL_S
+        motion = move(robot, subject.mode, history, duration, self.section)
+        take = film(motion, self.file.tracking, self.section)
+        path = folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
+        if take.format == "row":
+            write_row(take, path, version=take.version)
+        else:
+            write_motive(take, path, version=take.version)
+        return path
+
+
+def load_bench(name: str) -> Document[BenchFile]:
+    """Read a bench by path, or the built-in one by its name `virtual`.
+
+    Raises:
+        InputError: when there is none of that name.
+        FileFaults: when the file has faults.
+    """
+    if name == "virtual":
+        return load(Path(__file__).with_name("bench-virtual.yaml"), BenchFile)
+    if not name.endswith((".yaml", ".yml")):
+        hint = "; did you mean 'virtual'?" if difflib.get_close_matches(name, ["virtual"]) else ""
+        raise InputError(
+            f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
+        )
+    return load(Path(name), BenchFile)
+
+
+def make_bench(file: BenchFile) -> Bench:
+    """Return the bench of a file; nothing is opened yet."""
+    return RealBench(file, SystemClock()) if file.virtual is None else VirtualBench(file)

@@ -1,0 +1,70 @@
+"""Collect the verbs, turn errors into exit codes."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+
+import typer
+from rich.console import Console
+
+import workbench
+from workbench.cli.doctor import doctor
+from workbench.cli.ingest import ingest
+from workbench.cli.review import review
+from workbench.cli.run import run
+from workbench.cli.runs import runs
+from workbench.cli.schema import schema
+from workbench.cli.simulate import simulate
+from workbench.cli.supply import supply
+from workbench.errors import Interrupted, WorkbenchError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="workbench",
+    help="Run the hopping robot, pair every run with its MuJoCo twin, show both side by side.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for verb in (run, ingest, simulate, review, schema, doctor):
+    app.command()(verb)
+app.add_typer(runs)
+app.add_typer(supply)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"workbench {workbench.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    version: bool = typer.Option(  # noqa: FBT001  # typer's own form
+        False, "--version", callback=_version, is_eager=True, help="Print the version and end."
+    ),
+) -> None:
+    """Run the hopping robot, pair every run with its MuJoCo twin, show both side by side."""
+
+
+def main() -> None:
+    """Run the command line; exit codes are those of `workbench.errors`."""
+    signal.signal(signal.SIGTERM, _stop)
+    try:
+        app()
+    except WorkbenchError as error:
+        Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(
+            f"workbench: {error}", style="red" if sys.stderr.isatty() else ""
+        )
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("workbench: stopped; no supply was in use", file=sys.stderr)
+        sys.exit(Interrupted.exit_code)
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    """End on SIGTERM as on Ctrl-C, so that the output is switched off."""
+    raise KeyboardInterrupt

@@ -1,0 +1,117 @@
+"""What the verbs share: where results go, tables, the operator at the terminal."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from workbench.errors import InputError
+
+__all__ = [
+    "JsonFlag",
+    "QuietOperator",
+    "RunsFolder",
+    "TerminalOperator",
+    "comparison_table",
+    "emit",
+    "people",
+    "show_table",
+    "tell",
+]
+
+JsonFlag = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+RunsFolder = Annotated[
+    Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
+]
+
+people = Console(stderr=True, highlight=False, soft_wrap=True)
+"""Where text for people goes, so that stdout stays clean for results."""
+
+
+def tell(text: str) -> None:
+    """Tell the phase that begins."""
+    people.print(f"  {text}", style="dim", markup=False)
+
+
+def emit(result: Mapping[str, Any]) -> None:
+    """Print the one JSON object; what is no number becomes null."""
+    print(json.dumps(_finite(result), indent=2, ensure_ascii=False, default=str))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not (abs(value) < float("inf")):
+        return None
+    return value
+
+
+def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table on stdout."""
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for i, name in enumerate(head):
+        table.add_column(name, justify="left" if i == 0 else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    Console(highlight=False, markup=False).print(table)
+
+
+def comparison_table(manifest: Mapping[str, Any]) -> None:
+    """Print what the robot and its twin did, side by side."""
+    real, twin = manifest["real"], manifest["twin"]
+    rows = [
+        [name, *(f"{factor * source[key]:{form}}" for source in (real, twin)),
+         f"{factor * (twin[key] - real[key]):+{form}}"]
+        for name, key, factor, form in (
+            ("distance [m]", "distance_m", 1, ".3f"),
+            ("hop height [mm]", "hop_height_m", 1000, ".1f"),
+            ("rotor speed [rad/s]", "speed_rad_s", 1, ".3f"),
+        )
+    ]  # fmt: skip
+    show_table(manifest["title"], ["", "real", "twin", "twin - real"], rows)
+    Console(highlight=False).print(
+        f"error of the twin: {manifest['error_mm']:.1f} mm rms "
+        f"(foot {manifest['error_foot_mm']:.1f}, T {manifest['error_top_mm']:.1f})"
+    )
+
+
+class TerminalOperator:
+    """The person at this terminal."""
+
+    def confirm(self, text: str) -> None:
+        """Wait for Enter."""
+        self._require_terminal(text)
+        people.print(f"[bold]{text}[/bold]  (Enter)", end=" ")
+        input()
+
+    def ask(self, text: str, default: str) -> str:
+        """Read a line; empty takes the default."""
+        self._require_terminal(text)
+        people.print(f"[bold]{text}[/bold] [{default}]", end=" ")
+        return input().strip() or default
+
+    def _require_terminal(self, text: str) -> None:
+        if not sys.stdin.isatty():
+            raise InputError(f"nobody to ask at this terminal: {text!r}")
+
+
+class QuietOperator:
+    """Answers every prompt itself: on the virtual bench there is nobody to ask."""
+
+    def confirm(self, text: str) -> None:
+        """Show the text and go on."""
+        tell(f"prompt: {text}")
+
+    def ask(self, text: str, default: str) -> str:
+        """Take the default."""
+        tell(f"prompt: {text} [{default}]")
+        return default

@@ -1,0 +1,126 @@
+"""`workbench run`: a protocol on a bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from workbench.bench import load_bench, make_bench
+from workbench.bundle import Bundle
+from workbench.cli.output import (
+    JsonFlag,
+    QuietOperator,
+    RunsFolder,
+    TerminalOperator,
+    comparison_table,
+    emit,
+    show_table,
+    tell,
+)
+from workbench.engine import Experiment, carry_out
+from workbench.protocol import Plan, PlannedRun, Protocol, load, load_model, load_shape, make_plan
+
+__all__ = ["describe", "run"]
+
+
+def run(
+    protocol: Annotated[Path, typer.Argument(help="Protocol file.")],
+    bench: Annotated[str, typer.Option(help="Bench file, or `virtual`.")] = "virtual",
+    dry_run: Annotated[bool, typer.Option(help="Print the plan; switch nothing.")] = False,
+    runs: RunsFolder = Path("runs"),
+    as_json: JsonFlag = False,
+) -> None:
+    """Carry out a protocol: drive, track, simulate the twin, compare.
+
+    Example: workbench run protocols/hop-17.yaml --bench virtual
+    """
+    experiment = _experiment(protocol, bench)
+    device = make_bench(experiment.bench.content)
+    if dry_run:
+        _print_plan(experiment, as_json)
+        return
+    virtual = experiment.bench.content.virtual is not None
+    operator = QuietOperator() if virtual else TerminalOperator()
+    done: list[Bundle] = []
+    for bundle in carry_out(experiment, device, runs, operator, tell):
+        done.append(bundle)
+        if not as_json:
+            _print_bundle(bundle)
+    if as_json:
+        emit(_report(done))
+
+
+def describe(bundle: Bundle) -> dict[str, Any]:
+    """Return a bundle's JSON object: path, status, real, twin, error."""
+    facts = bundle.manifest
+    keys = ("status", "mode", "role", "real", "twin", "error_mm", "error_foot_mm", "error_top_mm")
+    return {"bundle": str(bundle.path)} | {key: facts.get(key) for key in (*keys, "warnings")}
+
+
+def _experiment(protocol: Path, bench: str) -> Experiment:
+    asked = load(protocol, Protocol)
+    lab = load_bench(bench)
+    model, shape = (
+        find(getattr(asked.content, kind) or getattr(lab.content, kind),
+             (asked if getattr(asked.content, kind) else lab).path.parent)
+        for kind, find in (("model", load_model), ("shape", load_shape))
+    )  # fmt: skip
+    step = make_bench(lab.content).voltage_step
+    return Experiment(asked, lab, model, shape, make_plan(asked, lab.content, step))
+
+
+def _report(done: list[Bundle]) -> dict[str, Any]:
+    """Return one run's object, or all of them; a single run needs no list to be read."""
+    every = [describe(bundle) for bundle in done]
+    return (every[0] if len(every) == 1 else {}) | {"runs": every}
+
+
+def _print_bundle(bundle: Bundle) -> None:
+    comparison_table(bundle.manifest)
+    for warning in bundle.manifest["warnings"]:
+        print(f"note: {warning}")
+    print(f"bundle:    {bundle.path}")
+    print(f"report:    {bundle.view('report')}")
+    print(f"recording: workbench review {bundle.path}")
+
+
+def _print_plan(experiment: Experiment, as_json: bool) -> None:
+    plan = experiment.plan
+    if as_json:
+        emit(_plan_object(plan))
+        return
+    show_table(
+        f"{plan.title}: {len(plan.runs)} runs, about {plan.seconds:.0f} s, "
+        f"current limit {plan.current_limit:g} A",
+        ["run", "mode", "speed [rad/s]", "voltage [V]", "rest [s]", "ramp [s]", "drive [s]", "role"],
+        [_plan_row(run) for run in plan.runs],
+    )
+
+
+def _plan_row(run: PlannedRun) -> list[str]:
+    numbers = (f"{run.rest:g}", f"{run.ramp:g}", f"{run.duration:g}")
+    return [str(run.number), run.mode, f"{run.speed:.3f}", str(run.voltage), *numbers, run.role]
+
+
+def _plan_object(plan: Plan) -> dict[str, Any]:
+    return {
+        "title": plan.title,
+        "seconds": plan.seconds,
+        "current_limit_A": plan.current_limit,
+        "runs": [
+            {
+                "number": run.number,
+                "mode": run.mode,
+                "speed_rad_s": run.speed,
+                "voltage_V": float(run.voltage),
+                "steps": [{"time_s": t, "voltage_V": float(v)} for t, v in run.steps],
+                "rest_s": run.rest,
+                "duration_s": run.duration,
+                "role": run.role,
+            }
+            for run in plan.runs
+        ],
+    }
+

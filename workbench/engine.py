@@ -1,0 +1,277 @@
+"""Carry out a plan on a bench: journal, prompts, one bundle a run, the output always ends off."""
+
+from __future__ import annotations
+
+import platform
+import signal
+import threading
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import workbench
+from workbench.bench import Bench, Operator, Subject, Window
+from workbench.bundle import Bundle
+from workbench.errors import Interrupted, SafetyStop, WorkbenchError
+from workbench.hw import Reading, Supply, prepare, switch_on, watch
+from workbench.pairing import pair
+from workbench.protocol import (
+    BenchFile,
+    Document,
+    ModelFile,
+    Plan,
+    PlannedPrompt,
+    PlannedRun,
+    Protocol,
+    ShapeFile,
+)
+from workbench.timeseries import TimeSeries
+
+__all__ = ["Experiment", "Progress", "carry_out", "versions"]
+
+Progress = Callable[[str], None]
+
+_POLL_S = 0.2
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Everything that a plan was made from.
+
+    Args:
+        protocol: as read.
+        bench: as read.
+        model: of the robot, as read.
+        shape: of the beam, as read.
+        plan: what will be done.
+    """
+
+    protocol: Document[Protocol]
+    bench: Document[BenchFile]
+    model: Document[ModelFile]
+    shape: Document[ShapeFile]
+    plan: Plan
+
+
+def carry_out(
+    experiment: Experiment, bench: Bench, root: Path, operator: Operator, progress: Progress
+) -> Iterator[Bundle]:
+    """Do what is planned, in order, and yield each run's bundle when it is complete.
+
+    Args:
+        experiment: plan and files.
+        bench: what it is done on.
+        root: folder of all bundles.
+        operator: answers the prompts.
+        progress: is told each phase.
+
+    Raises:
+        SafetyStop: when a limit or a protection ended a run.
+        Interrupted: on Ctrl-C; the output is off and the bundle says so.
+        WorkbenchError: when a run failed; its bundle holds what there is, and why.
+    """
+    prompts: list[str] = []
+    for item in experiment.plan.items:
+        if isinstance(item, PlannedPrompt):
+            operator.confirm(item.text)
+            prompts.append(item.text)
+            continue
+        yield _Conductor(experiment, bench, root, operator, progress, item).conduct(prompts)
+        prompts = []
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a result depends on."""
+    packages = ("mujoco", "numpy", "scipy", "numba", "pymodbus", "rerun-sdk")
+    return {
+        "workbench": workbench.__version__,
+        "python": platform.python_version(),
+        "system": platform.system(),
+    } | {name: version(name) for name in packages}
+
+
+class _Conductor:
+    """One run, from the empty bundle to the finished one."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        bench: Bench,
+        root: Path,
+        operator: Operator,
+        progress: Progress,
+        run: PlannedRun,
+    ) -> None:
+        self.experiment, self.bench, self.run = experiment, bench, run
+        self.operator, self.progress = operator, progress
+        self.readings: list[Reading] = []
+        self.start = bench.clock.now()
+        self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._facts())
+
+    def conduct(self, prompts: list[str]) -> Bundle:
+        try:
+            self._keep_inputs()
+            for text in prompts:
+                self._journal("prompt", text=text, answer="confirmed")
+            self.bundle.add_take(self._measure())
+            self.progress("track, twin, views")
+            pair(self.bundle)
+        except KeyboardInterrupt:
+            self._end("interrupted", "stopped by the user")
+            raise Interrupted(self._told("stopped by the user")) from None
+        except SafetyStop as error:
+            self._end("safety-stop", str(error))
+            raise SafetyStop(self._told(str(error))) from error
+        except WorkbenchError as error:
+            self._end("failed", str(error))
+            raise type(error)(self._told(str(error))) from error
+        except Exception:
+            self._end("failed", traceback.format_exc())
+            raise
+        self._journal("complete")
+        self.bundle.finish("complete")
+        return self.bundle
+
+    def _facts(self) -> dict[str, Any]:
+        run, protocol = self.run, self.experiment.protocol
+        return {
+            "kind": "run",
+            "title": protocol.content.title,
+            "protocol": protocol.path.name,
+            "number": run.number,
+            "of": len(self.experiment.plan.runs),
+            "mode": run.mode,
+            "role": run.role,
+            "repeat": run.repeat,
+            "voltage_V": float(run.voltage),
+            "speed_rad_s": run.speed,
+            "rest_s": run.rest,
+            "ramp_s": run.ramp,
+            "duration_s": run.duration,
+            "bench": self.experiment.bench.content.name,
+            "calibration": self.experiment.bench.content.calibration.id,
+            "versions": versions(),
+        }
+
+    def _keep_inputs(self) -> None:
+        experiment = self.experiment
+        for kind in ("protocol", "bench", "model", "shape"):
+            self.bundle.write_document(kind, getattr(experiment, kind).text)
+        self.bundle.write_resolved("protocol", experiment.protocol.content.model_dump(by_alias=True))
+        self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
+        self._journal("asked", run=self.run.name, steps=self.run.steps, rest_s=self.run.rest)
+
+    def _measure(self) -> Path:
+        """Drive the robot while the cameras run and return the export."""
+        subject = Subject(
+            self.experiment.model.content, self.experiment.shape.content, self.run.mode
+        )
+        with self.bench.supply(self.bundle.wire) as supply:
+            self._prepare(supply)
+            self.bench.start_cameras(self.operator)
+            self.start, began = self.bench.clock.now(), datetime.now()
+            self._journal("cameras", began=began.isoformat())
+            try:
+                self._drive(supply)
+            finally:
+                self._switch_off(supply)
+        self._keep_readings()
+        window = Window(self.start, self.bench.clock.now(), began)
+        return self.bench.collect(subject, window, self.bundle.take_folder, self.operator)
+
+    def _prepare(self, supply: Supply) -> None:
+        section = self.experiment.bench.content.supply
+        serial = None if section.serial is None else f"{section.serial:08d}"
+        self.progress("prepare the supply")
+        ready = prepare(
+            supply,
+            self.bench.limits(self.experiment.plan.current_limit),
+            model=section.model,
+            serial=serial,
+        )
+        self.bundle.note({"supply": ready.identity._asdict()})
+        self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
+
+    def _drive(self, supply: Supply) -> None:
+        clock, run = self.bench.clock, self.run
+        self.progress(f"rest {run.rest:g} s")
+        clock.sleep(run.rest)
+        on = clock.now()
+        self._journal("output_on", volts=run.steps[0][1])
+        self.progress(f"drive {run.duration:g} s at {run.voltage} V ({run.speed:.2f} rad/s)")
+        self._note_reading(switch_on(supply, run.steps[0][1]))
+        sent = [(on - self.start, float(run.steps[0][1]))]
+        for after, volts in run.steps[1:]:
+            clock.sleep(on + after - clock.now())
+            at = clock.now() - self.start
+            applied = supply.set_voltage(volts)
+            self._journal("voltage", asked=volts, read_back=applied)
+            sent.append((at, float(applied)))
+            self._note_reading(watch(supply))
+        while (left := on + run.duration - clock.now()) > 0:
+            clock.sleep(min(_POLL_S, left))
+            self._note_reading(watch(supply))
+        sent.append((clock.now() - self.start, 0.0))
+        self.bundle.note({"sent": sent})
+
+    def _switch_off(self, supply: Supply) -> None:
+        """Switch off and write down whether that was confirmed; Ctrl-C has to wait for it."""
+        with _uninterrupted():
+            confirmed = supply.off()
+            self._journal("output_off", confirmed=confirmed)
+            self.bundle.note({"output_off": "confirmed" if confirmed else "unconfirmed"})
+
+    def _note_reading(self, reading: Reading) -> None:
+        self.readings.append(reading)
+        self._journal(
+            "reading",
+            set_voltage_V=reading.set_voltage_V,
+            voltage_V=reading.voltage_V,
+            current_A=reading.current_A,
+            output=reading.output,
+        )
+
+    def _keep_readings(self) -> None:
+        names = ("set_voltage_V", "voltage_V", "current_A")
+        unique = {r.time_s - self.start: r for r in self.readings}
+        times = sorted(unique)
+        columns = {name: [getattr(unique[t], name) for t in times] for name in names}
+        self.bundle.write_series("supply", TimeSeries.of(times, columns), {})
+
+    def _journal(self, event: str, **facts: Any) -> None:
+        self.bundle.journal(event, self.bench.clock.now() - self.start, **facts)
+
+    def _end(self, status: Any, reason: str) -> None:
+        """Close the bundle of a run that did not succeed, with what there is."""
+        with _uninterrupted():
+            self._journal(status, reason=reason)
+            if self.readings and not self.bundle.has("supply"):
+                self._keep_readings()
+            self.bundle.finish(status, error=reason)
+
+    def _told(self, reason: str) -> str:
+        state = self.bundle.manifest.get("output_off")
+        off = {
+            None: "the output was never switched on",
+            "confirmed": "the output is off, confirmed",
+            "unconfirmed": "OUTPUT MAY BE ON, switch it off by hand",
+        }[state]
+        return f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hold back Ctrl-C until the block is done; only a main thread gets it anyway."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,43 @@
+"""Motor power supplies: the only room that sends bytes to a device.
+
+What lives here: the supply contract, the model table, one driver a family, the Modbus link with
+its guards, the rules by which an output may come on, and simulated supplies that answer the same
+bytes. What does not: protocols, the order of a run, files. Nothing here prints or writes a file;
+clock and wire log are passed in.
+
+    with open_supply(Connection("serial", "COM4"), clock=SystemClock(), wire_log=log) as supply:
+        prepare(supply, limits, model="RD6006")
+        switch_on(supply, Decimal("4.52"))
+        ...                                     # the block's end switches off, whatever happens
+
+To add a model: one row in `models.py`. To add a family: one driver file with a `Supply`, one
+entry in `connect.DRIVERS`, one device in `simulated/`, one test file.
+"""
+
+from workbench.hw.clock import Clock, SimulatedClock, SystemClock
+from workbench.hw.connect import open_supply
+from workbench.hw.connection import Connection
+from workbench.hw.models import MODELS, Model, model_named
+from workbench.hw.safety import Prepared, prepare, switch_on, watch
+from workbench.hw.supply import Identity, Limits, Reading, Supply
+from workbench.hw.transport import WireLog
+
+__all__ = [
+    "MODELS",
+    "Clock",
+    "Connection",
+    "Identity",
+    "Limits",
+    "Model",
+    "Prepared",
+    "Reading",
+    "SimulatedClock",
+    "Supply",
+    "SystemClock",
+    "WireLog",
+    "model_named",
+    "open_supply",
+    "prepare",
+    "switch_on",
+    "watch",
+]

@@ -1,0 +1,92 @@
+"""Where a supply is, and the pymodbus client that reaches it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from pymodbus import FramerType
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from serial.tools.list_ports import comports
+
+from workbench.errors import InputError
+
+__all__ = ["Connection", "Kind", "new_client", "not_reachable"]
+
+# pymodbus reports every fault to logging as well as to us; without a handler Python would print it.
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
+
+Kind = Literal["serial", "rtu-over-tcp", "tcp"]
+
+
+@dataclass(frozen=True)
+class Connection:
+    """Where a supply is.
+
+    Args:
+        kind: serial port, RTU frames over TCP (a serial bridge), or Modbus TCP.
+        address: port name (`COM4`, `/dev/serial/by-id/...`), or `host:port`.
+        baud: serial speed, 8N1.
+        unit: Modbus unit id.
+        timeout_s: how long an answer may take; under 0.5 s RD firmware 1.42 fails.
+
+    Raises:
+        InputError: when a TCP address is not `host:port`.
+    """
+
+    kind: Kind
+    address: str
+    baud: int = 115200
+    unit: int = 1
+    timeout_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Find a bad address now and not when connecting."""
+        host, _, port = self.address.rpartition(":")
+        if self.kind != "serial" and not (host and port.isdecimal() and 0 < int(port) < 65536):
+            raise InputError(f"address {self.address!r} of a {self.kind} link is not host:port")
+
+    @property
+    def host_and_port(self) -> tuple[str, int]:
+        """The two parts of a TCP address."""
+        host, _, port = self.address.rpartition(":")
+        return host, int(port)
+
+
+def new_client(
+    connection: Connection, trace: Callable[[bool, bytes], bytes]
+) -> ModbusSerialClient | ModbusTcpClient:
+    """Make the pymodbus client; its own retries stay off, as they do not drain in between."""
+    if connection.kind == "serial":
+        return ModbusSerialClient(
+            connection.address,
+            baudrate=connection.baud,
+            timeout=connection.timeout_s,
+            retries=0,
+            trace_packet=trace,
+        )
+    host, port = connection.host_and_port
+    return ModbusTcpClient(
+        host,
+        port=port,
+        framer=FramerType.SOCKET if connection.kind == "tcp" else FramerType.RTU,
+        timeout=connection.timeout_s,
+        retries=0,
+        trace_packet=trace,
+    )
+
+
+def not_reachable(connection: Connection) -> str:
+    """Say what did not open and what to try."""
+    if connection.kind != "serial":
+        return (
+            f"{connection.address} not reachable: nothing accepts a connection there; check the "
+            "address, the network and that the bridge or simulated supply is running"
+        )
+    present = ", ".join(port.device for port in comports()) or "none"
+    return (
+        f"{connection.address} not reachable: the port is missing, held by another program, or "
+        f"this user may not open it; ports present: {present}"
+    )

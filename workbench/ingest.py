@@ -1,0 +1,111 @@
+"""Make bundles of runs that were measured elsewhere, as a sheet lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from workbench.bundle import Bundle
+from workbench.engine import Progress, versions
+from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
+from workbench.pairing import pair
+from workbench.protocol import Document, Sheet, SheetRun, load_model, load_shape
+
+__all__ = ["ingest_sheet"]
+
+_RUNNABLE = ("hop", "clamped")
+
+
+def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iterator[Bundle]:
+    """Copy each take into a bundle, pair it with its twin and yield the bundle.
+
+    Args:
+        sheet: as read; paths in it are from its folder.
+        root: folder of all bundles.
+        progress: is told each take.
+
+    Raises:
+        FileFaults: when the sheet names takes or modes that cannot be used; nothing was written.
+        WorkbenchError: when a take cannot be used; its bundle says why.
+    """
+    folder = sheet.path.parent
+    model_text = load_model(sheet.content.model, folder).text
+    shape_text = _shape_text(sheet)
+    _check(sheet)
+    for number, run in enumerate(sheet.content.runs, start=1):
+        progress(f"{run.take}")
+        bundle = Bundle.create(
+            root, _name(run), datetime.now().astimezone(), _facts(sheet, run, number)
+        )
+        bundle.write_document("sheet", sheet.text)
+        bundle.write_document("model", model_text)
+        bundle.write_document("shape", shape_text)
+        bundle.add_take(folder / run.take)
+        try:
+            pair(bundle)
+        except WorkbenchError as error:
+            bundle.finish("failed", error=str(error))
+            raise type(error)(f"run {number} ({run.take}): {error}\nsee {bundle.path}") from error
+        bundle.finish("complete")
+        yield bundle
+
+
+def _check(sheet: Document[Sheet]) -> None:
+    faults: list[FileFault] = []
+    for i, run in enumerate(sheet.content.runs):
+        if not (sheet.path.parent / run.take).is_file():
+            faults.append(sheet.fault(("runs", i, "take"), f"no such file {run.take!r}"))
+        if run.mode not in _RUNNABLE:
+            text = f"mode {run.mode!r} has no twin yet; modes that have: {', '.join(_RUNNABLE)}"
+            faults.append(sheet.fault(("runs", i, "mode"), text))
+        elif run.voltage is not None:
+            try:
+                sheet.content.calibration.speed(run.voltage)
+            except InputError as error:
+                faults.append(sheet.fault(("runs", i, "voltage"), str(error)))
+    if faults:
+        raise FileFaults(faults)
+
+
+def _speed(sheet: Document[Sheet], run: SheetRun) -> float:
+    if run.omega is not None:
+        return run.omega
+    return sheet.content.calibration.speed(run.voltage or 0.0)
+
+
+def _name(run: SheetRun) -> str:
+    return f"{run.mode}-{Path(run.take).stem.replace(' ', '_')[:40]}"
+
+
+def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]:
+    return {
+        "kind": "ingest",
+        "title": f"{run.mode} at {_speed(sheet, run):.2f} rad/s, {run.take}",
+        "sheet": sheet.path.name,
+        "number": number,
+        "of": len(sheet.content.runs),
+        "mode": run.mode,
+        "role": run.role,
+        "voltage_V": run.voltage,
+        "speed_rad_s": _speed(sheet, run),
+        "rest_s": run.rest,
+        "ramp_s": run.ramp or 0.0,
+        "duration_s": run.duration,
+        "calibration": sheet.content.calibration.id,
+        "versions": versions(),
+    }
+
+
+def _shape_text(sheet: Document[Sheet]) -> str:
+    """Return the shape file's text; angles listed in the sheet become a file of their own."""
+    shape = sheet.content.shape
+    if isinstance(shape, str):
+        return load_shape(shape, sheet.path.parent).text
+    initial = load_shape("thesis-initial", sheet.path.parent).content
+    return (
+        f"schema: workbench/shape-1\nname: from {sheet.path.name}\nangles: {list(shape)}\n"
+        f"length: {initial.length * 1000:.3f} mm\nstate: unloaded\n"
+        f"source: listed in {sheet.path.name}; length as in the thesis\n"
+    )

@@ -1,0 +1,260 @@
+"""Pair a measured run with its twin: from a bundle's raw take to track, twin, comparison and views.
+
+Everything here is made from the bundle alone, so it can be made again from it at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from workbench.bundle import Bundle, sha256
+from workbench.errors import InputError, WorkbenchError
+from workbench.motion import ROTOR_ANGLE, first_motion, misfit, summarize
+from workbench.protocol import (
+    BenchFile,
+    Calibration,
+    Cameras,
+    ModelFile,
+    ShapeFile,
+    Sheet,
+    load,
+)
+from workbench.review import Comparison, Figure, Phase, write_recording, write_report
+from workbench.sim import make_robot, simulate, staircase, step_times
+from workbench.timeseries import TimeSeries
+from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
+
+__all__ = ["make_twin", "pair"]
+
+_LEAST_REST_S = 0.6  # what first_motion needs to know the rotor at rest
+_MOST_REST_S = 5.0
+_AFTER_S = 0.5
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What the motor was told.
+
+    Args:
+        steps: (time since the output came on [s], rotor speed [rad/s]), ending with speed 0.
+        duration: time with the output on [s].
+    """
+
+    steps: tuple[tuple[float, float], ...]
+    duration: float
+
+
+def pair(bundle: Bundle) -> Comparison:
+    """Track the take, simulate its twin, compare, draw; write all of it into the bundle.
+
+    Raises:
+        TakeError: when the take cannot be read.
+        InputError: when a body or a file is missing, or the robot cannot be simulated.
+        WorkbenchError: when the rotor never moved in the take.
+    """
+    cameras, calibration = _settings(bundle)
+    model = load(bundle.document("model"), ModelFile).content
+    shape = load(bundle.document("shape"), ShapeFile).content
+    track = _track(bundle, cameras)
+    drive = _drive(bundle, calibration, track)
+    twin, outcome = make_twin(bundle.manifest["mode"], model, shape, drive, track)
+    made_from = {
+        "take": track.take_sha256,
+        "model": sha256(bundle.document("model")),
+        "shape": sha256(bundle.document("shape")),
+    }
+    bundle.write_series("track", track.motion, {"take": track.take_sha256})
+    bundle.write_series("twin", twin, made_from)
+    comparison = _compare(bundle, track, twin, drive, model, shape, outcome)
+    _note(bundle, comparison, track, outcome)
+    write_recording(comparison, bundle.view("recording"))
+    write_report(comparison, bundle.view("report"))
+    return comparison
+
+
+def make_twin(
+    mode: Literal["hop", "clamped"],
+    model: ModelFile,
+    shape: ShapeFile,
+    drive: Drive,
+    track: Track,
+) -> tuple[TimeSeries, str]:
+    """Simulate exactly the run that was measured.
+
+    The twin gets the same commands and starts with the rotor where the track saw it; its time zero
+    is found by the same estimator as the track's.
+
+    Returns:
+        The motion with time zero at the first rotor motion, and the simulation's outcome.
+
+    Raises:
+        InputError: when the model has effects, which cannot be simulated yet, or does not stand.
+    """
+    if model.effects:
+        names = ", ".join(effect.name for effect in model.effects)
+        raise InputError(f"model {model.name!r} has effects ({names}); they cannot be simulated yet")
+    rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
+    times = step_times(rest + drive.duration + _AFTER_S)
+    speed = staircase(times, [(rest + t, s) for t, s in drive.steps])
+    robot = make_robot(model.values(), shape)
+    result = simulate(robot, mode, speed, track.start_angle_rad)
+    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE])
+    return result.motion.shifted(-(rest if zero is None else zero)), result.outcome
+
+
+def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:
+    """Return how the cameras see the robot, and the calibration, from bench or sheet."""
+    if bundle.document("sheet").exists():
+        sheet = load(bundle.document("sheet"), Sheet).content
+        cameras = Cameras(
+            axes=sheet.tracking,
+            bodies=sheet.bodies,
+            markers=sheet.markers,
+            cleaning=sheet.cleaning,
+        )
+        return cameras, sheet.calibration
+    bench = load(bundle.document("bench"), BenchFile).content
+    return bench.tracking, bench.calibration
+
+
+def _track(bundle: Bundle, cameras: Cameras) -> Track:
+    track = make_track(
+        read_take(bundle.take()),
+        bodies=BodyNames(cameras.bodies.foot, cameras.bodies.top, cameras.bodies.rotor),
+        axes=Axes(up=cameras.axes.up, forward=cameras.axes.forward),
+        markers={name: np.array(places) for name, places in cameras.markers.items()},
+        recipe=cameras.cleaning,
+    )
+    if first_motion(track.motion.times, track.motion[ROTOR_ANGLE]) is None:
+        raise WorkbenchError(
+            f"{bundle.take().name}: the rotor never moves in this take; "
+            "was the motor connected, and is the body name of the rotor right?"
+        )
+    return track
+
+
+def _drive(bundle: Bundle, calibration: Calibration, track: Track) -> Drive:
+    """Return the commanded speeds: of the voltages that were sent, or of what the sheet says."""
+    sent = bundle.manifest.get("sent")
+    if sent is not None:
+        on = sent[0][0]
+        steps = tuple((t - on, calibration.speed(volts)) for t, volts in sent)
+        return Drive(steps, sent[-1][0] - on)
+    asked = bundle.manifest
+    duration = asked["duration_s"] or float(track.motion.times[-1])
+    speed, ramp = asked["speed_rad_s"], asked["ramp_s"]
+    count = max(1, round(ramp / 0.1))
+    rise = [(ramp * k / count, speed * (k + 1) / (count + 1)) for k in range(count)]
+    return Drive((*(rise if ramp else ()), (ramp, speed), (duration, 0.0)), duration)
+
+
+def _compare(
+    bundle: Bundle,
+    track: Track,
+    twin: TimeSeries,
+    drive: Drive,
+    model: ModelFile,
+    shape: ShapeFile,
+    outcome: str,
+) -> Comparison:
+    values = model.values()
+    warnings = list(track.warnings)
+    if outcome != "completed":
+        warnings.append(f"the twin {outcome} after {twin.times[-1]:.2f} s")
+    return Comparison(
+        title=bundle.manifest["title"],
+        run=bundle.manifest["id"],
+        real=track.motion,
+        twin=twin,
+        duration_s=drive.duration,
+        phases=_phases(track, drive),
+        figure=Figure(
+            foot_length=values["foot_length"],
+            foot_width=values["foot_width"],
+            beam_length=shape.length,
+            beam_root=values["beam_root"],
+            rotor_radius=values["rotor_radius"],
+        ),
+        real_summary=summarize(track.motion, drive.duration),
+        twin_summary=summarize(twin, drive.duration),
+        misfit=misfit(track.motion, twin, drive.duration),
+        supply=_supply(bundle),
+        facts=_table(bundle, track, model, shape),
+        log=_log(bundle),
+        warnings=tuple(warnings),
+    )
+
+
+def _phases(track: Track, drive: Drive) -> tuple[Phase, ...]:
+    begin = float(track.motion.times[0])
+    ramp_end = drive.steps[-2][0] if len(drive.steps) > 1 else 0.0
+    ramp = (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
+    return (Phase(begin, "rest"), *ramp, Phase(drive.duration, "off"))
+
+
+def _supply(bundle: Bundle) -> TimeSeries | None:
+    """Return the supply's readings with time zero where its output came on."""
+    if not bundle.has("supply"):
+        return None
+    return bundle.read_series("supply").shifted(-bundle.manifest["sent"][0][0])
+
+
+def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
+    on = bundle.manifest.get("sent", [[0.0]])[0][0]
+    return tuple(
+        (event["time_s"] - on, _sentence(event))
+        for event in bundle.read_journal()
+        if event["event"] != "reading"
+    )
+
+
+def _sentence(event: Mapping[str, Any]) -> str:
+    facts = {k: v for k, v in event.items() if k not in ("time_s", "event")}
+    told = ", ".join(f"{key} {value}" for key, value in facts.items() if not isinstance(value, dict))
+    return f"{event['event'].replace('_', ' ')}{': ' if told else ''}{told}"
+
+
+def _table(
+    bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile
+) -> dict[str, str]:
+    """Return the rows of the report that say what the run was made with."""
+    facts = bundle.manifest
+    asked = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
+    if facts.get("voltage_V") is not None:
+        asked += f" = {facts['voltage_V']:g} V by calibration {facts['calibration']}"
+    return {
+        "asked": asked,
+        "role": facts["role"],
+        "model": f"{model.name} ({sha256(bundle.document('model'))[:12]})",
+        "shape": f"{shape.name}, angles of the {shape.state} beam",
+        "take": f"{bundle.take().name} ({track.take_sha256[:12]})",
+        "cleaning": track.recipe,
+        "rotor at rest": f"{np.degrees(track.start_angle_rad):.1f} deg from forward, towards down",
+        "supply": " ".join(str(v) for v in facts.get("supply", {}).values()) or "not recorded",
+        "output at the end": facts.get("output_off", "not driven by the workbench"),
+        "versions": ", ".join(f"{k} {v}" for k, v in facts["versions"].items()),
+    }
+
+
+def _note(bundle: Bundle, comparison: Comparison, track: Track, outcome: str) -> None:
+    bundle.note(
+        {
+            "real": comparison.real_summary.as_json(),
+            "twin": comparison.twin_summary.as_json() | {"outcome": outcome},
+            "error_mm": comparison.misfit.both_mm,
+            "error_foot_mm": comparison.misfit.foot_mm,
+            "error_top_mm": comparison.misfit.top_mm,
+            "track": {
+                "recipe": track.recipe,
+                "zero_in_take_s": track.zero_in_take_s,
+                "start_angle_rad": track.start_angle_rad,
+                "rest_s": track.rest_s,
+                "cleaning": track.report,
+            },
+            "warnings": list(comparison.warnings),
+        }
+    )

@@ -1,0 +1,54 @@
+"""The models and shapes that come with the workbench, and how a name or a path is found."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from workbench.errors import InputError
+from workbench.protocol.files import Document, load
+from workbench.protocol.model import ModelFile
+from workbench.protocol.shape import ShapeFile
+
+__all__ = ["builtin_folder", "load_model", "load_shape"]
+
+
+def builtin_folder() -> Path:
+    """Return the folder of the built-in models: inside a wheel, else the checkout's `models/`."""
+    package = Path(__file__).resolve().parents[1]
+    inside = package / "models"
+    return inside if inside.is_dir() else package.parent / "models"
+
+
+def load_model(name: str, beside: Path) -> Document[ModelFile]:
+    """Read a model by name or path.
+
+    Args:
+        name: a built-in name such as `thesis`, or a path from the folder of the file that names it.
+        beside: that folder.
+
+    Raises:
+        InputError: when there is none of that name; lists those that exist.
+        FileFaults: when the file has faults.
+    """
+    return load(_find(name, beside, "model"), ModelFile)
+
+
+def load_shape(name: str, beside: Path) -> Document[ShapeFile]:
+    """Read a shape by name or path; arguments and errors as for `load_model`."""
+    return load(_find(name, beside, "shape"), ShapeFile)
+
+
+def _find(name: str, beside: Path, kind: str) -> Path:
+    if name.endswith((".yaml", ".yml")):
+        return beside / name
+    files = sorted(builtin_folder().glob("*.yaml"))
+    names = [f.stem for f in files if f"schema: workbench/{kind}-1" in f.read_text("utf-8")]
+    if name in names:
+        return builtin_folder() / f"{name}.yaml"
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f"; did you mean {close[0]!r}?" if close else ""
+    raise InputError(
+        f"no {kind} named {name!r}{hint}; built in: {', '.join(names)}; "
+        "a path must end in .yaml"
+    )

@@ -1,0 +1,111 @@
+"""What a review shows: one run, measured and simulated, on one time axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.motion import FOOT, TOP, Misfit, Summary, position
+from workbench.timeseries import TimeSeries
+
+__all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Figure", "Phase"]
+
+FOOT_ERROR = "foot_error_mm"
+TOP_ERROR = "top_error_mm"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """What the robot looks like in 3-D, from the model, all in metres.
+
+    Args:
+        foot_length: the foot along x.
+        foot_width: the foot along y.
+        beam_length: the curved beam along its own line.
+        beam_root: x of the beam's root on the foot, from the foot's centre (L_Orig).
+        rotor_radius: distance of the rotating mass from T.
+    """
+
+    foot_length: float
+    foot_width: float
+    beam_length: float
+    beam_root: float
+    rotor_radius: float
+
+
+class Phase(NamedTuple):
+    """A step of the protocol that starts at a time of the common axis [s] and lasts to the next."""
+
+    time_s: float
+    name: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One run and its twin, ready to be shown.
+
+    All times lie on one axis whose zero is the rotor's first motion.
+
+    Args:
+        title: headline in people's words.
+        run: the run's id; also the recording's.
+        real: the track, channels of `workbench.motion`; the pitch may be missing.
+        twin: the same channels and `hinge_0_rad` to `hinge_{N-1}_rad`.
+        duration_s: end of the drive [s].
+        phases: steps of the protocol in order of time.
+        figure: the robot's dimensions.
+        real_summary: what the robot did.
+        twin_summary: what the twin did.
+        misfit: root mean square distance between the two.
+        supply: `set_voltage_V`, `voltage_V`, `current_A`, or None when nothing was recorded.
+        facts: rows of the report: protocol, model, shape, hashes, versions.
+        log: lines of the journal with their times [s].
+        warnings: what a reader must know before believing the numbers.
+    """
+
+    title: str
+    run: str
+    real: TimeSeries
+    twin: TimeSeries
+    duration_s: float
+    phases: tuple[Phase, ...]
+    figure: Figure
+    real_summary: Summary
+    twin_summary: Summary
+    misfit: Misfit
+    supply: TimeSeries | None
+    facts: Mapping[str, str]
+    log: tuple[tuple[float, str], ...]
+    warnings: tuple[str, ...]
+
+    def error(self) -> TimeSeries:
+        """Return the distance between robot and twin over the robot's times.
+
+        Measured in the hopping plane (x, z) like `motion.misfit`, whose root mean square this is.
+        A sample is valid where both were seen.
+        """
+        twin = self.twin.at(self.real.times)
+        return TimeSeries.of(
+            self.real.times,
+            {
+                FOOT_ERROR: _distance_mm(self.real, twin, FOOT),
+                TOP_ERROR: _distance_mm(self.real, twin, TOP),
+            },
+        )
+
+    def reach(self) -> tuple[float, float]:
+        """Return the least and the greatest x of both feet [m], zero where none was seen."""
+        paths = [position(motion, FOOT)[:, 0] for motion in (self.real, self.twin)]
+        x = np.concatenate([[0.0], *paths])
+        return float(np.nanmin(x)), float(np.nanmax(x))
+
+
+def _distance_mm(
+    real: TimeSeries, twin: TimeSeries, point: tuple[str, str, str]
+) -> NDArray[np.float64]:
+    apart = position(real, point) - position(twin, point)
+    return 1000 * np.hypot(apart[:, 0], apart[:, 2])

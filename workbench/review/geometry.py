@@ -1,0 +1,58 @@
+"""Where the drawn parts of the robot are, from the channels of a motion.
+
+Angles turn about +y, so a direction at angle a points along (cos a, 0, -sin a) on the bench.
+Yaw and roll are not drawn: the robot moves in the x-z plane.
+"""
+
+from __future__ import annotations
+
+from itertools import count, takewhile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.motion import FOOT, PITCH, position
+from workbench.review.comparison import Figure
+from workbench.timeseries import TimeSeries
+
+__all__ = ["beam_points", "beam_root", "foot_pitch", "pitch_quaternions"]
+
+
+def foot_pitch(motion: TimeSeries) -> NDArray[np.float64]:
+    """Return the foot's pitch, (n,) [rad]; zero where it was not measured."""
+    if PITCH not in motion:
+        return np.zeros(len(motion))
+    return np.where(motion.validity(PITCH), motion[PITCH], 0.0)
+
+
+def pitch_quaternions(pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rotations about +y as xyzw, (n, 4), the order that the viewer wants."""
+    zero = np.zeros_like(pitch)
+    return np.column_stack([zero, np.sin(pitch / 2), zero, np.cos(pitch / 2)])
+
+
+def beam_root(motion: TimeSeries, figure: Figure) -> NDArray[np.float64]:
+    """Return where the beam leaves the foot, (n, 3) [m], NaN where the foot was not seen."""
+    return position(motion, FOOT) + figure.beam_root * _directions(foot_pitch(motion))
+
+
+def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
+    """Return the beam as a chain of N equal increments, (n, N + 1, 3) [m].
+
+    Raises:
+        ValueError: when the twin carries no hinge angles.
+    """
+    names = list(takewhile(twin.__contains__, (f"hinge_{k}_rad" for k in count())))
+    if not names:
+        raise ValueError(
+            f"the twin has no column hinge_0_rad, so its beam cannot be drawn; "
+            f"there are {', '.join(twin.names)}"
+        )
+    bend = np.cumsum(twin.select(names).values, axis=1)
+    increments = _directions(foot_pitch(twin)[:, None] + bend) * figure.beam_length / len(names)
+    chain = np.concatenate([np.zeros((len(twin), 1, 3)), np.cumsum(increments, axis=1)], axis=1)
+    return beam_root(twin, figure)[:, None, :] + chain
+
+
+def _directions(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.stack([np.cos(angle), np.zeros_like(angle), -np.sin(angle)], axis=-1)

@@ -1,0 +1,37 @@
+"""The notes beside the curves, as markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from workbench.review.comparison import Comparison
+from workbench.review.headline import HEADINGS, headline, misfit_rows
+
+__all__ = ["notes"]
+
+_UNSEEN = (
+    "The thin orange line from the foot to T stands for the real beam; "
+    "the beam between them was not measured."
+)
+
+
+def notes(comparison: Comparison) -> str:
+    """Return the headline table with the errors, warnings, facts and what was not measured."""
+    errors = [(f"Error, {name}", "", "", rms) for name, rms in misfit_rows(comparison.misfit)]
+    parts = [
+        f"**{comparison.title}**",
+        _table(HEADINGS, [*headline(comparison), *errors]),
+        "\n".join(f"- **Warning:** {warning}" for warning in comparison.warnings),
+        _UNSEEN,
+        _table(("Fact", ""), comparison.facts.items()),
+    ]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(map(_cell, line)) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.replace("|", "\\|").split())

@@ -1,0 +1,30 @@
+"""The colours of a review, the same in the recording, the plots and the report.
+
+Orange and blue differ in lightness too, so that they survive a grey print and colour-blind eyes.
+"""
+
+from __future__ import annotations
+
+__all__ = ["PHASES", "REAL", "SHADES", "TWIN", "rgb"]
+
+REAL = "#e8710a"
+TWIN = "#2b7be4"
+SHADES = {
+    "floor": "#ffffff",
+    "grid": "#d4d9df",
+    "scale": "#7d8794",
+    "marks": "#ffffff",
+    "foot": "#14a08c",
+    "top": "#9b6ad6",
+    "set_volts": "#8f99a5",
+    "volts": "#c79a16",
+    "amps": "#c2413c",
+}
+PHASES = ("#aeb9c7", "#f0c36a", "#7fbf95", "#9bb3e0", "#d79bb4", "#b6a6d9", "#9ecad1", "#cfb99a")
+"""One colour a phase name in the order of first use; after eight they repeat."""
+
+
+def rgb(color: str) -> tuple[int, int, int]:
+    """Return `#rrggbb` as three bytes, the form that rerun takes."""
+    red, green, blue = bytes.fromhex(color.removeprefix("#"))
+    return red, green, blue

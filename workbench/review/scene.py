@@ -1,0 +1,134 @@
+"""The robots and the floor in 3-D, as entities of a recording."""
+
+from __future__ import annotations
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from workbench.motion import FOOT, ROTOR, TOP, position
+from workbench.review import palette
+from workbench.review.columns import TIMELINE, send_seen
+from workbench.review.comparison import Comparison, Figure
+from workbench.review.geometry import beam_points, beam_root, foot_pitch, pitch_quaternions
+from workbench.review.palette import rgb
+from workbench.timeseries import TimeSeries
+
+__all__ = ["FLOOR_Z", "draw_floor", "draw_real", "draw_twin"]
+
+FLOOR_Z = -0.004
+"""Height of the drawn floor [m]; bench zero is the foot's centre at rest, the foot 8 mm thick."""
+
+_FOOT_THICKNESS = -2 * FLOOR_Z
+_POINT_RADIUS = 0.008
+_LINE_RADIUS = 0.003
+_THIN_RADIUS = 0.0008
+
+
+def draw_floor(stream: rr.RecordingStream, comparison: Comparison) -> None:
+    """Draw a scale along the track, a tick every 0.1 m; the grid itself belongs to the views."""
+    y = -0.5 * comparison.figure.foot_width - 0.04
+    last = max(3, int(np.ceil(10 * comparison.reach()[1])))
+    rail = [[0, y, FLOOR_Z], [last / 10, y, FLOOR_Z]]
+    ticks = [[[k / 10, y, FLOOR_Z], [k / 10, y - 0.02, FLOOR_Z]] for k in range(last + 1)]
+    named = [k for k in range(last + 1) if k % 5 == 0 or k == last]
+    lines = rr.LineStrips3D([rail, *ticks], radii=_THIN_RADIUS, colors=rgb(palette.SHADES["scale"]))
+    marks = rr.Points3D(
+        [[k / 10, y - 0.02, FLOOR_Z] for k in named],
+        labels=[f"{k / 10:g} m" for k in named],
+        radii=0.0001,
+        colors=rgb(palette.SHADES["marks"]),
+    )
+    stream.log("floor/scale", lines, static=True)
+    stream.log("floor/marks", marks, static=True)
+
+
+def draw_real(stream: rr.RecordingStream, real: TimeSeries, figure: Figure) -> None:
+    """Draw what the cameras saw; between root and T only a thin line, for nobody measured it."""
+    _draw_parts(stream, "real", real, figure, palette.REAL)
+    link = np.stack([beam_root(real, figure), position(real, TOP)], axis=1)
+    _send_strips(stream, "real/link", real.times, link)
+    stream.log(
+        "real/link",
+        rr.LineStrips3D.from_fields(radii=_THIN_RADIUS, colors=rgb(palette.REAL)),
+        rr.AnyValues(note="the beam between foot and T was not measured"),
+        static=True,
+    )
+
+
+def draw_twin(stream: rr.RecordingStream, twin: TimeSeries, figure: Figure) -> None:
+    """Draw the twin with its whole beam, a chain of straight increments.
+
+    Raises:
+        ValueError: when the twin carries no hinge angles.
+    """
+    _draw_parts(stream, "sim", twin, figure, palette.TWIN)
+    _send_strips(stream, "sim/beam", twin.times, beam_points(twin, figure))
+    stream.log(
+        "sim/beam",
+        rr.LineStrips3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.TWIN)),
+        static=True,
+    )
+
+
+def _draw_parts(
+    stream: rr.RecordingStream, root: str, motion: TimeSeries, figure: Figure, color: str
+) -> None:
+    """Draw the foot, T, the rotor and the arm between them under `root`."""
+    top, rotor = position(motion, TOP), position(motion, ROTOR)
+    _send_foot(stream, f"{root}/foot", motion, figure)
+    _send_points(stream, f"{root}/top", motion.times, top)
+    _send_points(stream, f"{root}/rotor", motion.times, rotor)
+    _send_strips(stream, f"{root}/arm", motion.times, np.stack([top, rotor], axis=1))
+    solid = rr.components.FillMode.Solid
+    style = {
+        "foot": rr.Boxes3D.from_fields(colors=rgb(color), fill_mode=solid),
+        "top": rr.Points3D.from_fields(colors=rgb(color), radii=_POINT_RADIUS),
+        "rotor": rr.Points3D.from_fields(colors=rgb(color), radii=1.3 * _POINT_RADIUS),
+        "arm": rr.LineStrips3D.from_fields(colors=rgb(color), radii=_LINE_RADIUS),
+    }
+    for part, look in style.items():
+        stream.log(f"{root}/{part}", look, static=True)
+
+
+def _send_foot(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure: Figure) -> None:
+    """Send the pose where seen and the box's size at every row, empty where not seen."""
+    place = position(motion, FOOT)
+    seen = _seen(place)
+    size = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS / 2]
+    stream.send_columns(
+        path,
+        [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
+        rr.Transform3D.columns(
+            translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
+        ),
+    )
+    boxes = rr.Boxes3D.columns(half_sizes=np.tile(size, (len(place[seen]), 1)))
+    send_seen(stream, path, motion.times, seen, boxes)
+
+
+def _send_points(
+    stream: rr.RecordingStream,
+    path: str,
+    times: NDArray[np.float64],
+    places: NDArray[np.float64],
+) -> None:
+    seen = _seen(places)
+    send_seen(stream, path, times, seen, rr.Points3D.columns(positions=places[seen]))
+
+
+def _send_strips(
+    stream: rr.RecordingStream,
+    path: str,
+    times: NDArray[np.float64],
+    strips: NDArray[np.float64],
+) -> None:
+    """Send one strip a row; `strips` is (n, points, 3) [m]."""
+    seen = _seen(strips)
+    send_seen(
+        stream, path, times, seen, rr.LineStrips3D.columns(strips=strips[seen].astype(np.float32))
+    )
+
+
+def _seen(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(places).reshape(len(places), -1).all(axis=1))

@@ -1,0 +1,128 @@
+"""The sections of the report, each a title and what makes its body.
+
+To add one, write a function from a `Comparison` to HTML and name it in `SECTIONS`. A section whose
+body is empty is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+from markupsafe import Markup
+
+from workbench.review.comparison import Comparison
+from workbench.review.headline import HEADINGS, headline, misfit_rows
+from workbench.review.plots import (
+    error_plot,
+    motion_plot,
+    speed_plot,
+    supply_plot,
+    trajectory_plot,
+)
+
+__all__ = ["SECTIONS", "Section"]
+
+
+class Section(NamedTuple):
+    """A part of the report.
+
+    Args:
+        title: its heading.
+        body: makes its HTML; empty when there is nothing to say.
+    """
+
+    title: str
+    body: Callable[[Comparison], Markup]
+
+
+def _warnings(comparison: Comparison) -> Markup:
+    items = Markup().join(Markup("<li>{}</li>").format(text) for text in comparison.warnings)
+    return Markup('<ul class="warnings">{}</ul>').format(items) if items else items
+
+
+def _headline(comparison: Comparison) -> Markup:
+    return _table(headline(comparison), HEADINGS)
+
+
+def _misfit(comparison: Comparison) -> Markup:
+    rows = [(name[0].upper() + name[1:], rms) for name, rms in misfit_rows(comparison.misfit)]
+    return _table(rows, ("", "Root mean square")) + _figure(
+        error_plot(comparison),
+        "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing.",
+    )
+
+
+def _trajectory(comparison: Comparison) -> Markup:
+    return _figure(
+        trajectory_plot(comparison),
+        f"Path of the foot's centre during the {comparison.duration_s:g} s of drive. "
+        "The height is stretched.",
+    )
+
+
+def _motion(comparison: Comparison) -> Markup:
+    return _figure(motion_plot(comparison), "Foot and T, the tip of the beam, over time.")
+
+
+def _speed(comparison: Comparison) -> Markup:
+    return _figure(
+        speed_plot(comparison), "Speed of the rotor, as measured and as the twin was driven."
+    )
+
+
+def _supply(comparison: Comparison) -> Markup:
+    if comparison.supply is None:
+        return Markup()
+    return _figure(supply_plot(comparison.supply), "What was set on the supply and read back.")
+
+
+def _facts(comparison: Comparison) -> Markup:
+    return _table([("Run", comparison.run), *comparison.facts.items()], css="facts")
+
+
+def _journal(comparison: Comparison) -> Markup:
+    rows = [(f"{time:.2f} s", text) for time, text in comparison.log]
+    return _table(rows, ("Time", "Event"), css="facts") if rows else Markup()
+
+
+def _recording(comparison: Comparison) -> Markup:
+    return Markup(
+        "<p>Both robots move side by side in the recording. Open it with</p>"
+        "<pre>workbench review {}</pre>"
+        "<p>or, without a window on this computer, in the browser with <code>--web</code>.</p>"
+    ).format(comparison.run)
+
+
+SECTIONS = (
+    Section("Warnings", _warnings),
+    Section("Result", _headline),
+    Section("Path of the foot", _trajectory),
+    Section("Error of the twin", _misfit),
+    Section("Motion over time", _motion),
+    Section("Rotor speed", _speed),
+    Section("Supply", _supply),
+    Section("Recording", _recording),
+    Section("Journal", _journal),
+    Section("Facts", _facts),
+)
+
+
+def _figure(svg: str, caption: str) -> Markup:
+    return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(svg), caption)
+
+
+def _table(
+    rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "numbers"
+) -> Markup:
+    head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
+    body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)
+    return Markup('<table class="{}">{}<tbody>{}</tbody></table>').format(css, head, body)
+
+
+def _row(row: Sequence[str]) -> Markup:
+    return Markup('<th scope="row">{}</th>{}').format(row[0], _cells(row[1:], "td"))
+
+
+def _cells(texts: Sequence[str], tag: str) -> Markup:
+    return Markup().join(Markup(f"<{tag}>{{}}</{tag}>").format(text) for text in texts)

@@ -1,0 +1,50 @@
+"""Tracking: OptiTrack exports in, tracks out, and exports written for the virtual bench.
+
+Here live the readers of every export flavour, the report on a raw take, the axis mapping, the
+cleaning recipes, and the way from a take to the motion of foot, T and rotor. No instruments, no
+simulation, no bundle folder: this room imports `motion`, `timeseries` and `errors` only.
+
+The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `raw_points`
+(bench axes) -> a recipe of `CLEANING` -> `make_track` -> `Track`.
+
+To add a file flavour: one parser `Source -> Take`, one line in `reader.py`, one test file.
+To add a cleaning recipe: one function `RawPoints -> (TimeSeries, CleaningReport)` in a file of its
+own, one entry in `CLEANING`, one test.
+"""
+
+from workbench.tracking.axes import Axes
+from workbench.tracking.bodies import BodyNames, MarkerPlaces, RawBody, RawPoints, raw_points
+from workbench.tracking.cleaning import CLEANING
+from workbench.tracking.motive_writer import write_motive
+from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
+from workbench.tracking.quality import quality
+from workbench.tracking.reader import read_take
+from workbench.tracking.recipe import BodyReport, CleaningReport, Recipe
+from workbench.tracking.row_writer import write_row
+from workbench.tracking.take import BodyTake, Cloud, Missing, Take
+from workbench.tracking.track import Track, make_track
+
+__all__ = [
+    "CLEANING",
+    "Axes",
+    "BodyNames",
+    "BodyReport",
+    "BodyTake",
+    "CleaningReport",
+    "Cloud",
+    "MarkerPlaces",
+    "Missing",
+    "RawBody",
+    "RawPoints",
+    "Recipe",
+    "Take",
+    "Track",
+    "make_track",
+    "motor_speed_fft",
+    "motor_speed_thesis",
+    "quality",
+    "raw_points",
+    "read_take",
+    "write_motive",
+    "write_row",
+]

@@ -1,0 +1,87 @@
+"""How the axes of an export lie in the bench: the file does not say, so the user does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+
+__all__ = ["Axes"]
+
+_LETTERS = "xyz"
+_NAMES = ("x", "-x", "y", "-y", "z", "-z")
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Which axis of the export points up and which one forward.
+
+    Bench axes are x forward, y left, z up. The default is Motive's: x_bench = -z, y_bench = -x,
+    z_bench = y.
+
+    Args:
+        up: signed axis name, e.g. "y" or "-z".
+        forward: signed axis name, not along `up`.
+
+    Raises:
+        InputError: an unknown name, or both along the same line.
+    """
+
+    up: str = "y"
+    forward: str = "-z"
+
+    def __post_init__(self) -> None:
+        """Refuse what is no pair of perpendicular axes."""
+        for role, name in (("up", self.up), ("forward", self.forward)):
+            if _plain(name) not in _NAMES:
+                raise InputError(
+                    f"tracking axis {role}: {name!r} is unknown; allowed are {', '.join(_NAMES)}"
+                )
+        if _plain(self.up)[-1] == _plain(self.forward)[-1]:
+            raise InputError(
+                f"tracking axes: forward {self.forward!r} is parallel to up {self.up!r}; "
+                f"forward must lie along another axis, e.g. up 'y' and forward '-z'"
+            )
+
+    @property
+    def export_to_bench(self) -> NDArray[np.float64]:
+        """(3, 3) rotation matrix; its rows are forward, left and up in the export's axes."""
+        up, forward = _vector(self.up), _vector(self.forward)
+        return np.array([forward, np.cross(up, forward), up])
+
+    def points_to_bench(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (..., 3) of the export in bench axes."""
+        return points @ self.export_to_bench.T
+
+    def points_to_export(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points (..., 3) of the bench in the export's axes."""
+        return points @ self.export_to_bench
+
+    def quaternions_to_bench(self, quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return rotations (..., 4) w, x, y, z of the export, told in bench axes.
+
+        A rotation keeps its angle and its axis in space, only the axis' coordinates change. So a
+        body that stands as it was defined has the identity in both.
+        """
+        return _turned(quaternions, self.export_to_bench)
+
+    def quaternions_to_export(self, quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return rotations (..., 4) w, x, y, z of the bench, told in the export's axes."""
+        return _turned(quaternions, self.export_to_bench.T)
+
+
+def _plain(name: str) -> str:
+    return name.strip().casefold().removeprefix("+")
+
+
+def _vector(name: str) -> NDArray[np.float64]:
+    vector = np.zeros(3)
+    vector[_LETTERS.index(_plain(name)[-1])] = -1.0 if _plain(name).startswith("-") else 1.0
+    return vector
+
+
+def _turned(quaternions: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([quaternions[..., :1], quaternions[..., 1:] @ matrix.T], axis=-1)

@@ -1,0 +1,29 @@
+"""The cleaning recipes by name. A new recipe is one file and one entry here."""
+
+from __future__ import annotations
+
+import difflib
+
+from workbench.errors import InputError
+from workbench.tracking.default_recipe import default
+from workbench.tracking.recipe import Recipe
+from workbench.tracking.thesis_recipe import thesis
+
+__all__ = ["CLEANING", "recipe_named"]
+
+CLEANING: dict[str, Recipe] = {"default": default, "thesis": thesis}
+
+
+def recipe_named(name: str) -> Recipe:
+    """Return a recipe.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if name not in CLEANING:
+        near = difflib.get_close_matches(name, CLEANING, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(
+            f"cleaning recipe {name!r} is unknown; there are {', '.join(CLEANING)}{hint}"
+        )
+    return CLEANING[name]

@@ -1,0 +1,83 @@
+"""Which samples of a Motive body were really seen.
+
+Motive writes blank cells for a lost body, except for solved bodies (format 1.24): there a zero pose
+stands before the first sighting, and the last pose is repeated after a loss.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.tracking.take import Missing, known
+
+__all__ = ["gaps", "motive_missing", "runs"]
+
+_FROZEN_S = 0.04
+_FROZEN_SAMPLES = 5  # shorter exact repeats occur in real files of bodies that were seen
+
+
+def motive_missing(
+    position: NDArray[np.float64],
+    quaternion: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    rate: float,
+) -> NDArray[np.int8]:
+    """Return (n,) values of `Missing`.
+
+    Raw markers decide where the file has them. Without them a repeated pose counts as frozen only
+    from 0.04 s on (at least 5 samples), and never from the body's first pose: that body has not
+    moved yet, and nothing tells it from one that stands still.
+
+    Args:
+        position: (n, 3) NaN where blank.
+        quaternion: (n, 4) w, x, y, z.
+        measured: (n, m, 3) raw markers, NaN where not seen.
+        rate: [Hz].
+    """
+    missing = np.zeros(len(position), dtype=np.int8)
+    visible = np.asarray(known(measured).any(axis=1), dtype=np.bool_)
+    has_raw = bool(visible.any())
+    repeat = _repeats(position, quaternion)
+    if has_raw:
+        missing[~visible] = Missing.LOST
+        missing[~visible & repeat] = Missing.FROZEN
+    zero = _is_zero_pose(position, quaternion) & ~(has_raw & visible)
+    missing[zero] = Missing.PLACEHOLDER
+    missing[np.isnan(position).any(axis=1)] = Missing.BLANK
+    if not has_raw:
+        _mark_frozen(missing, repeat, max(_FROZEN_SAMPLES, round(_FROZEN_S * rate)))
+    return missing
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return start and stop (one past the end) of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:
+    """Return the number of gaps and the length of the longest one in samples."""
+    lengths = [stop - start for start, stop in runs(~seen)]
+    return len(lengths), max(lengths, default=0)
+
+
+def _repeats(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> NDArray[np.bool_]:
+    pose = np.hstack([position, np.nan_to_num(quaternion)])
+    same = np.zeros(len(pose), dtype=bool)
+    same[1:] = (pose[1:] == pose[:-1]).all(axis=1)
+    return same
+
+
+def _is_zero_pose(
+    position: NDArray[np.float64], quaternion: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    unturned = np.isnan(quaternion).any(axis=1) | (quaternion[:, 1:] == 0).all(axis=1)
+    return (position == 0).all(axis=1) & unturned
+
+
+def _mark_frozen(missing: NDArray[np.int8], repeat: NDArray[np.bool_], least: int) -> None:
+    for start, stop in runs(repeat & (missing == Missing.SEEN)):
+        first_pose = not (missing[: start - 1] == Missing.SEEN).any()
+        if stop - start >= least and not first_pose:
+            missing[start:stop] = Missing.FROZEN

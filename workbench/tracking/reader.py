@@ -1,0 +1,122 @@
+"""Read one export file, whatever its flavour; the content decides, never the file's name."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from workbench.errors import TakeError
+from workbench.tracking.motive import parse_motive
+from workbench.tracking.row_format import parse_row
+from workbench.tracking.source import Source, shown
+from workbench.tracking.take import Take
+
+__all__ = ["read_take"]
+
+_READABLE = "readable are OptiTrack CSV exports: Motive 1.2 to 1.25 and row format 1.0 and 1.1"
+_MAGIC = {
+    b"PK\x03\x04": "a zip archive or an .xlsx workbook; save the sheet as CSV or export again",
+    b"PK\x05\x06": "an empty zip archive",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls); save the sheet as CSV or export again",
+    b"\x1f\x8b": "gzip data; unpack it first",
+    b"\xff\xfe": "UTF-16 text; save it as UTF-8",
+    b"\xfe\xff": "UTF-16 text; save it as UTF-8",
+    b"%PDF": "a PDF",
+}
+_ROW_WORDS = ("comment", "info", "trackable", "rigidbody", "righthanded", "lefthanded", "frame")
+
+
+def read_take(path: str | Path) -> Take:
+    """Read an OptiTrack export.
+
+    Args:
+        path: the file; it is never modified.
+
+    Returns:
+        The take: metres, seconds, quaternions w, x, y, z, the file's own axes.
+
+    Raises:
+        TakeError: the file cannot be used; the message names file, line and cause.
+    """
+    data = _bytes(Path(path))
+    _refuse_binary(data, str(path))
+    source = Source(str(path), hashlib.sha256(data).hexdigest(), "")
+    text = _decode(data, source)
+    source = Source(source.path, source.sha256, text, source.warnings)
+    return _parser(source)(source)
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise TakeError(f"{path}: cannot be read ({error})") from error
+    if not data.strip():
+        raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
+    return data
+
+
+def _refuse_binary(data: bytes, path: str) -> None:
+    for magic, what in _MAGIC.items():
+        if data.startswith(magic):
+            raise TakeError(f"{path}:1: this is {what}; {_READABLE}")
+    if data[1:2] == b"\x50" and data[0] < 0x20:
+        raise TakeError(f"{path}:1: C3D is not read yet; export the take as CSV")
+    if b"\0" in data[:1024]:
+        raise TakeError(
+            f"{path}:1: binary data (starts with {data[:8].hex(' ')}); {_READABLE}; "
+            "a .tak file needs an export from Motive"
+        )
+
+
+def _decode(data: bytes, source: Source) -> str:
+    """Decode as UTF-8; a start time in another PC's code page must not stop the reader."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        source.warn(f"byte {error.start} is not UTF-8; the text is read as Latin-1")
+        return data.decode("latin-1")
+
+
+def _parser(source: Source) -> Callable[[Source], Take]:
+    line, cells = next(source.rows(), (1, [""]))
+    first = cells[0].strip()
+    if first.casefold() == "format version":
+        return parse_motive
+    if first.casefold() in _ROW_WORDS and not _time_follows(cells):
+        return parse_row
+    raise source.fault(line, f"{_diagnosis(first, cells)}; {_READABLE}")
+
+
+def _time_follows(cells: list[str]) -> bool:
+    return len(cells) > 1 and cells[1].strip().casefold().startswith("time")
+
+
+def _diagnosis(first: str, cells: list[str]) -> str:
+    """Say what the first row looks like, when it is no known export."""
+    for separator, name in ((";", "semicolons"), ("\t", "tabs")):
+        if separator in first and first.split(separator)[0].strip().casefold() in (
+            "format version",
+            *_ROW_WORDS,
+        ):
+            return (
+                f"cells are separated by {name}, as a spreadsheet writes them (often with decimal "
+                "commas); export from Motive again, or save with commas and decimal points"
+            )
+    if first.startswith("PathFileType"):
+        return "this is a .trc file"
+    if _time_follows(cells) or (len(cells) > 2 and all(_is_number(cell) for cell in cells[:3])):
+        return (
+            "the header rows are missing (switched off in the exporter?), so units and bodies "
+            "are unknown; export again with the header"
+        )
+    return f"the first cell is {shown(first)}, which starts no known export"
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,125 @@
+"""The text of one export file: rows with line numbers, and faults that name the place."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import TakeError
+
+__all__ = ["Source", "unique_name"]
+
+_LARGEST = 1e9  # beyond any coordinate, time or index; keeps later arithmetic from overflowing
+_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file's text, and the warnings that gather while it is read.
+
+    Args:
+        path: the file's name as the user gave it.
+        sha256: of the file's bytes.
+        text: decoded, without byte order mark.
+        warnings: filled by the parsers.
+    """
+
+    path: str
+    sha256: str
+    text: str
+    warnings: list[str] = field(default_factory=list)
+
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield line number (from 1) and cells of each row that is not blank."""
+        reader = csv.reader(io.StringIO(self.text, newline=""))
+        while True:
+            try:
+                cells = next(reader, None)
+            except csv.Error as error:
+                raise self.fault(reader.line_num, f"not readable as CSV ({error})") from error
+            if cells is None:
+                return
+            if any(cells):
+                yield reader.line_num, cells
+
+    def fault(self, line: int, cause: str) -> TakeError:
+        """Return the error for one line."""
+        return TakeError(f"{self.path}:{line}: {cause}")
+
+    def warn(self, text: str) -> None:
+        """Keep a warning once."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+
+    def numbers(self, cells: Sequence[str], line: int, column: int) -> list[float]:
+        """Convert cells to numbers; blank, NAN and the old C runtime's `1.#QNAN` become NaN.
+
+        Args:
+            cells: the texts.
+            line: their line, for the message.
+            column: column of the first cell, from 1, for the message.
+
+        Raises:
+            TakeError: where a cell holds anything else.
+        """
+        try:
+            return list(map(float, cells))
+        except ValueError:
+            return [self._number(cell, line, column + i) for i, cell in enumerate(cells)]
+
+    def count(self, cell: str, line: int, what: str, lowest: int = 0) -> int:
+        """Convert a cell to a whole number of at least `lowest`."""
+        try:
+            value = float(cell)
+        except ValueError:
+            value = float("nan")
+        if not lowest <= value <= _LARGEST or value != int(value):
+            raise self.fault(
+                line, f"{what} is {shown(cell)}; a whole number from {lowest} belongs there"
+            )
+        return int(value)
+
+    def checked(
+        self, values: NDArray[np.float64], lines: Sequence[int], what: str
+    ) -> NDArray[np.float64]:
+        """Return values (n, ...) with infinities as NaN; refuse absurd magnitudes."""
+        values = np.where(np.isfinite(values), values, np.nan)
+        absurd = np.abs(values) > _LARGEST
+        if absurd.any():
+            at = int(np.argwhere(absurd)[0][0])
+            found = values[absurd].flat[0]
+            raise self.fault(lines[at], f"{what} has the value {found:g}; not a measured number")
+        return values
+
+    def _number(self, cell: str, line: int, column: int) -> float:
+        text = cell.strip()
+        if not text or "#" in text:
+            return float("nan")
+        try:
+            return float(text)
+        except ValueError:
+            hint = " (decimal comma? export with points)" if "," in text else ""
+            raise self.fault(
+                line, f"column {column} holds {shown(cell)} where a number belongs{hint}"
+            ) from None
+
+
+def shown(text: str) -> str:
+    """Return a cell for a message: quoted and cut to a readable length."""
+    return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
+
+
+def unique_name(name: str, taken: Sequence[str], source: Source) -> str:
+    """Return the name, numbered and with a warning when the file uses it twice."""
+    if name not in taken:
+        return name
+    number = 2
+    while f"{name} ({number})" in taken:
+        number += 1
+    source.warn(f"two bodies are named {name!r}; the later one is read as '{name} ({number})'")
+    return f"{name} ({number})"

@@ -1,0 +1,154 @@
+"""One OptiTrack export in memory: what every reader returns and every writer takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["BodyTake", "Cloud", "Missing", "Take", "known"]
+
+
+class Missing(IntEnum):
+    """Why a sample of a body does not count as seen."""
+
+    SEEN = 0
+    BLANK = 1
+    """The cells are empty or NAN."""
+    LOST = 2
+    """The lost counter is above zero, or none of the body's raw markers is visible."""
+    PLACEHOLDER = 3
+    """An exact zero pose, as Motive writes before the first sighting."""
+    FROZEN = 4
+    """The last pose repeated, as Motive writes after a loss."""
+    GLITCH = 5
+    """Rejected by cleaning."""
+    FILLED = 6
+    """Interpolated by cleaning."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyTake:
+    """One rigid body over the n samples of a take, in the file's axes.
+
+    Args:
+        name: the body's name as the file gives it.
+        id: the body's identifier as text.
+        position: (n, 3) pose position [m], NaN where the file gives none.
+        quaternion: (n, 4) w, x, y, z, NaN where the file gives none.
+        measured: (n, m, 3) markers as the cameras saw them [m], NaN where not seen.
+        solved: (n, m, 3) markers as the fitted body places them [m].
+        marker_names: m names; a slot is the same marker in `measured` and `solved`.
+        missing: (n,) values of `Missing`.
+    """
+
+    name: str
+    id: str
+    position: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    solved: NDArray[np.float64]
+    marker_names: tuple[str, ...]
+    missing: NDArray[np.int8]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(n,) True where the body was really seen."""
+        return self.missing == Missing.SEEN
+
+    @property
+    def centroid_measured(self) -> NDArray[np.float64]:
+        """(n, 3) centroid of the measured markers [m], NaN unless all are visible."""
+        return _centroid(self.measured)
+
+    @property
+    def centroid_solved(self) -> NDArray[np.float64]:
+        """(n, 3) centroid of the solved markers [m]; stays finite while a body is lost."""
+        return _centroid(self.solved)
+
+    @property
+    def fit_error(self) -> NDArray[np.float64]:
+        """(n,) root mean square distance of visible measured to solved markers [m], or NaN."""
+        squares = np.sum((self.measured - self.solved) ** 2, axis=2)
+        known = np.isfinite(squares)
+        count = np.where(known.any(axis=1), known.sum(axis=1), np.nan)
+        return np.sqrt(np.where(known, squares, 0.0).sum(axis=1) / count)
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """The points that belong to no body.
+
+    Args:
+        position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is a place in the
+            frame's list and may hold another marker in the next frame.
+        names: (n, k) the name of the marker in each slot; empty where there is none.
+    """
+
+    position: NDArray[np.float64]
+    names: NDArray[np.object_]
+
+    @classmethod
+    def empty(cls, n: int) -> Cloud:
+        """Return a cloud of n samples without points."""
+        return cls(np.empty((n, 0, 3)), np.empty((n, 0), dtype=object))
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One export file.
+
+    Args:
+        path: the file's name as the user gave it.
+        sha256: of the file's bytes.
+        format: "row" (Tracking Tools) or "motive".
+        version: the format's version, e.g. "1.1" or "1.23".
+        rate_hz: samples per second.
+        jitter_s: standard deviation of the file's own time steps about their median [s].
+        indices: (n,) frame indices.
+        times: (n,) [s]; index / rate in Motive files, the file's clock in row formats.
+        bodies: by name, in the file's order.
+        cloud: the points outside the bodies.
+        header: the file's own keys and texts, untouched.
+        warnings: what a user should know before trusting the numbers.
+    """
+
+    path: str
+    sha256: str
+    format: str
+    version: str
+    rate_hz: float
+    jitter_s: float
+    indices: NDArray[np.int64]
+    times: NDArray[np.float64]
+    bodies: Mapping[str, BodyTake]
+    cloud: Cloud
+    header: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.indices)
+
+    def counted_position(self, name: str) -> NDArray[np.float64]:
+        """Return the (n, 3) position that quality numbers are made of [m].
+
+        That is the pose position in Motive files. Row formats give no pose while a body is lost, so
+        there it is the centroid of the model markers, which Appendix C of the thesis uses too.
+        """
+        body = self.bodies[name]
+        return body.centroid_solved if self.format == "row" else body.position
+
+
+def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return (...,) True where all coordinates of points (..., k) are finite."""
+    return np.asarray(np.isfinite(points).all(axis=-1), dtype=np.bool_)
+
+
+def _centroid(markers: NDArray[np.float64]) -> NDArray[np.float64]:
+    if markers.shape[1] == 0:
+        return np.full((len(markers), 3), np.nan)
+    return np.asarray(markers.mean(axis=1))

@@ -1,0 +1,204 @@
+"""From a take to a track: cleaned, in bench axes, with the origin and time zero of a motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.motion import (
+    FOOT,
+    PITCH,
+    ROTOR,
+    ROTOR_ANGLE,
+    ROTOR_SPEED,
+    TOP,
+    first_motion,
+    rotor_angle,
+    rotor_speed,
+)
+from workbench.timeseries import TimeSeries
+from workbench.tracking.axes import Axes
+from workbench.tracking.bodies import BodyNames, MarkerPlaces, raw_points
+from workbench.tracking.cleaning import recipe_named
+from workbench.tracking.plausibility import implausible
+from workbench.tracking.take import Take
+
+__all__ = ["Track", "make_track"]
+
+_LONGEST_REST_S = 2.0
+_STILL_M = 3e-3
+_LEAST_REST_S = 0.1
+_HINT_APART_S = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The cleaned, time-aligned motion of one take.
+
+    Args:
+        motion: channels of `workbench.motion`, evenly sampled; a sample is valid where every body
+            it needs was really seen. Origin: the foot at rest. Time zero: the rotor's first motion.
+        start_angle_rad: the rotor's angle at rest [rad].
+        rest_s: how long foot and T stood still before time zero [s].
+        zero_in_take_s: time zero on the take's clock [s].
+        recipe: the name of the cleaning recipe.
+        report: what cleaning did, for JSON.
+        take_sha256: of the file it was made from.
+        warnings: of the take, the cleaning and the plausibility checks.
+    """
+
+    motion: TimeSeries
+    start_angle_rad: float
+    rest_s: float
+    zero_in_take_s: float
+    recipe: str
+    report: dict[str, Any]
+    take_sha256: str
+    warnings: tuple[str, ...]
+
+
+def make_track(
+    take: Take,
+    *,
+    bodies: BodyNames,
+    axes: Axes,
+    markers: MarkerPlaces | None = None,
+    recipe: str = "default",
+    start_hint: float | None = None,
+) -> Track:
+    """Make the track of a take.
+
+    Args:
+        take: the export.
+        bodies: what it calls foot, T and rotor.
+        axes: how its axes lie.
+        markers: where markers sit on the bodies: forward, left, up [mm].
+        recipe: a name of `CLEANING`.
+        start_hint: when the motor starts or the tip is released, from the take's first sample [s];
+            it is time zero where the rotor never moves.
+
+    Raises:
+        InputError: a body, marker place or recipe does not fit the take.
+    """
+    points = raw_points(take, bodies, axes, markers)
+    columns, report = recipe_named(recipe)(points)
+    warnings = [*take.warnings, *points.warnings, *report.warnings]
+    angle, angle_valid = _angle(columns)
+    zero = _zero(columns.times, angle, start_hint, warnings)
+    still = _still(columns, zero)
+    rest = still & (columns.times >= columns.times[still][-1] - _LONGEST_REST_S)
+    rest_s = _rest_seconds(columns.times[still], zero, warnings)
+    motion = _motion(columns, angle, angle_valid, rest, based=report.origin_m is not None)
+    motion = motion.shifted(-zero)
+    warnings.extend(implausible(motion))
+    return Track(
+        motion=motion,
+        start_angle_rad=_median(angle[rest]),
+        rest_s=rest_s,
+        zero_in_take_s=zero,
+        recipe=recipe,
+        report=report.as_json(),
+        take_sha256=take.sha256,
+        warnings=tuple(dict.fromkeys(warnings)),
+    )
+
+
+def _path(columns: TimeSeries, names: tuple[str, str, str]) -> NDArray[np.float64]:
+    return np.column_stack([columns[name] for name in names])
+
+
+def _angle(columns: TimeSeries) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the rotor's angle, short gaps filled so that no turn is lost, and its validity."""
+    angle = rotor_angle(_path(columns, TOP), _path(columns, ROTOR))
+    if not np.isfinite(angle).any():
+        raise InputError("T and rotor are never known at the same time; the rotor has no angle")
+    seen = columns.validity(TOP[0]) & columns.validity(ROTOR[0])
+    return angle, seen
+
+
+def _zero(
+    times: NDArray[np.float64],
+    angle: NDArray[np.float64],
+    hint: float | None,
+    warnings: list[str],
+) -> float:
+    found = first_motion(times, angle)
+    hinted = None if hint is None else float(times[0]) + hint
+    if found is not None:
+        if hinted is not None and abs(found - hinted) > _HINT_APART_S:
+            warnings.append(
+                f"the rotor first moves {found - times[0]:.2f} s into the take, {hint:g} s were "
+                "expected; the measured time is used"
+            )
+        return float(np.clip(found, times[0], times[-1]))
+    if hinted is not None and times[0] <= hinted <= times[-1]:
+        warnings.append(f"the rotor never moves; time zero is {hint:g} s into the take, as given")
+        return hinted
+    warnings.append("the rotor never moves; times are those of the take")
+    return 0.0
+
+
+def _still(columns: TimeSeries, zero: float) -> NDArray[np.bool_]:
+    """Return the still samples before zero, or of the first 2 s when zero is the take's beginning.
+
+    Still: foot and T within 3 mm of where they are in the last tenth of a second before zero.
+    """
+    times = columns.times
+    before = times <= zero
+    if np.count_nonzero(before) < 2:
+        before = times <= times[0] + _LONGEST_REST_S
+    last = before & (times >= times[before][-1] - _LEAST_REST_S)
+    still = before.copy()
+    for names in (FOOT, TOP):
+        path = _path(columns, names)
+        moved = np.linalg.norm(path - [_median(path[last, i]) for i in range(3)], axis=1)
+        left = np.flatnonzero(before & (moved > _STILL_M))
+        if len(left):
+            still[: left[-1] + 1] = False
+    return still if still.any() else last
+
+
+def _rest_seconds(still: NDArray[np.float64], zero: float, warnings: list[str]) -> float:
+    rest = max(0.0, zero - float(still[0]))
+    if rest < _LEAST_REST_S:
+        warnings.append(
+            f"foot and T stand still for only {rest:.3f} s before time zero; "
+            "origin and start angle are uncertain"
+        )
+    return rest
+
+
+def _motion(
+    columns: TimeSeries,
+    angle: NDArray[np.float64],
+    angle_valid: NDArray[np.bool_],
+    rest: NDArray[np.bool_],
+    based: bool,
+) -> TimeSeries:
+    """Return the motion, its origin at the resting foot unless the recipe has one of its own."""
+    out = {name: columns[name] for name in columns.names}
+    valid = {name: columns.validity(name) for name in columns.names}
+    if not based:
+        for names in (FOOT, TOP, ROTOR):
+            for name, foot in zip(names, FOOT, strict=True):
+                out[name] = columns[name] - _origin(columns[foot], rest)
+    if PITCH in out:
+        out[PITCH] = out[PITCH] - _origin(columns[PITCH], rest)
+    out[ROTOR_ANGLE], valid[ROTOR_ANGLE] = angle, angle_valid
+    out[ROTOR_SPEED], valid[ROTOR_SPEED] = rotor_speed(columns.times, angle), angle_valid
+    return TimeSeries.of(columns.times, out, valid)
+
+
+def _origin(column: NDArray[np.float64], rest: NDArray[np.bool_]) -> float:
+    """Return the median at rest, or of all samples when the body is not seen at rest."""
+    value = _median(column[rest])
+    return value if np.isfinite(value) else _median(column)
+
+
+def _median(values: NDArray[np.float64]) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else float("nan")

@@ -1,0 +1,171 @@
+"""The virtual laboratory: a motor, a robot and cameras where the real ones would stand.
+
+It follows the voltage at the simulated supply's terminals, never what the driver believes, and
+leaves a genuine export on disk, which is then read like any other. The twin knows nothing of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
+from workbench.protocol import Cameras, ModelFile, ShapeFile, VirtualSection
+from workbench.sim import STEP_S, Robot, make_robot, simulate, staircase, step_times
+from workbench.timeseries import TimeSeries
+from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
+
+__all__ = ["draw_current", "film", "move", "true_robot"]
+
+_PLACE = np.array([-0.4, 0.15, 0.02])
+"""Where the robot stands in the cameras' volume, along the bench axes [m]."""
+
+
+def draw_current(volts: float) -> float:
+    """Return the motor's current [A] at a voltage [V]: an FA-130 with gearbox, lightly loaded.
+
+    The maker's no-load current of 0.2 A, and friction that grows with speed.
+    """
+    return 0.0 if volts <= 0 else 0.2 + 0.03 * volts
+
+
+def true_robot(model: ModelFile, shape: ShapeFile, section: VirtualSection) -> Robot:
+    """Return the robot that stands on the virtual bench."""
+    return make_robot(model.values() | section.parameters, shape)
+
+
+def move(
+    robot: Robot,
+    mode: Literal["hop", "clamped"],
+    history: Sequence[tuple[float, float]],
+    duration: float,
+    section: VirtualSection,
+) -> TimeSeries:
+    """Return what the robot did while the supply went through a history of voltages.
+
+    Args:
+        robot: the true one.
+        mode: foot on the ground or fixed.
+        history: (time [s], voltage at the terminals [V]), zero where the cameras start.
+        duration: how long the cameras run [s].
+        section: motor line, lag and start angle.
+    """
+    times = step_times(duration)
+    volts = staircase(times, history)
+    wanted = np.maximum(section.motor_slope * volts + section.motor_offset, 0.0)
+    keep = np.exp(-STEP_S / section.motor_lag)
+    speed = lfilter([1 - keep], [1, -keep], wanted)
+    motion = simulate(robot, mode, np.asarray(speed), section.start_angle).motion
+    return _lying_still(motion, round(duration * 120))
+
+
+def film(motion: TimeSeries, cameras: Cameras, section: VirtualSection) -> Take:
+    """Return what the cameras see: noisy markers, with gaps, in the export's axes."""
+    rng = np.random.default_rng(section.seed)
+    axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
+    tip = motion[PITCH] + sum(motion[n] for n in motion.names if n.startswith("hinge_"))
+    poses = {
+        cameras.bodies.foot: (FOOT, motion[PITCH]),
+        cameras.bodies.top: (TOP, tip),
+        cameras.bodies.rotor: (ROTOR, motion[ROTOR_ANGLE]),
+    }
+    bodies: dict[str, BodyTake] = {}
+    for i, (name, (point, angle)) in enumerate(poses.items(), start=1):
+        places = np.array(cameras.markers.get(name, ((0, 20, 0), (0, -20, 0)))) / 1000
+        origin = motion.select(point).values + _PLACE
+        bodies[name] = _seen(name, i, origin, angle, places, axes, section, rng)
+    rate = cameras.axes.rate or 120.0
+    count = len(motion)
+    return Take(
+        path="",
+        sha256="",
+        format="row" if section.export.startswith("row") else "motive",
+        version=section.export.rpartition("-")[2],
+        rate_hz=rate,
+        jitter_s=0.0,
+        indices=np.arange(count),
+        times=np.arange(count) / rate,
+        bodies=bodies,
+        cloud=Cloud.empty(count),
+    )
+
+
+def _lying_still(motion: TimeSeries, count: int) -> TimeSeries:
+    """Repeat the last sample up to `count`: a robot that fell stays on the floor."""
+    lacking = count - len(motion)
+    if lacking <= 0:
+        return motion
+    times = motion.times[-1] + np.arange(1, lacking + 1) / 120
+    return TimeSeries(
+        np.concatenate([motion.times, times]),
+        np.concatenate([motion.values, np.repeat(motion.values[-1:], lacking, axis=0)]),
+        motion.names,
+        np.concatenate([motion.valid, np.repeat(motion.valid[-1:], lacking, axis=0)]),
+    )
+
+
+def _seen(
+    name: str,
+    number: int,
+    origin: NDArray[np.float64],
+    angle: NDArray[np.float64],
+    places: NDArray[np.float64],
+    axes: Axes,
+    section: VirtualSection,
+    rng: np.random.Generator,
+) -> BodyTake:
+    """Return one body's markers: true places, plus noise, minus what the cameras lose."""
+    true = origin[:, None, :] + _turned(places, angle)
+    noise = rng.normal(0.0, section.noise, true.shape)
+    measured = true + noise
+    # the tracker fits the rigid body: its solved markers share the markers' mean error
+    shared = noise.mean(axis=1, keepdims=True)
+    solved = true + shared
+    hidden = _gaps(len(true), len(places), section, rng)
+    measured[hidden] = np.nan
+    lost = hidden.sum(axis=1) > len(places) - 2
+    last = np.maximum.accumulate(np.where(lost, 0, np.arange(len(true))))
+    quaternion = np.zeros((len(true), 4))
+    quaternion[:, 0], quaternion[:, 2] = np.cos(angle / 2), np.sin(angle / 2)
+    return BodyTake(
+        name=name,
+        id=str(number),
+        position=_blank(axes.points_to_export(origin + shared[:, 0]), lost),
+        quaternion=_blank(axes.quaternions_to_export(quaternion), lost),
+        measured=axes.points_to_export(measured),
+        solved=axes.points_to_export(solved[last]),  # stays where it was while the body is lost
+        marker_names=tuple(f"{name}_{k}" for k in range(1, len(places) + 1)),
+        missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
+    )
+
+
+def _turned(
+    places: NDArray[np.float64], angle: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return marker places (m, 3) turned about +y by each angle (n,): (n, m, 3)."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y, z = places.T
+    return np.stack([c * x + s * z, np.broadcast_to(y, (len(angle), len(y))), c * z - s * x], -1)
+
+
+def _gaps(
+    count: int, markers: int, section: VirtualSection, rng: np.random.Generator
+) -> NDArray[np.bool_]:
+    """Return which marker samples are hidden, (n, m): half of the gaps hide a whole body."""
+    hidden = np.zeros((count, markers), dtype=bool)
+    mean = max(1.0, section.gap_length * 120)
+    for _ in range(rng.poisson(section.gap_share * count / mean)):
+        start, length = rng.integers(count), rng.geometric(1 / mean)
+        which = slice(None) if rng.random() < 0.5 else rng.integers(markers)
+        hidden[start : start + length, which] = True
+    hidden[0] = False
+    return hidden
+
+
+def _blank(values: NDArray[np.float64], lost: NDArray[np.bool_]) -> NDArray[np.float64]:
+    return np.where(lost[:, None], np.nan, values)
+
