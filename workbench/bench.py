@@ -28,7 +28,16 @@ from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, 
 from workbench.tracking import write_motive, write_row
 from workbench.virtual import draw_current, film, move, true_robot
 
-__all__ = ["Bench", "Operator", "RealBench", "Subject", "VirtualBench", "Window", "load_bench", "make_bench"]
+__all__ = [
+    "Bench",
+    "Operator",
+    "RealBench",
+    "Subject",
+    "VirtualBench",
+    "Window",
+    "load_bench",
+    "make_bench",
+]
 
 WireLog = Callable[[str], None]
 
@@ -92,9 +101,7 @@ class Bench(ABC):
         """Return when the cameras record."""
 
     @abstractmethod
-    def collect(
-        self, subject: Subject, window: Window, folder: Path, operator: Operator
-    ) -> Path:
+    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
         """Return the export of what the cameras saw; it may already lie in `folder`."""
 
     @property
@@ -138,9 +145,7 @@ class RealBench(Bench):
         """Ask for it."""
         operator.confirm("Start recording in the tracking software.")
 
-    def collect(
-        self, subject: Subject, window: Window, folder: Path, operator: Operator
-    ) -> Path:
+    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
         """Ask for the export and offer the newest file of the bench's take folder."""
         newest = self._newest(window.began)
         answer = operator.ask(
@@ -188,9 +193,7 @@ class VirtualBench(Bench):
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
-    def collect(
-        self, subject: Subject, window: Window, folder: Path, operator: Operator
-    ) -> Path:
+    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         if subject.mode not in ("hop", "clamped"):
             raise InputError(f"mode {subject.mode!r} cannot be run on the virtual bench")
@@ -200,10 +203,10 @@ class VirtualBench(Bench):
         motion = move(robot, subject.mode, history, duration, self.section)
         take = film(motion, self.file.tracking, self.section)
         path = folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
-        if take.format == "row":
-            write_row(take, path, version=take.version)
+        if self.section.export == "row-1.0":
+            write_row(take, path, version="1.0")
         else:
-            write_motive(take, path, version=take.version)
+            write_motive(take, path, version="1.23")
         return path
 
 

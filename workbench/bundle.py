@@ -176,11 +176,15 @@ class Bundle:
 
     def write_series(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:
         """Write a time series as Parquet with the hashes of what it was made from."""
-        columns = {"time_s": series.times} | {name: series[name] for name in series.names}
+        columns: dict[str, Any] = {"time_s": series.times} | {
+            name: series[name] for name in series.names
+        }
         for name in series.names:
             if not series.validity(name).all():
                 columns[_VALID + name] = series.validity(name)
-        table = pa.table(columns).replace_schema_metadata({"made_from": json.dumps(dict(made_from))})
+        table = pa.table(columns).replace_schema_metadata(
+            {"made_from": json.dumps(dict(made_from))}
+        )
         pq.write_table(table, self.path / f"{kind}.parquet")
 
     def read_series(self, kind: Series) -> TimeSeries:

@@ -162,7 +162,9 @@ class _Conductor:
         experiment = self.experiment
         for kind in ("protocol", "bench", "model", "shape"):
             self.bundle.write_document(kind, getattr(experiment, kind).text)
-        self.bundle.write_resolved("protocol", experiment.protocol.content.model_dump(by_alias=True))
+        self.bundle.write_resolved(
+            "protocol", experiment.protocol.content.model_dump(by_alias=True)
+        )
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
         self._journal("asked", run=self.run.name, steps=self.run.steps, rest_s=self.run.rest)
 

@@ -1,7 +1,7 @@
 """The motion of the robot, measured or simulated, and what is asked of it.
 
-A track (from the cameras) and a twin (from the simulation) are both a `TimeSeries` with the channels
-named here, so that one function serves both and the same estimator errors cancel between them.
+A track (from the cameras) and a twin (from the simulation) are both a `TimeSeries` with the
+channels named here, so that one function serves both and the same estimator errors cancel.
 
 Bench axes: x forward, y left, z up, metres; x = y = z = 0 is the foot's centre at rest. Angles turn
 about +y (thesis, Appendix B): from +x towards -z. Time zero is the rotor's first motion.
@@ -38,6 +38,7 @@ __all__ = [
 FOOT = ("foot_x_m", "foot_y_m", "foot_z_m")
 """The foot's centre of gravity."""
 PITCH = "foot_pitch_rad"
+"""Tilt of the foot, nose down; a track has it against its rest, a twin against the horizontal."""
 TOP = ("top_x_m", "top_y_m", "top_z_m")
 """The point T, the tip of the beam."""
 ROTOR = ("rotor_x_m", "rotor_y_m", "rotor_z_m")
@@ -48,7 +49,7 @@ ROTOR_SPEED = "rotor_speed_rad_s"
 
 _REST_S = 0.5  # shortest still time that a zero is taken from
 _MOVED_RAD = 0.05  # ten times the angle noise of 0.2 mm markers on a 35 mm radius
-_FIT_RAD = 1.0
+_FIT_RAD = 1.5
 _SPEED_WINDOW_S = 0.1
 _SPUN_UP_S = 1.0
 _INSTANT_S = 0.025
@@ -118,16 +119,16 @@ def rotor_speed(times: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArr
     if len(angle) < window:
         return np.full(len(angle), np.nan)
     filled = np.interp(times, times[seen], angle[seen])
-    speed = savgol_filter(filled, window, 2, deriv=1, delta=step)
+    speed = np.asarray(savgol_filter(filled, window, 2, deriv=1, delta=step))
     return np.where(seen, speed, np.nan)
 
 
 def first_motion(times: NDArray[np.float64], angle: NDArray[np.float64]) -> float | None:
     """Return the time of the rotor's first motion [s], or None when it never moves.
 
-    From a standstill under a motor's nearly constant first acceleration the angle grows with the
-    square of time, so time is a line in its root; the line's intercept is the instant sought. The
-    fit uses the first radian, hence many samples: 0.2 mm of marker noise leaves about 1 ms.
+    A motor that starts at once turns an angle in proportion to time, one that accelerates evenly in
+    proportion to its square; so time is fitted as t0 + a sqrt(angle) + b angle over the first part
+    of a turn, and t0 is the instant sought. 0.2 mm of marker noise leaves 1 to 3 ms.
 
     Args:
         times: (n,) [s].
@@ -145,10 +146,12 @@ def first_motion(times: NDArray[np.float64], angle: NDArray[np.float64]) -> floa
     start = inside[-1] + 1
     beyond = np.flatnonzero(moved[start:] > _FIT_RAD)
     stop = start + (int(beyond[0]) if len(beyond) else len(t) - start)
-    if stop - start < 3:
-        return float(t[start])
-    _slope, zero = np.polyfit(np.sqrt(moved[start:stop]), t[start:stop], 1)
-    return float(zero)
+    if stop - start < 4:
+        return float(t[inside[-1]])
+    phi = moved[start:stop]
+    terms = np.column_stack([np.ones_like(phi), np.sqrt(phi), phi])
+    zero = float(np.linalg.lstsq(terms, t[start:stop])[0][0])
+    return min(zero, float(t[start]))
 
 
 def summarize(motion: TimeSeries, duration: float) -> Summary:

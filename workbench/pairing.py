@@ -96,7 +96,9 @@ def make_twin(
     """
     if model.effects:
         names = ", ".join(effect.name for effect in model.effects)
-        raise InputError(f"model {model.name!r} has effects ({names}); they cannot be simulated yet")
+        raise InputError(
+            f"model {model.name!r} has effects ({names}); they cannot be simulated yet"
+        )
     rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
     times = step_times(rest + drive.duration + _AFTER_S)
     speed = staircase(times, [(rest + t, s) for t, s in drive.steps])
@@ -192,7 +194,9 @@ def _compare(
 def _phases(track: Track, drive: Drive) -> tuple[Phase, ...]:
     begin = float(track.motion.times[0])
     ramp_end = drive.steps[-2][0] if len(drive.steps) > 1 else 0.0
-    ramp = (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
+    ramp = (
+        (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
+    )
     return (Phase(begin, "rest"), *ramp, Phase(drive.duration, "off"))
 
 
@@ -214,13 +218,13 @@ def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
 
 def _sentence(event: Mapping[str, Any]) -> str:
     facts = {k: v for k, v in event.items() if k not in ("time_s", "event")}
-    told = ", ".join(f"{key} {value}" for key, value in facts.items() if not isinstance(value, dict))
+    told = ", ".join(
+        f"{key} {value}" for key, value in facts.items() if not isinstance(value, dict)
+    )
     return f"{event['event'].replace('_', ' ')}{': ' if told else ''}{told}"
 
 
-def _table(
-    bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile
-) -> dict[str, str]:
+def _table(bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile) -> dict[str, str]:
     """Return the rows of the report that say what the run was made with."""
     facts = bundle.manifest
     asked = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"

@@ -143,9 +143,7 @@ def _seen(
     )
 
 
-def _turned(
-    places: NDArray[np.float64], angle: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _turned(places: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return marker places (m, 3) turned about +y by each angle (n,): (n, m, 3)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y, z = places.T
@@ -168,4 +166,3 @@ def _gaps(
 
 def _blank(values: NDArray[np.float64], lost: NDArray[np.bool_]) -> NDArray[np.float64]:
     return np.where(lost[:, None], np.nan, values)
-

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from workbench.hw import Connection
 
 QUICK_S = 0.1  # so that a test of silence is short
+PAUSE_S = 0.02
 
-Script = Sequence[tuple[str, str]]  # (expected request, reply) in hex
+Script = Sequence[tuple[str, str]]  # (expected request, reply) in hex; "|" is a short pause
 Play = Callable[[Script], Connection]
 
 
@@ -39,5 +41,7 @@ def _answer(
         link.settimeout(5)
         for request, reply in script:
             heard.append(link.recv(len(bytes.fromhex(request))).hex(" "))
-            link.sendall(bytes.fromhex(reply))
+            for pause, piece in enumerate(reply.split("|")):
+                time.sleep(pause * PAUSE_S)
+                link.sendall(bytes.fromhex(piece))
         hung_up.wait(5)

@@ -63,7 +63,7 @@ def mbpoll(port: int, first: int, *, count: int = 1, value: int | None = None) -
     if program is None:
         pytest.skip("mbpoll (Debian package of that name) is not installed")
     flags = f"-m tcp -p {port} -a 1 -t 4 -0 -1 -r {first} -c {count} 127.0.0.1".split()
-    if value is not None:  # mbpoll refuses -1 and -c when it writes
+    if value is not None:  # mbpoll allows no -c when it writes
         flags = f"-m tcp -p {port} -a 1 -t 4 -0 -r {first} 127.0.0.1 {value}".split()
     done = subprocess.run([program, *flags], capture_output=True, text=True, timeout=10, check=True)
     return {int(k): int(v) for k, v in re.findall(r"^\[(\d+)\]:\s+(\d+)", done.stdout, re.M)}

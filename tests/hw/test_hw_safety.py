@@ -8,8 +8,18 @@ from decimal import Decimal
 import pytest
 
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import Limits, SimulatedClock, Supply, prepare, switch_on, watch
-from workbench.hw.simulated import Fault, SimulatedRiden
+from workbench.hw import (
+    Connection,
+    Limits,
+    SimulatedClock,
+    Supply,
+    open_supply,
+    prepare,
+    switch_on,
+    watch,
+)
+from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.transport import Transport
 
 
 def written(wire: list[str]) -> list[int]:
@@ -48,6 +58,21 @@ def test_another_supply_than_named_is_refused_before_any_write(
     with pytest.raises(HardwareError, match=words):
         prepare(supply, limits, **named)
     assert written(wire) == []
+
+
+def test_an_rd6006p_where_the_bench_names_an_rd6006_is_refused(
+    clock: SimulatedClock, limits: Limits, wire: list[str]
+) -> None:
+    device = SimulatedRiden(clock=clock, model="RD6006P")
+    with (
+        serve(device) as address,
+        open_supply(
+            Connection("rtu-over-tcp", address), clock=clock, wire_log=wire.append
+        ) as supply,
+        pytest.raises(HardwareError, match="model is RD6006P, the bench names RD6006; nothing was"),
+    ):
+        prepare(supply, limits, model="RD6006")
+    assert written(wire) == [18]  # only off, at the block's end
 
 
 def test_an_output_found_on_is_lowered_in_steps_and_told(
@@ -127,14 +152,15 @@ def test_switching_on_returns_the_voltage_that_arrived(
     assert device.history[-1][1] == 4.5
 
 
-@pytest.mark.parametrize(("factor", "words"), [(10, "scaling fault"), (0.1, "scaling fault")])
+@pytest.mark.parametrize(("factor", "seconds"), [(10, 0), (0.1, 1)])
 def test_a_factor_of_ten_at_the_terminals_is_a_scaling_fault(
     device: SimulatedRiden,
     supply: Supply,
     limits: Limits,
+    clock: SimulatedClock,
     monkeypatch: pytest.MonkeyPatch,
     factor: float,
-    words: str,
+    seconds: float,
 ) -> None:
     prepare(supply, limits, model="RD6006")
     true_measure = supply.measure
@@ -144,9 +170,10 @@ def test_a_factor_of_ten_at_the_terminals_is_a_scaling_fault(
         return type(reading)(**{**vars(reading), "voltage_V": factor * reading.voltage_V})
 
     monkeypatch.setattr(supply, "measure", scaled)
-    with pytest.raises(SafetyStop, match=rf"where 4\.5 V was set.*{words}.*off, confirmed"):
+    with pytest.raises(SafetyStop, match=r"where 4\.5 V was set.*scaling fault.*off, confirmed"):
         switch_on(supply, Decimal("4.5"))
     assert device.read(18, 1) == [0]
+    assert clock.now() == pytest.approx(seconds, abs=0.06)  # too much is not waited for
 
 
 def test_a_voltage_that_does_not_arrive_ends_the_run(
@@ -255,9 +282,35 @@ def test_a_ctrl_c_during_off_costs_one_try(
     assert tries == [False, False]
 
 
-def test_off_reaches_the_device_at_once_after_a_lost_answer(
-    device: SimulatedRiden, supply: Supply, limits: Limits, wire: list[str]
+def test_a_full_disk_stops_setting_but_not_switching_off(
+    device: SimulatedRiden, connection: Connection, clock: SimulatedClock, limits: Limits
 ) -> None:
+    full: list[bool] = []
+
+    def log(line: str) -> None:
+        if full:
+            raise OSError("no space left on device")
+
+    with open_supply(connection, clock=clock, wire_log=log) as supply:
+        start(supply, limits)
+        full.append(True)
+        watch(supply)
+        with pytest.raises(HardwareError, match=r"not sent, as the wire log failed .no space left"):
+            supply.set_voltage(Decimal(5))
+        assert device.history[-1][1] == 4.5
+        assert supply.off()
+    assert device.history[-1][1] == 0
+
+
+def test_off_reaches_the_device_at_once_after_a_lost_answer(
+    device: SimulatedRiden,
+    supply: Supply,
+    limits: Limits,
+    wire: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drained = '{"way": "drained"}'
+    monkeypatch.setattr(Transport, "_drain", lambda link: wire.append(drained))
     start(supply, limits)
     device.fail(Fault.SILENT, times=2)
     with pytest.raises(HardwareError, match="no answer"):
@@ -265,4 +318,4 @@ def test_off_reaches_the_device_at_once_after_a_lost_answer(
     del wire[:]
     assert supply.off()
     assert written(wire) == [18]  # the very first try
-    assert json.loads(wire[0])["way"] == "sent"  # without waiting for the line to fall silent
+    assert wire[0] != drained  # without waiting for the line to fall silent

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -116,8 +117,6 @@ def test_a_frame_row_lists_only_tracked_bodies(tmp_path: Path, small: Take) -> N
 
 @pytest.mark.parametrize("word", ["Foot, left", 'Foot "A"', "Füße", "Foot 10"])
 def test_names_survive(tmp_path: Path, small: Take, word: str) -> None:
-    from dataclasses import replace
-
     renamed = replace(small.bodies["Foot"], name=word)
     bodies = {word: renamed, "T": small.bodies["T"], "Rotor": small.bodies["Rotor"]}
     take = replace(small, bodies=bodies)
@@ -136,8 +135,6 @@ def test_stored_exports_are_what_the_writers_write(stored: Path, small: Take) ->
 
 
 def test_writers_refuse_what_they_cannot_write(tmp_path: Path, small: Take) -> None:
-    from dataclasses import replace
-
     none = np.empty((len(small), 0, 3))
     bare = replace(small.bodies["T"], measured=none, solved=none, marker_names=())
     with pytest.raises(InputError, match="body 'T' has no markers"):

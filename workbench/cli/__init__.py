@@ -1,8 +1,8 @@
 """The command line: one file a verb; each parses, calls the rooms below and prints, nothing else.
 
-Results go to stdout (with `--json` one object), text for people about the progress to stderr. Errors
-of `workbench.errors` end with their exit code and their message, without a traceback. To add a verb:
-one file with a function, and one line in `app.py`.
+Results go to stdout (with `--json` one object), text for people about the progress to stderr.
+Errors of `workbench.errors` end with their exit code and their message, without a traceback. To
+add a verb: one file with a function, and one line in `app.py`.
 """
 
 from workbench.cli.app import main

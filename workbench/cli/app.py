@@ -43,7 +43,7 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def _top(
-    version: bool = typer.Option(  # noqa: FBT001  # typer's own form
+    version: bool = typer.Option(  # typer's own form
         False, "--version", callback=_version, is_eager=True, help="Print the version and end."
     ),
 ) -> None:

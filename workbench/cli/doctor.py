@@ -33,8 +33,8 @@ def doctor(folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None
     }
     found = {name: _tried(check) for name, check in checks.items()}
     if as_json:
-        emit({"ok": all(ok for ok, _ in found.values()),
-              "checks": {name: {"ok": ok, "found": text} for name, (ok, text) in found.items()}})  # fmt: skip
+        shown = {name: {"ok": ok, "found": text} for name, (ok, text) in found.items()}
+        emit({"ok": all(ok for ok, _ in found.values()), "checks": shown})
     else:
         rows = [[name, "ok" if ok else "FAILED", text] for name, (ok, text) in found.items()]
         show_table("This computer", ["", "", ""], rows)

@@ -50,7 +50,8 @@ def _print_quality(source: Path, report: dict[str, Any]) -> None:
     kind = {"row": "row format", "motive": "Motive"}[report["format"]]
     title = (
         f"{source.name}: {kind} {report['version']}, {report['frames']} frames at "
-        f"{report['rate_hz']:.6g} Hz, {report['first_time_s']:.3f} s to {report['last_time_s']:.3f} s"
+        f"{report['rate_hz']:.6g} Hz, "
+        f"{report['first_time_s']:.3f} s to {report['last_time_s']:.3f} s"
     )
     rows = [
         [name, str(body["missing"]), str(body["gaps"]), str(body["longest_gap"]),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 
@@ -23,6 +24,8 @@ from workbench.engine import Experiment, carry_out
 from workbench.protocol import Plan, PlannedRun, Protocol, load, load_model, load_shape, make_plan
 
 __all__ = ["describe", "run"]
+
+T = TypeVar("T")
 
 
 def run(
@@ -62,13 +65,19 @@ def describe(bundle: Bundle) -> dict[str, Any]:
 def _experiment(protocol: Path, bench: str) -> Experiment:
     asked = load(protocol, Protocol)
     lab = load_bench(bench)
-    model, shape = (
-        find(getattr(asked.content, kind) or getattr(lab.content, kind),
-             (asked if getattr(asked.content, kind) else lab).path.parent)
-        for kind, find in (("model", load_model), ("shape", load_shape))
-    )  # fmt: skip
+    own, other = (asked.path.parent, lab.path.parent)
+    model = _first(load_model, (asked.content.model, own), (lab.content.model, other))
+    shape = _first(load_shape, (asked.content.shape, own), (lab.content.shape, other))
     step = make_bench(lab.content).voltage_step
     return Experiment(asked, lab, model, shape, make_plan(asked, lab.content, step))
+
+
+def _first(
+    read: Callable[[str, Path], T], own: tuple[str | None, Path], default: tuple[str, Path]
+) -> T:
+    """Read what the protocol names, else what the bench names, each beside its own file."""
+    name, beside = own
+    return read(*default) if name is None else read(name, beside)
 
 
 def _report(done: list[Bundle]) -> dict[str, Any]:
@@ -94,7 +103,16 @@ def _print_plan(experiment: Experiment, as_json: bool) -> None:
     show_table(
         f"{plan.title}: {len(plan.runs)} runs, about {plan.seconds:.0f} s, "
         f"current limit {plan.current_limit:g} A",
-        ["run", "mode", "speed [rad/s]", "voltage [V]", "rest [s]", "ramp [s]", "drive [s]", "role"],
+        [
+            "run",
+            "mode",
+            "speed [rad/s]",
+            "voltage [V]",
+            "rest [s]",
+            "ramp [s]",
+            "drive [s]",
+            "role",
+        ],
         [_plan_row(run) for run in plan.runs],
     )
 
@@ -123,4 +141,3 @@ def _plan_object(plan: Plan) -> dict[str, Any]:
             for run in plan.runs
         ],
     }
-

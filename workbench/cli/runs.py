@@ -83,5 +83,3 @@ def _distance(bundle: Bundle, who: str) -> str:
     if not isinstance(found, dict) or "distance_m" not in found:
         return "-"
     return f"{found['distance_m']:.3f}"
-
-

@@ -75,9 +75,7 @@ def simulate(
     family: Annotated[str, typer.Argument(help="Supply family: riden.")] = "riden",
     model: Annotated[str, typer.Option(help="Model name.")] = "RD6006",
     tcp: Annotated[str, typer.Option(help="host:port to serve on.")] = "127.0.0.1:5020",
-    rtu_over_tcp: Annotated[
-        bool, typer.Option(help="RTU frames instead of Modbus TCP.")
-    ] = False,
+    rtu_over_tcp: Annotated[bool, typer.Option(help="RTU frames instead of Modbus TCP.")] = False,
 ) -> None:
     """Serve a simulated supply that answers the real bytes, until Ctrl-C.
 

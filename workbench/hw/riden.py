@@ -129,17 +129,18 @@ class RidenSupply(Supply):
             self._reconnect_to_same_device()
             with suppress(HardwareError):  # what is read back decides, not the echo
                 self._link.write(OUTPUT, 0, urgent=True)
-        found = self._read_back(int(on), lambda: self._status()[OUTPUT])
+        # no patience for off: better to send off again soon
+        found = self._read_back(int(on), lambda: self._status(again=on)[OUTPUT])
         if found != int(on):
             raise HardwareError(
                 f"{self.name}: output asked {'on' if on else 'off'}, wrote {int(on)} to register "
                 f"{OUTPUT}, read back {found}"
             )
 
-    def _status(self) -> dict[int, int]:
+    def _status(self, *, again: bool = True) -> dict[int, int]:
         """Return the status block by register address."""
         start, count = STATUS
-        return dict(enumerate(self._link.read(start, count), start))
+        return dict(enumerate(self._link.read(start, count, again=again), start))
 
     def _current_step(self, status: dict[int, int]) -> Decimal:
         steps = self._model.current_steps_A

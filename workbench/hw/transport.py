@@ -48,7 +48,8 @@ class Transport:
         connection: where the unit is.
         never_write: registers that no caller may write.
         clock: stamps the wire log.
-        wire_log: takes one JSON line per message: sent, received or discarded bytes in hex.
+        wire_log: takes one JSON line per message: sent, received or discarded bytes in hex. When
+            it raises, nothing but urgent writes goes out any more; reading goes on.
 
     Raises:
         HardwareError: when nothing can be opened there.
@@ -68,6 +69,7 @@ class Transport:
         self._wire_log = wire_log
         self._lock = threading.RLock()
         self._heard = b""
+        self._log_fault: Exception | None = None
         self._suspect = False  # an answer may still be under way
         self._client = new_client(connection, self._trace)
         self.open()
@@ -91,8 +93,13 @@ class Transport:
         """Close the link; closing twice does no harm."""
         self._client.close()
 
-    def read(self, address: int, count: int) -> list[int]:
-        """Read holding registers, once more when the first answer is missing or damaged.
+    def read(self, address: int, count: int, *, again: bool = True) -> list[int]:
+        """Read holding registers.
+
+        Args:
+            address: the first.
+            count: how many, 20 at most.
+            again: ask once more when the answer is missing or damaged.
 
         Raises:
             HardwareError: when there is no good answer; it names the device's reason.
@@ -102,7 +109,7 @@ class Transport:
         try:
             return self._read_once(address, count)
         except HardwareError:
-            if not self._suspect:  # the device gave its reason, or the link is gone
+            if not (again and self._suspect):  # the device gave its reason, or the link is gone
                 raise
             return self._read_once(address, count)
 
@@ -116,7 +123,8 @@ class Transport:
 
         Raises:
             SafetyStop: when the register must never be written; nothing was sent.
-            HardwareError: when it was not acknowledged; it may have been carried out.
+            HardwareError: when it was not acknowledged; it may have been carried out. Also when
+                the wire log cannot be written; then nothing was sent.
         """
         if address in self._never_write:
             raise SafetyStop(
@@ -124,6 +132,8 @@ class Transport:
                 "loader and must never be written; nothing was sent"
             )
         what = f"write of {word} to register {address}"
+        if self._log_fault and not urgent:
+            raise self._fault(what, f"not sent, as the wire log failed ({self._log_fault})")
         unit = self.connection.unit
 
         def ask() -> ModbusPDU:
@@ -173,12 +183,12 @@ class Transport:
             self._client.close()
             self._suspect = False  # no answer can come any more
             raise self._fault(what, f"the connection was lost ({error})") from error
+        if answer.function_code & 0x7F != function:  # the top bit marks an exception
+            raise self._fault(what, f"answered function {answer.function_code}, not {function}")
         if answer.isError():
             self._suspect = False
             code = answer.exception_code
             raise self._fault(what, f"exception {code}, {EXCEPTIONS.get(code, 'not in the norm')}")
-        if answer.function_code != function:
-            raise self._fault(what, f"answered function {answer.function_code}, not {function}")
         return answer
 
     def _logged(self, ask: Callable[[], ModbusPDU]) -> ModbusPDU:
@@ -237,4 +247,7 @@ class Transport:
 
     def _log(self, way: str, data: bytes) -> None:
         line = {"time_s": round(self._clock.now(), 6), "way": way, "bytes": data.hex(" ")}
-        self._wire_log(json.dumps(line))
+        try:
+            self._wire_log(json.dumps(line))
+        except Exception as error:  # a full disk must not keep the output on
+            self._log_fault = error

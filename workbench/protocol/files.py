@@ -134,15 +134,11 @@ def _fault(path: Path, text: str, place: tuple[int, int], words: str) -> FileFau
 
 def _place(tree: Any, location: Location) -> tuple[int, int]:
     """Return line and column, from 0, of the key that leads to a location."""
-    place = (tree.lc.line, tree.lc.col)
-    node = tree
+    place, node = (tree.lc.line, tree.lc.col), tree
     for step in location:
-        if isinstance(node, CommentedMap) and step in node:
-            place = node.lc.key(step)
-        elif isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node):
-            place = node.lc.item(step)
-        else:
+        if not _holds(node, step):
             break
+        place = node.lc.key(step) if isinstance(node, CommentedMap) else node.lc.item(step)
         node = node[step]
     return place
 
@@ -152,14 +148,16 @@ def _known(tree: Any, detail: ErrorDetails) -> Location:
     kept: list[str | int] = []
     node = tree
     for step in detail["loc"]:
-        if isinstance(node, CommentedMap) and step in node:
+        if _holds(node, step):
             node = node[step]
-        elif isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node):
-            node = node[step]
-        else:
-            continue
-        kept.append(step)
+            kept.append(step)
     return tuple(kept)
+
+
+def _holds(node: Any, step: str | int) -> bool:
+    if isinstance(node, CommentedMap):
+        return step in node
+    return isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node)
 
 
 def _without_echoes(details: Sequence[ErrorDetails]) -> list[ErrorDetails]:
@@ -192,10 +190,7 @@ def _words(detail: ErrorDetails, schema: type[BaseModel]) -> str:
         return f"unknown key {key!r}{_guess(key, _keys_at(schema, location[:-1]))}"
     if kind == "literal_error":
         allowed = _literals(context["expected"])
-        return (
-            f"{key}: {value!r} is not one of {', '.join(allowed)}"
-            f"{_meant(str(value), allowed)}"
-        )
+        return f"{key}: {value!r} is not one of {', '.join(allowed)}{_meant(str(value), allowed)}"
     if kind == "value_error":
         return f"{key}: {context['error']}" if key else str(context["error"])
     message = detail["msg"].replace("Input should", "must")

@@ -49,6 +49,5 @@ def _find(name: str, beside: Path, kind: str) -> Path:
     close = difflib.get_close_matches(name, names, n=1)
     hint = f"; did you mean {close[0]!r}?" if close else ""
     raise InputError(
-        f"no {kind} named {name!r}{hint}; built in: {', '.join(names)}; "
-        "a path must end in .yaml"
+        f"no {kind} named {name!r}{hint}; built in: {', '.join(names)}; a path must end in .yaml"
     )

@@ -105,7 +105,9 @@ class Parameters(Section):
         if parameter.unit != UNITS[name]:
             raise ValueError(f"unit is {parameter.unit!r}; it must be {UNITS[name]!r}")
         value = parameter.value
-        if name not in _MAY_BE_NEGATIVE and (value < 0 or (value == 0 and name not in _MAY_BE_ZERO)):
+        if name not in _MAY_BE_NEGATIVE and (
+            value < 0 or (value == 0 and name not in _MAY_BE_ZERO)
+        ):
             least = "at least 0" if name in _MAY_BE_ZERO else "above 0"
             raise ValueError(f"{value:g} {parameter.unit} is impossible; it must be {least}")
         return parameter

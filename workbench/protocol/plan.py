@@ -136,7 +136,9 @@ class _Planner:
     def current_limit(self) -> float:
         asked, bench = self.protocol.content.limits.current, self.bench.supply.limits.current
         if asked is not None and asked > bench:
-            text = f"current {asked:g} A is above the limit of bench {self.bench.name!r}, {bench:g} A"
+            text = (
+                f"current {asked:g} A is above the limit of bench {self.bench.name!r}, {bench:g} A"
+            )
             self._fault(("limits", "current"), text)
         return bench if asked is None else asked
 
@@ -165,9 +167,7 @@ class _Planner:
             random.Random(sweep.seed).shuffle(runs)
         return runs
 
-    def _voltage(
-        self, speed: float | None, volts: float | None, at: Location
-    ) -> Decimal | None:
+    def _voltage(self, speed: float | None, volts: float | None, at: Location) -> Decimal | None:
         """Return the voltage that the supply can set, or note the fault."""
         calibration = self.bench.calibration
         try:
@@ -191,7 +191,9 @@ class _Planner:
         self, condition: Run | Sweep, voltage: Decimal, repeat: int, at: Location
     ) -> PlannedRun:
         if condition.ramp >= condition.duration:
-            text = f"ramp {condition.ramp:g} s is not shorter than duration {condition.duration:g} s"
+            text = (
+                f"ramp {condition.ramp:g} s is not shorter than duration {condition.duration:g} s"
+            )
             self._fault((*at, "ramp"), text)
         return PlannedRun(
             number=0,
@@ -206,7 +208,7 @@ class _Planner:
         )
 
     def _ramp(self, voltage: Decimal, ramp: float) -> tuple[tuple[float, Decimal], ...]:
-        """Return even steps from the calibration's lowest voltage, no faster than the bench's slew."""
+        """Return even steps from the calibration's lowest voltage, within the bench's slew."""
         lowest = Decimal(repr(self.bench.calibration.lowest)).quantize(self.voltage_step)
         rise = float(voltage - lowest)
         ramp = max(ramp, rise / self.bench.supply.limits.slew)

@@ -57,7 +57,7 @@ def verdict(comparison: Comparison) -> str:
 def _row(name: str, real: float, twin: float, unit: str, digits: int) -> HeadlineRow:
     gap = twin - real
     share = f" ({100 * gap / abs(real):+.0f} %)" if _comparable(real, gap) else ""
-    difference = f"{gap:+.{digits}f} {unit}{share}" if math.isfinite(gap) else "–"
+    difference = f"{gap:+.{digits}f} {unit}{share}" if math.isfinite(gap) else "-"
     return HeadlineRow(
         name, _quantity(real, unit, digits), _quantity(twin, unit, digits), difference
     )

@@ -20,7 +20,7 @@ __all__ = ["layout"]
 
 _HEIGHT = 0.42  # of the scene: the robot, about 0.35 m, and a little floor
 _ASPECT = 1.9  # width to height of what a 3-D view shows
-_DISTANCE = 1.42  # of the eye from what it looks at, for each metre seen
+_DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
 
 
 def layout(comparison: Comparison) -> rrb.Blueprint:
@@ -80,7 +80,7 @@ def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     room = 0.6 * comparison.figure.beam_length
     left, right = start - room / 2, end + room / 2
     seen = max(_HEIGHT, (right - left) / _ASPECT)
-    target = np.array([(left + right) / 2, 0.0, 0.26 * _HEIGHT])
+    target = np.array([(left + right) / 2, 0.0, 0.29 * _HEIGHT])
     return rrb.EyeControls3D(
         kind="Orbital",
         position=target + seen * _DISTANCE * np.array([0.12, -0.93, 0.34]),

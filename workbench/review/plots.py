@@ -33,7 +33,7 @@ _COLORED = dict.fromkeys(
 )
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
-    "font.family": "sans-serif",
+    "font.family": "DejaVu Sans",  # only to measure; the page sets its own face
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
@@ -123,7 +123,7 @@ def supply_plot(supply: TimeSeries) -> str:
         axes = figure.subplots(2, 1, sharex=True)
         for ax, (label, lines) in zip(axes, panels.items(), strict=True):
             _supply_panel(ax, supply, lines)
-            ax.set_ylabel(label)
+            ax.set(ylabel=label, ylim=(0, None))
         _legend(axes[0])
         _time_axis(axes[-1])
 

@@ -61,7 +61,7 @@ def write_recording(comparison: Comparison, path: Path) -> None:
         _tell(stream, comparison)
     finally:
         stream.flush()
-        pass  # writes the footer that makes the file complete
+        stream.disconnect()  # writes the footer that makes the file complete
 
 
 def _describe(stream: rr.RecordingStream, comparison: Comparison) -> None:

@@ -1,8 +1,8 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
 `robot` builds the MjSpec from parts, `ground` holds the ground law as compiled code, `equilibrium`
-finds the pose at rest, `simulate` runs it. Nothing here knows of cameras, supplies or files on disk.
-A new part of the robot is a function in `robot` that edits the spec; a new force belongs in
+finds the pose at rest, `simulate` runs it. Nothing here knows of cameras, supplies or files. A
+new part of the robot is a function in `robot` that edits the spec; a new force belongs in
 `ground`'s callback, which is installed once for the process.
 """
 

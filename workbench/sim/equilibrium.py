@@ -30,7 +30,7 @@ def unloaded(robot: Robot) -> Robot:
     """Return the robot with the rest angles of its free strip.
 
     For a shape listed as standing, every hinge's rest angle is its listed angle less the bend that
-    gravity causes there: the torque from inverse dynamics of the motionless pose over the stiffness.
+    gravity causes there: the torque by inverse dynamics of the motionless pose over stiffness.
     """
     if robot.state == "unloaded":
         return robot
@@ -94,8 +94,8 @@ def _relax(damped: mujoco.MjModel, data: mujoco.MjData, joint: float) -> None:
     fastest, height = np.abs(data.qvel).max(), data.body("top").xpos[2]
     if not fastest < _STILL or height < FALLEN_M:
         raise InputError(
-            f"this robot does not stand: after {_SETTLE_S:g} s T is at z = {height:.3f} m and moves "
-            f"at {fastest:.2g} rad/s; check the shape's angles, the stiffness and the masses"
+            f"this robot does not stand: after {_SETTLE_S:g} s T is at z = {height:.3f} m and "
+            f"moves at {fastest:.2g} rad/s; check the shape's angles, the stiffness and the masses"
         )
     data.qvel[:] = 0
 

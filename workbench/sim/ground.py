@@ -16,11 +16,12 @@ The anchor is a stiff spring and damper (`STICK_*`): the only regularisation, it
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import mujoco
 import numba
 import numpy as np
-from numba import types
+from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N")
 UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
 
 STICK_STIFFNESS = 2.0e4
-"""[N/m] of a locked corner: 0.6 N, half the breakaway force of a corner at rest, moves it 0.03 mm."""
+"""[N/m] of a locked corner: half its breakaway force at rest, 0.16 N, moves it by 8 um."""
 STICK_DAMPING = 30.0
 """[N s/m], near critical for a quarter of the foot's mass on that spring."""
 
@@ -157,30 +158,32 @@ def _foot_forces(
             out[3 + i] += rot[0, i] * torque[0] + rot[1, i] * torque[1] + rot[2, i] * torque[2]
 
 
-@intrinsic
-def _pointer(typing, address):  # noqa: ANN001, ANN202  # numba's own calling form
+def _as_pointer(typing, address):  # numba's own calling form
     """Turn an address into a void pointer."""
 
-    def generate(context, builder, signature, args):  # noqa: ANN001, ANN202
+    def generate(context, builder, signature, args):
         return builder.inttoptr(args[0], cgutils.voidptr_t)
 
     return types.voidptr(types.int64), generate
 
 
+_pointer: Any = intrinsic(_as_pointer)
+
+
 # Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
 @numba.cfunc("void(voidptr, voidptr)")
-def _passive(model, data):  # noqa: ANN001, ANN202  # typed by the signature above
-    m = numba.carray(model, _SPAN, dtype=np.int64)
+def _passive(model, data):  # typed by the signature above
+    m = carray(model, _SPAN, dtype=np.int64)
     if m[_NUMERIC_SIZE] < _PARAMETERS:
         return
-    p = numba.carray(_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
+    p = carray(_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
     if p[0] != _MAGIC:
         return
-    d = numba.carray(data, _SPAN, dtype=np.int64)
-    q = numba.carray(_pointer(d[_QPOS]), 7, dtype=np.float64)
-    v = numba.carray(_pointer(d[_QVEL]), 6, dtype=np.float64)
-    out = numba.carray(_pointer(d[_PASSIVE]), 6, dtype=np.float64)
-    user = numba.carray(_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
+    d = carray(data, _SPAN, dtype=np.int64)
+    q = carray(_pointer(d[_QPOS]), 7, dtype=np.float64)
+    v = carray(_pointer(d[_QVEL]), 6, dtype=np.float64)
+    out = carray(_pointer(d[_PASSIVE]), 6, dtype=np.float64)
+    user = carray(_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
     _foot_forces(p, q, v, user, out)
 
 

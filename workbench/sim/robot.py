@@ -1,7 +1,7 @@
 """From parameters and a shape to an MjSpec: foot, beam of hinged increments, T and rotor.
 
 Every part is a body as in the thesis, section 3.3: x forward, y left, z up, hinges about +y, the
-foot's centre of gravity at the origin. A hinge's position is the angle alpha between its increments.
+foot's centre of gravity at the origin. A hinge's position is the angle alpha at that hinge.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = [
 SAMPLE_RATE_HZ = 120
 STEPS_PER_SAMPLE = 17
 STEP_S = 1 / (SAMPLE_RATE_HZ * STEPS_PER_SAMPLE)
-"""0.49 ms: samples at 120 Hz fall on steps, and the chain's stiffest mode (9000 rad/s) is stable."""
+"""0.49 ms: samples at 120 Hz fall on steps; the chain's stiffest mode, 9000 rad/s, is stable."""
 
 SERVO_STIFFNESS = 20.0
 SERVO_DAMPING = 0.1

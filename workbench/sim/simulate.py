@@ -44,7 +44,7 @@ class Simulation:
 def step_times(duration: float) -> NDArray[np.float64]:
     """Return the start times of the steps that cover a duration [s]."""
     samples = int(np.floor(duration * 120 + 1e-9))
-    return np.arange(samples * STEPS_PER_SAMPLE + 1) * STEP_S
+    return np.arange(samples * STEPS_PER_SAMPLE + 1, dtype=np.float64) * STEP_S
 
 
 def staircase(
@@ -87,17 +87,20 @@ def simulate(
     spec = int(mujoco.mjtState.mjSTATE_INTEGRATION)
     mujoco.mj_getState(model, data, batch.state[0], spec)
     record = batch.rollout(len(speed), control[None], record=("sensordata", "userdata"))
-    motion = _motion(model, robot, {name: values[0] for name, values in record.items()})
+    motion = _motion(model, robot, record["sensordata"][0], record["userdata"][0])
     sink = -float(data.qpos[2]) if mode == "hop" else 0.0
     return _cut(motion, diverged=bool(batch.warning.any()), sink=sink)
 
 
 def _motion(
-    model: mujoco.MjModel, robot: Robot, record: dict[str, NDArray[np.float64]]
+    model: mujoco.MjModel,
+    robot: Robot,
+    sensordata: NDArray[np.float64],
+    userdata: NDArray[np.float64],
 ) -> TimeSeries:
     """Take every 17th step; sensors describe the state before a step, hence times from zero."""
-    sensors = record["sensordata"][::STEPS_PER_SAMPLE]
-    times = np.arange(len(sensors)) * STEPS_PER_SAMPLE * STEP_S
+    sensors = sensordata[::STEPS_PER_SAMPLE]
+    times = np.arange(len(sensors), dtype=np.float64) * (STEPS_PER_SAMPLE * STEP_S)
     foot, top, rotor = (
         _sensor(model, sensors, f"{name}_position") for name in ("foot", "top", "rotor")
     )
@@ -112,16 +115,14 @@ def _motion(
     for k in range(robot.increments):
         columns[f"{hinge_name(k)}_rad"] = _sensor(model, sensors, hinge_name(k))[:, 0]
     if model.nuserdata:
-        corners = corner_records(record["userdata"][::STEPS_PER_SAMPLE])
+        corners = corner_records(userdata[::STEPS_PER_SAMPLE])
         for axis in "xz":
             force = corners[:, :, CORNER_FIELDS.index(f"force_{axis}_N")]
             columns[f"ground_{axis}_N"] = force.sum(axis=1)
     return TimeSeries.of(times, columns)
 
 
-def _sensor(
-    model: mujoco.MjModel, sensors: NDArray[np.float64], name: str
-) -> NDArray[np.float64]:
+def _sensor(model: mujoco.MjModel, sensors: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     sensor = model.sensor(name)
     return sensors[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
 

@@ -1,12 +1,13 @@
 """Where MuJoCo keeps its arrays: byte offsets in mjModel and mjData for compiled callbacks.
 
-The layout comes from `mujoco.introspect`, which describes the installed headers, and is checked once
-against live objects, so that another MuJoCo build is found out at import and not by a wrong force.
+The layout comes from `mujoco.introspect`, which describes the installed headers, and is checked
+against live objects before use, so that another build is found out and not by a wrong force.
 """
 
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,7 +34,7 @@ _PLAIN = {
 }
 
 
-def _ctype(node: object) -> type:
+def _ctype(node: object) -> Any:
     if isinstance(node, ast_nodes.PointerType):
         return ctypes.c_void_p
     if isinstance(node, ast_nodes.ArrayType):
@@ -47,7 +48,7 @@ def _ctype(node: object) -> type:
     return _layout(base, node.fields)  # type: ignore[attr-defined]
 
 
-def _named(name: str) -> type:
+def _named(name: str) -> Any:
     if name in _PLAIN:
         return _PLAIN[name]
     if name in ENUMS:
@@ -55,7 +56,7 @@ def _named(name: str) -> type:
     return _layout(ctypes.Structure, STRUCTS[name].fields)
 
 
-def _layout(base: type, fields: tuple) -> type:
+def _layout(base: type, fields: tuple[Any, ...]) -> Any:
     return type("Layout", (base,), {"_fields_": [(f.name, _ctype(f.type)) for f in fields]})
 
 

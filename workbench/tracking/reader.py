@@ -41,9 +41,8 @@ def read_take(path: str | Path) -> Take:
     """
     data = _bytes(Path(path))
     _refuse_binary(data, str(path))
-    source = Source(str(path), hashlib.sha256(data).hexdigest(), "")
-    text = _decode(data, source)
-    source = Source(source.path, source.sha256, text, source.warnings)
+    encoding, warnings = _encoding(data)
+    source = Source(str(path), hashlib.sha256(data).hexdigest(), data, encoding, warnings)
     return _parser(source)(source)
 
 
@@ -70,13 +69,13 @@ def _refuse_binary(data: bytes, path: str) -> None:
         )
 
 
-def _decode(data: bytes, source: Source) -> str:
-    """Decode as UTF-8; a start time in another PC's code page must not stop the reader."""
+def _encoding(data: bytes) -> tuple[str, list[str]]:
+    """Return the encoding; a start time in another PC's code page must not stop the reader."""
     try:
-        return data.decode("utf-8-sig")
+        data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        source.warn(f"byte {error.start} is not UTF-8; the text is read as Latin-1")
-        return data.decode("latin-1")
+        return "latin-1", [f"byte {error.start} is not UTF-8; the text is read as Latin-1"]
+    return "utf-8-sig", []
 
 
 def _parser(source: Source) -> Callable[[Source], Take]:

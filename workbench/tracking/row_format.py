@@ -54,6 +54,7 @@ class _File:
     bodies: dict[str, _BodyRows] = field(default_factory=dict)
     points: list[list[float]] = field(default_factory=list)
     point_names: list[list[str]] = field(default_factory=list)
+    overlong: bool = False
 
 
 def parse_row(source: Source) -> Take:
@@ -67,7 +68,7 @@ def parse_row(source: Source) -> Take:
         _take_row(file, line, cells, source)
     _check(file, source)
     indices = np.array(file.indices, dtype=np.int64)
-    times = source.checked(np.array(file.times), file.lines, "a time")
+    times = _times(file, source)
     warn_of_index_steps(indices, source)
     bodies: dict[str, BodyTake] = {}
     for rows in file.bodies.values():
@@ -87,6 +88,14 @@ def parse_row(source: Source) -> Take:
         header=file.info,
         warnings=tuple(source.warnings),
     )
+
+
+def _times(file: _File, source: Source) -> NDArray[np.float64]:
+    times = source.checked(np.array(file.times), file.lines, "a time")
+    blank = np.flatnonzero(np.isnan(times))
+    if len(blank):
+        raise source.fault(file.lines[int(blank[0])], "the time of the frame is not a number")
+    return times
 
 
 def _trimmed(source: Source) -> Iterator[tuple[int, list[str]]]:
@@ -177,7 +186,8 @@ def _take_points(file: _File, line: int, cells: list[str], at: int, source: Sour
             f"the frame row is cut short: {count} markers need {width * count} cells, "
             f"{len(cells)} follow",
         )
-    if len(cells) > width * count:
+    if len(cells) > width * count and not file.overlong:
+        file.overlong = True
         source.warn(f"frame rows have cells after their markers, first in line {line}; ignored")
     cells = cells[: width * count]
     coordinates = [cell for i, cell in enumerate(cells) if i % width < 3]
@@ -211,6 +221,12 @@ def _check(file: _File, source: Source) -> None:
         raise source.fault(1, "there is no row 'frame'; the file has no data")
     if not any(body.frames for body in file.bodies.values()):
         raise source.fault(file.lines[0], "there are no rigid bodies; the file has only points")
+    for body in file.bodies.values():
+        if body.markers is None and body.pose_frames:
+            line = file.lines[body.pose_frames[0]]
+            raise source.fault(
+                line, f"the frame tracks a body {shown(body.id)} that no row defines"
+            )
     count = file.info.get("framecount", "")
     if count != str(len(file.indices)):
         source.warn(f"the header says {shown(count)} frames, the file has {len(file.indices)}")
@@ -222,8 +238,8 @@ def _body(rows: _BodyRows, name: str, n: int, version: str, source: Source) -> B
     values = np.array(rows.values).reshape(len(frames), (width + 5) * m + 1)
     values = source.checked(values, rows.lines, f"body {shown(name)}")
     solved, measured = np.full((n, m, 3), np.nan), np.full((n, m, 3), np.nan)
-    solved[frames] = values[:, : width * m].reshape(-1, m, width)[:, :, :3]
-    measured[frames] = values[:, width * m : (width + 3) * m].reshape(-1, m, 3)
+    solved[frames] = values[:, : width * m].reshape(len(frames), m, width)[:, :, :3]
+    measured[frames] = values[:, width * m : (width + 3) * m].reshape(len(frames), m, 3)
     missing = np.full(n, Missing.BLANK, dtype=np.int8)
     missing[frames] = np.where(np.array(rows.lost, dtype=np.int64) > 0, Missing.LOST, Missing.SEEN)
     unknown = ~known(solved.mean(axis=1)) if m else np.ones(n, dtype=bool)

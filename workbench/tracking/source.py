@@ -25,18 +25,22 @@ class Source:
     Args:
         path: the file's name as the user gave it.
         sha256: of the file's bytes.
-        text: decoded, without byte order mark.
+        data: the file's bytes.
+        encoding: of the text in them.
         warnings: filled by the parsers.
     """
 
     path: str
     sha256: str
-    text: str
+    data: bytes
+    encoding: str = "utf-8-sig"
     warnings: list[str] = field(default_factory=list)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield line number (from 1) and cells of each row that is not blank."""
-        reader = csv.reader(io.StringIO(self.text, newline=""))
+        # decoded as it is read: a StringIO would hold four bytes a character
+        text = io.TextIOWrapper(io.BytesIO(self.data), encoding=self.encoding, newline="")
+        reader = csv.reader(text)
         while True:
             try:
                 cells = next(reader, None)

@@ -1,0 +1,94 @@
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from workbench.bench import load_bench
+from workbench.errors import FileFaults, InputError
+from workbench.protocol import Calibration, Plan, PlannedPrompt, Protocol, load, make_plan
+
+STEP = Decimal("0.01")
+
+
+def plan_of(folder: Path, steps: str, head: str = "") -> Plan:
+    path = folder / "p.yaml"
+    path.write_text(f"schema: workbench/protocol-1\ntitle: T\n{head}steps:\n{steps}")
+    return make_plan(load(path, Protocol), load_bench("virtual").content, STEP)
+
+
+@pytest.mark.parametrize(
+    ("speed", "volts"),
+    [(8.2, "2.52"), (10.4, "3.02"), (12.5, "3.50"), (16, "4.30"), (17, "4.52"), (18, "4.75"),
+     (19, "4.98"), (19.9, "5.18"), (20, "5.20"), (21, "5.43")],
+)  # fmt: skip
+def test_speeds_of_the_thesis_become_its_voltages(tmp_path: Path, speed: float, volts: str) -> None:
+    run = plan_of(tmp_path, f"  - run: {{mode: hop, speed: {speed} rad/s}}\n").runs[0]
+    assert run.voltage == Decimal(volts)
+    assert run.speed == pytest.approx(4.4 * float(volts) - 2.9)
+
+
+def test_a_speed_beyond_the_calibration_is_refused_and_not_extrapolated(tmp_path: Path) -> None:
+    steps = "  - sweep: {mode: hop, speeds: [17 rad/s, 22 rad/s, 1 rad/s]}\n"
+    with pytest.raises(FileFaults) as caught:
+        plan_of(tmp_path, steps)
+    first, second = caught.value.faults
+    assert (first.line, first.column) == (4, 43)
+    assert first.text == (
+        "22 rad/s needs 5.659 V, which is outside the range of calibration 'thesis-5.7': "
+        "1 V to 5.5 V, that is 1.50 rad/s to 21.30 rad/s; it is not extrapolated"
+    )
+    assert second.text.startswith("1 rad/s needs 0.886 V")
+
+
+def test_limits_of_the_protocol_and_the_bench_hold(tmp_path: Path) -> None:
+    with pytest.raises(FileFaults, match="4.52 V is above the limit of this protocol, 4 V"):
+        plan_of(tmp_path, "  - run: {mode: hop, speed: 17 rad/s}\n", "limits: {voltage: 4 V}\n")
+    with pytest.raises(
+        FileFaults, match="current 3 A is above the limit of bench 'virtual', 1.5 A"
+    ):
+        plan_of(tmp_path, "  - run: {mode: hop, speed: 17 rad/s}\n", "limits: {current: 3 A}\n")
+
+
+def test_modes_that_cannot_run_yet_say_so(tmp_path: Path) -> None:
+    with pytest.raises(FileFaults, match="mode 'decay' cannot be run yet; modes that run: hop"):
+        plan_of(tmp_path, "  - run: {mode: decay, pull: 0.4 N}\n")
+
+
+def test_the_ramp_rises_in_even_steps_from_the_lowest_voltage(tmp_path: Path) -> None:
+    run = plan_of(tmp_path, "  - run: {mode: hop, voltage: 4.5 V, ramp: 0.5 s}\n").runs[0]
+    assert [f"{t:.1f} {v}" for t, v in run.steps] == [
+        "0.0 1.00", "0.1 1.70", "0.2 2.40", "0.3 3.10", "0.4 3.80", "0.5 4.50",
+    ]  # fmt: skip
+
+
+def test_the_slew_of_the_bench_lengthens_a_ramp_that_is_too_fast(tmp_path: Path) -> None:
+    run = plan_of(tmp_path, "  - run: {mode: hop, voltage: 5 V, ramp: 0 s}\n").runs[0]
+    assert run.ramp == pytest.approx(4 / 20)
+
+
+def test_a_ramp_longer_than_the_drive_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileFaults, match="ramp 5 s is not shorter than duration 3 s"):
+        plan_of(tmp_path, "  - run: {mode: hop, voltage: 4 V, ramp: 5 s, duration: 3 s}\n")
+
+
+def test_a_random_order_is_the_seed_s_and_keeps_every_run(tmp_path: Path) -> None:
+    steps = (
+        "  - prompt: go\n"
+        "  - sweep: {mode: hop, voltages: [2 V, 3 V, 4 V, 5 V], repeats: 3, order: random, seed: 4}\n"
+    )
+    plan = plan_of(tmp_path, steps)
+    order = [(run.voltage, run.repeat) for run in plan.runs]
+    assert order == [(run.voltage, run.repeat) for run in plan_of(tmp_path, steps).runs]
+    assert sorted(order) == [(Decimal(v), r) for v in "2345" for r in (1, 2, 3)]
+    assert order != sorted(order)
+    assert [run.number for run in plan.runs] == list(range(1, 13))
+    assert isinstance(plan.items[0], PlannedPrompt)
+    assert plan.seconds == pytest.approx(12 * 12)
+
+
+def test_the_calibration_inverts_itself_and_refuses_outside() -> None:
+    line = Calibration()
+    assert line.speed(line.voltage(17)) == pytest.approx(17)
+    assert line.speed(0) == 0
+    with pytest.raises(InputError, match=r"0.7 V is outside the range of calibration 'thesis'"):
+        line.speed(0.7)

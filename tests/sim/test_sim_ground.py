@@ -1,0 +1,126 @@
+"""The ground law against eq. 3.1 to 3.3, written out a second time with MuJoCo's own jacobians."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from workbench.sim import Robot, compile_model, install_ground_law, settle
+from workbench.sim.ground import LOCKED, UNLOCKED, WAIT, _friction, corner_records
+
+CORNERS = np.array([[x, y, 0] for x in (0.1375, -0.1375) for y in (0.124, -0.124)])
+
+
+@pytest.fixture(autouse=True)
+def _law() -> None:
+    install_ground_law()
+
+
+def placed(
+    robot: Robot, qpos: np.ndarray, qvel: np.ndarray
+) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = compile_model(robot, "hop")
+    data = mujoco.MjData(model)
+    data.qpos[:7], data.qvel[:6] = qpos, qvel
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_forces_at_every_corner_follow_the_equations(robot: Robot, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    turn = rng.normal(0, 0.05, 3)
+    quat = np.empty(4)
+    mujoco.mju_axisAngle2Quat(quat, turn / np.linalg.norm(turn), float(np.linalg.norm(turn)))
+    qvel = np.concatenate([rng.normal([0.5, 0, -0.2], 0.1), rng.normal(0, 0.5, 3)])
+    qpos = np.concatenate([[0.3, 0.01, -0.005], quat])
+    model, data = placed(robot, qpos, qvel)
+    expected, foot = np.zeros(model.nv), model.body("foot").id
+    for corner in CORNERS:
+        point = data.xpos[foot] + data.xmat[foot].reshape(3, 3) @ corner
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, point, foot)
+        velocity = jacobian @ data.qvel
+        normal = max(0.0, -140 * point[2] - 15 * velocity[2]) if point[2] <= 0 else 0.0
+        side = -20 * (point[1] - corner[1]) - 8 * velocity[1] if point[2] <= 0 else 0.0
+        assert abs(velocity[0]) > 0.01  # all of them slide
+        force = [-0.4 * normal * np.sign(velocity[0]), side, normal]
+        expected += jacobian.T @ force
+    assert data.qfrc_passive[:6] == pytest.approx(expected[:6], abs=1e-12)
+
+
+def test_no_force_above_the_ground_and_none_that_pulls(robot: Robot) -> None:
+    level = np.array([0, 0, 1e-6, 1, 0, 0, 0])
+    _, data = placed(robot, level, np.array([0.3, 0.3, -1, 0, 0, 0]))
+    assert not data.qfrc_passive[:6].any()
+    level[2] = -0.002
+    _, data = placed(robot, level, np.array([0, 0, 1.0, 0, 0, 0]))
+    assert corner_records(data.userdata)[:, 4].tolist() == [0, 0, 0, 0]
+
+
+def test_the_standing_robot_sinks_as_eq_3_1_says(robot: Robot) -> None:
+    _, data = settle(robot, "hop", np.pi / 2)
+    corners = corner_records(data.userdata)
+    assert -data.qpos[2] == pytest.approx(0.2574 * 9.81 / (4 * 140), rel=1e-3)
+    assert corners[:, 4].sum() == pytest.approx(0.2574 * 9.81, rel=1e-6)
+    assert set(corners[:, 0]) == {LOCKED}
+
+
+PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0])
+
+
+def corner(state: float, anchor: float = 0.0) -> np.ndarray:
+    return np.array([state, anchor, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("start", "x", "vx", "fz", "force", "end"),
+    [
+        (UNLOCKED, 0, 0.02, 1.0, -0.4, UNLOCKED),  # slides: kinetic friction against the motion
+        (UNLOCKED, 0, -0.02, 1.0, 0.4, UNLOCKED),
+        (UNLOCKED, 0.7, 0.005, 1.0, -0.15, LOCKED),  # below v_th it locks where it is
+        (LOCKED, 1e-5, 0.0, 1.0, -0.2, LOCKED),  # held at its anchor
+        (LOCKED, 1e-3, 0.0, 1.0, -0.5, WAIT),  # more than static friction: waits at the limit
+        (WAIT, 1e-3, 0.005, 1.0, -0.5, WAIT),  # not fast enough to be loose
+        (WAIT, 1e-3, 0.02, 1.0, -0.4, UNLOCKED),  # loose
+        (WAIT, 1e-5, 0.0, 1.0, -0.2, LOCKED),  # static friction suffices again
+        (LOCKED, 0.5, 0.5, 0.0, 0.0, UNLOCKED),  # in the air
+    ],
+)
+def test_stick_slip_goes_through_the_states_of_figure_3_4(
+    start: float, x: float, vx: float, fz: float, force: float, end: float
+) -> None:
+    state = corner(start, 0.0)
+    assert _friction(PARAMETERS, state, x, vx, fz) == pytest.approx(force)
+    assert state[0] == end
+
+
+def pushed(robot: Robot, share: float, seconds: float) -> float:
+    """Return the foot's mean speed after a push of a share of the breakaway force [m/s]."""
+    model, data = settle(robot, "hop", np.pi / 2)
+    data.xfrc_applied[model.body("foot").id, 0] = share * 0.5 * 0.2574 * 9.81
+    mujoco.mj_step(model, data, nstep=1000)  # the beam swings at first
+    start = data.qpos[0]
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    return float(data.qpos[0] - start) / seconds
+
+
+def test_sticking_holds_and_breaks_away(robot: Robot) -> None:
+    stiff = replace(robot, values=dict(robot.values) | {"hinge_damping": 0.5, "root_damping": 0.5})
+    assert abs(pushed(stiff, 0.5, 5.0)) < 1e-4  # 0.1 mm/s at half the breakaway force
+    assert abs(pushed(stiff, 0.9, 5.0)) < 1e-4
+    assert pushed(stiff, 1.3, 1.0) > 0.1
+
+
+def test_other_models_are_left_alone() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><custom><numeric name='a' data='1 2 3 4 5 6 7 8 9 10 11 12 13'/></custom>"
+        "<worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    data.qpos[2] = -1.0
+    mujoco.mj_forward(model, data)
+    assert not data.qfrc_passive.any()

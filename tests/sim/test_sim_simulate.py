@@ -1,0 +1,103 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.errors import InputError
+from workbench.motion import FOOT, ROTOR, ROTOR_SPEED, TOP, Summary, position, summarize
+from workbench.sim import Robot, Simulation, simulate, staircase, step_times
+
+REST = 0.6
+
+
+def run(robot: Robot, omega: float, duration: float = 10.0, mode: str = "hop") -> Simulation:
+    speed = staircase(step_times(REST + duration), [(REST, omega)])
+    return simulate(robot, mode, speed, np.pi / 2)  # pyright: ignore[reportArgumentType]
+
+
+def summary(robot: Robot, omega: float) -> Summary:
+    return summarize(run(robot, omega).motion.shifted(-REST), 10.0)
+
+
+def test_it_hops_forward_at_17_rad_s_by_the_thesis_order(robot: Robot) -> None:
+    found = summary(robot, 17.0)
+    assert 0.05 < found.distance_m < 0.6  # fig. 6.1: about 0.2 m
+    assert found.hop_height_m > 0.005
+    assert found.speed_rad_s == pytest.approx(17, rel=1e-3)
+
+
+def test_it_goes_nowhere_when_the_rotor_turns_backward(robot: Robot) -> None:
+    assert abs(summary(robot, -17.0).distance_m) < 0.02
+
+
+def test_more_friction_than_0_8_holds_it_in_place(robot: Robot) -> None:
+    rough = replace(robot, values=dict(robot.values) | {"friction_slide": 0.8, "friction_stick": 1})
+    assert abs(summary(rough, 17.0).distance_m) < 0.3 * summary(robot, 17.0).distance_m
+
+
+def test_at_rest_it_stays_at_rest(robot: Robot) -> None:
+    motion = run(robot, 0.0, 5.0).motion
+    for point in (FOOT, TOP, ROTOR):
+        assert np.ptp(position(motion, point), axis=0).max() < 1e-6
+
+
+def test_gravity_lowers_t_by_about_five_centimetres(robot: Robot) -> None:
+    top = position(run(robot, 0.0, 0.5).motion, TOP)[0]
+    assert 0.3265 - top[2] == pytest.approx(0.05, abs=0.006)
+
+
+def test_the_motion_stays_in_the_hopping_plane(robot: Robot) -> None:
+    motion = run(robot, 17.0).motion
+    for point in (FOOT, TOP, ROTOR):
+        assert np.abs(position(motion, point)[:, 1]).max() < 1e-6
+
+
+def test_the_sampling_is_120_hz_and_the_speed_is_the_motor_s(robot: Robot) -> None:
+    motion = run(robot, 17.0, 4.0).motion
+    assert np.diff(motion.times) == pytest.approx(1 / 120)
+    driven = motion.between(REST + 1, REST + 4)
+    assert np.mean(driven[ROTOR_SPEED]) == pytest.approx(17, abs=0.1)
+
+
+def test_the_same_input_gives_the_same_bits(robot: Robot) -> None:
+    first, second = run(robot, 17.0, 3.0).motion, run(robot, 17.0, 3.0).motion
+    assert np.array_equal(first.values, second.values)
+
+
+def test_a_loaded_shape_stands_with_its_listed_angles(robot: Robot) -> None:
+    loaded = replace(robot, state="loaded")
+    motion = run(loaded, 0.0, 0.5).motion
+    standing = [motion[f"hinge_{k}_rad"][0] for k in range(16)]
+    assert standing == pytest.approx(list(robot.angles), abs=1e-4)
+
+
+def test_a_clamped_foot_does_not_move_and_t_does(robot: Robot) -> None:
+    result = run(robot, 14.0, 5.0, "clamped")
+    assert not position(result.motion, FOOT).any()
+    assert np.ptp(result.motion[TOP[2]]) > 0.02
+    assert result.outcome == "completed"
+
+
+def test_a_fall_is_an_outcome_and_ends_the_motion(robot: Robot) -> None:
+    heavy = replace(robot, values=dict(robot.values) | {"rotor_mass": 0.2, "rotor_radius": 0.06})
+    result = run(heavy, 19.0)
+    assert result.outcome == "fell"
+    assert result.motion.times[-1] < 10
+    assert result.motion[TOP[2]].min() - result.sink_m >= 0.05
+
+
+def test_a_robot_that_cannot_stand_is_refused_with_what_was_seen(robot: Robot) -> None:
+    leaning = replace(robot, angles=(-0.5, *robot.angles[1:]))
+    with pytest.raises(InputError, match=r"does not stand: after 6 s T is at z = -?\d\.\d+ m"):
+        run(leaning, 17.0)
+
+
+def test_a_blow_up_is_an_outcome(robot: Robot) -> None:
+    result = run(robot, 3000.0, 2.0)
+    assert result.outcome in ("diverged", "fell")
+    assert np.isfinite(result.motion.values).all()
+
+
+def test_staircase_holds_each_value_from_its_time_on() -> None:
+    speeds = staircase(np.array([0.0, 0.9, 1.0, 1.5, 2.0]), [(1.0, 5.0), (2.0, 7.0)])
+    assert speeds.tolist() == [0, 0, 5, 5, 7]

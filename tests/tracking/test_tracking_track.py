@@ -1,0 +1,182 @@
+"""From an export file to a track, against the motion the export was made from."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from workbench.errors import InputError
+from workbench.motion import FOOT, PITCH, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Take,
+    Track,
+    make_track,
+    raw_points,
+    read_take,
+    write_motive,
+    write_row,
+)
+
+Lose = Callable[[Take, str, int, int], Take]
+ZERO_WITHIN_S = 0.012
+
+
+def track_of(take: Take, **options: Any) -> Track:
+    return make_track(take, **({"bodies": BodyNames(), "axes": Axes()} | options))
+
+
+def samples(track: Track) -> np.ndarray:
+    """Return which samples of the truth the track's samples are."""
+    return np.rint((track.motion.times + track.zero_in_take_s) * 120).astype(int)
+
+
+@pytest.mark.parametrize("kind", ["row 1.0", "row 1.1", "motive 1.21", "motive 1.25"])
+def test_a_file_becomes_the_motion_it_was_made_from(
+    kind: str, tmp_path: Path, hop: Any, foot_markers: Any
+) -> None:
+    flavour, version = kind.split()
+    if flavour == "row":
+        write_row(hop.take, tmp_path / "x.csv", version)  # type: ignore[arg-type]
+    else:
+        write_motive(hop.take, tmp_path / "x.csv", version, "YXZ", "Millimeters")  # type: ignore[arg-type]
+    take = read_take(tmp_path / "x.csv")
+    track = track_of(take, markers=foot_markers)
+    truth, at = hop.truth, samples(track)
+    for names, told in ((FOOT, truth.foot), (TOP, truth.top)):
+        assert np.sqrt(np.mean((position(track.motion, names) - told[at]) ** 2)) < 1e-4
+    assert np.abs(track.motion[PITCH] - truth.pitch[at]).max() < 2e-3
+    assert np.abs(track.motion[ROTOR_ANGLE] - truth.angle[at]).max() < 0.02
+    assert np.abs(track.motion[ROTOR_SPEED] - truth.speed[at])[12:-12].max() < 0.8
+    assert track.zero_in_take_s == pytest.approx(2.0, abs=ZERO_WITHIN_S)
+    assert track.rest_s == pytest.approx(2.0, abs=ZERO_WITHIN_S)
+    assert track.start_angle_rad == pytest.approx(0.6, abs=2e-3)
+    assert (track.warnings, track.take_sha256) == ((), take.sha256)
+
+
+def test_axes_of_the_export_make_no_difference(new_hop: Any) -> None:
+    axes = Axes(up="z", forward="x")
+    track, plain = track_of(new_hop(axes=axes).take, axes=axes), track_of(new_hop().take)
+    apart = np.abs(position(track.motion, TOP) - position(plain.motion, TOP))
+    assert np.sqrt(np.mean(apart**2)) < 2e-4
+
+
+def test_pitch_comes_from_the_pose_where_no_places_are_given(hop: Any) -> None:
+    track = track_of(hop.take)
+    assert np.abs(track.motion[PITCH] - hop.truth.pitch[samples(track)]).max() < 1e-3
+    assert "centroid of the measured markers" in track.report["bodies"]["foot"]["source"]
+
+
+def test_marker_places_keep_a_hidden_marker_from_moving_the_foot(
+    hop: Any, foot_markers: Any
+) -> None:
+    foot = hop.take.bodies["Foot"]
+    measured = foot.measured.copy()
+    measured[400:700, 1] = np.nan
+    take = replace(hop.take, bodies={**hop.take.bodies, "Foot": replace(foot, measured=measured)})
+    fitted = track_of(take, markers=foot_markers)
+    assert fitted.motion.validity(FOOT[0]).all()
+    assert np.sqrt(np.mean((position(fitted.motion, FOOT) - hop.truth.foot) ** 2)) < 1.5e-4
+    assert "fitted to the measured markers" in fitted.report["bodies"]["foot"]["source"]
+    assert track_of(take).motion.validity(FOOT[0]).sum() == len(take) - 300
+
+
+def test_without_measured_markers_the_source_is_named(hop: Any) -> None:
+    blind = {
+        name: replace(body, measured=np.full_like(body.measured, np.nan))
+        for name, body in hop.take.bodies.items()
+    }
+    posed = {
+        name: replace(
+            body, measured=body.measured[:, :0], solved=body.solved[:, :0], marker_names=()
+        )
+        for name, body in hop.take.bodies.items()
+    }
+    for bodies, source in ((blind, "centroid of the solved markers"), (posed, "pose position")):
+        report = track_of(replace(hop.take, bodies=bodies)).report
+        assert {b["source"] for b in report["bodies"].values()} == {source}
+
+
+def test_gaps_in_the_rotor_do_not_lose_turns(hop: Any, lose: Lose) -> None:
+    take = hop.take
+    for start in range(300, 900, 40):
+        take = lose(take, "Rotor", start, start + 9)
+    track = track_of(take)
+    assert np.abs(track.motion[ROTOR_ANGLE] - hop.truth.angle[samples(track)]).max() < 0.15
+    assert track.warnings == ()
+
+
+def test_a_gap_of_more_than_half_a_turn_gives_a_warning(hop: Any, lose: Lose) -> None:
+    track = track_of(lose(hop.take, "Rotor", 600, 640))
+    assert "may have made turns that nobody saw" in track.warnings[0]
+
+
+def test_the_thesis_recipe_keeps_its_own_base(hop: Any) -> None:
+    track = track_of(hop.take, recipe="thesis")
+    assert track.report["origin_m"] == pytest.approx([0.31, -0.22, 0.062], abs=1e-6)
+    assert PITCH not in track.motion
+    assert track.motion.valid.all()
+
+
+def test_a_rotor_that_never_moves_keeps_the_takes_time(new_hop: Any) -> None:
+    take = new_hop(seconds=1.5).take
+    track = track_of(take)
+    assert track.zero_in_take_s == 0.0
+    assert "the rotor never moves; times are those of the take" in track.warnings
+    hinted = track_of(take, start_hint=1.0)
+    assert (hinted.zero_in_take_s, hinted.motion.times[0]) == (1.0, -1.0)
+    assert hinted.rest_s == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_hint_far_from_the_motion_gives_a_warning(hop: Any) -> None:
+    track = track_of(hop.take, start_hint=5.0)
+    assert "5 s were expected; the measured time is used" in track.warnings[0]
+    assert track_of(hop.take, start_hint=2.0).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("axes", "match"),
+    [
+        (Axes(up="-y", forward="-z"), "T is -0.2.. m above the foot at rest"),
+        (Axes(up="y", forward="z"), "travels 0.3.. m backwards"),
+        (Axes(up="y", forward="x"), "m sideways"),
+    ],
+)
+def test_wrong_axes_are_noticed(hop: Any, axes: Axes, match: str) -> None:
+    warnings = " ".join(track_of(hop.take, axes=axes).warnings)
+    assert re.search(match, warnings)
+
+
+def test_swapped_places_of_markers_are_noticed(hop: Any, foot_markers: Any) -> None:
+    places = foot_markers["Foot"]
+    track = track_of(hop.take, markers={"Foot": [places[1], places[0], *places[2:]]})
+    assert "the marker places of 'Foot' fit the take only to" in track.warnings[0]
+
+
+def test_a_body_that_is_not_there_is_named_with_those_that_are(hop: Any) -> None:
+    with pytest.raises(InputError, match=r"foot 'foot' is not in the take.*did you mean 'Foot'"):
+        track_of(hop.take, bodies=BodyNames(foot="foot"))
+    with pytest.raises(InputError, match="there are 'Foot', 'T', 'Rotor'"):
+        track_of(hop.take, bodies=BodyNames(rotor="Motor"))
+    with pytest.raises(InputError, match="need three bodies"):
+        track_of(hop.take, bodies=BodyNames(rotor="T"))
+    with pytest.raises(InputError, match="markers of 'Foot': 3 places are given, the take has 4"):
+        track_of(hop.take, markers={"Foot": np.eye(3)})
+
+
+def test_a_body_that_is_never_seen_is_refused(hop: Any, lose: Lose) -> None:
+    with pytest.raises(InputError, match="body 'T' is never seen"):
+        raw_points(lose(hop.take, "T", 0, len(hop.take)), BodyNames(), Axes())
+
+
+def test_the_report_is_json(hop: Any) -> None:
+    for recipe in ("default", "thesis"):
+        json.dumps(track_of(hop.take, recipe=recipe).report, allow_nan=False)
