@@ -4,8 +4,10 @@ import pytest
 from workbench.motion import (
     FOOT,
     ROTOR_ANGLE,
+    ROTOR_SPEED,
     TOP,
     first_motion,
+    last_motion,
     misfit,
     rotor_angle,
     rotor_speed,
@@ -63,6 +65,13 @@ def motion(x: np.ndarray, z: np.ndarray, times: np.ndarray) -> TimeSeries:
     columns = dict.fromkeys((*FOOT, *TOP), zero)
     columns |= {FOOT[0]: x, FOOT[2]: z, TOP[0]: x, ROTOR_ANGLE: 17 * np.maximum(times, 0)}
     return TimeSeries.of(times, columns)
+
+
+def test_the_end_of_the_drive_is_found_where_the_rotor_slows() -> None:
+    times = np.arange(-100, 700) / RATE
+    speed = np.where((times > 0) & (times <= 4), 17.0, 0.0)
+    series = TimeSeries.of(times, {ROTOR_SPEED: speed})
+    assert last_motion(series) == pytest.approx(4.0, abs=1 / RATE)
 
 
 def test_summary_tells_distance_hop_height_and_speed() -> None:

@@ -126,10 +126,12 @@ class _Conductor:
             raise Interrupted(self._told("stopped by the user")) from None
         except SafetyStop as error:
             self._end("safety-stop", str(error))
-            raise SafetyStop(self._told(str(error))) from error
+            error.args = (self._told(str(error)),)
+            raise
         except WorkbenchError as error:
             self._end("failed", str(error))
-            raise type(error)(self._told(str(error))) from error
+            error.args = (self._told(str(error)),)
+            raise
         except Exception:
             self._end("failed", traceback.format_exc())
             raise

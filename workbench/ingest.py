@@ -47,7 +47,8 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
             pair(bundle)
         except WorkbenchError as error:
             bundle.finish("failed", error=str(error))
-            raise type(error)(f"run {number} ({run.take}): {error}\nsee {bundle.path}") from error
+            error.args = (f"run {number} ({run.take}): {error}\nsee {bundle.path}",)
+            raise
         bundle.finish("complete")
         yield bundle
 

@@ -28,6 +28,7 @@ __all__ = [
     "Misfit",
     "Summary",
     "first_motion",
+    "last_motion",
     "misfit",
     "position",
     "rotor_angle",
@@ -152,6 +153,17 @@ def first_motion(times: NDArray[np.float64], angle: NDArray[np.float64]) -> floa
     terms = np.column_stack([np.ones_like(phi), np.sqrt(phi), phi])
     zero = float(np.linalg.lstsq(terms, t[start:stop])[0][0])
     return min(zero, float(t[start]))
+
+
+def last_motion(motion: TimeSeries) -> float:
+    """Return when the rotor last turned at more than half its median speed [s].
+
+    That is the end of the drive where nobody wrote it down. Time zero is the first motion.
+    """
+    driven = motion.times > 0
+    speed = np.abs(np.where(motion.validity(ROTOR_SPEED), motion[ROTOR_SPEED], np.nan))[driven]
+    turning = np.flatnonzero(speed > _median(speed) / 2)
+    return float(motion.times[driven][turning[-1]]) if len(turning) else float(motion.times[-1])
 
 
 def summarize(motion: TimeSeries, duration: float) -> Summary:

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError, WorkbenchError
-from workbench.motion import ROTOR_ANGLE, first_motion, misfit, summarize
+from workbench.motion import ROTOR_ANGLE, first_motion, last_motion, misfit, summarize
 from workbench.protocol import (
     BenchFile,
     Calibration,
@@ -147,7 +147,7 @@ def _drive(bundle: Bundle, calibration: Calibration, track: Track) -> Drive:
         steps = tuple((t - on, calibration.speed(volts)) for t, volts in sent)
         return Drive(steps, sent[-1][0] - on)
     asked = bundle.manifest
-    duration = asked["duration_s"] or float(track.motion.times[-1])
+    duration = asked["duration_s"] or last_motion(track.motion)
     speed, ramp = asked["speed_rad_s"], asked["ramp_s"]
     count = max(1, round(ramp / 0.1))
     rise = [(ramp * k / count, speed * (k + 1) / (count + 1)) for k in range(count)]

@@ -41,10 +41,10 @@ def test_a_speed_beyond_the_calibration_is_refused_and_not_extrapolated(tmp_path
 
 
 def test_limits_of_the_protocol_and_the_bench_hold(tmp_path: Path) -> None:
-    with pytest.raises(FileFaults, match="4.52 V is above the limit of this protocol, 4 V"):
+    with pytest.raises(FileFaults, match=r"4\.52 V is above the limit of this protocol, 4 V"):
         plan_of(tmp_path, "  - run: {mode: hop, speed: 17 rad/s}\n", "limits: {voltage: 4 V}\n")
     with pytest.raises(
-        FileFaults, match="current 3 A is above the limit of bench 'virtual', 1.5 A"
+        FileFaults, match=r"current 3 A is above the limit of bench 'virtual', 1\.5 A"
     ):
         plan_of(tmp_path, "  - run: {mode: hop, speed: 17 rad/s}\n", "limits: {current: 3 A}\n")
 
@@ -74,7 +74,8 @@ def test_a_ramp_longer_than_the_drive_is_refused(tmp_path: Path) -> None:
 def test_a_random_order_is_the_seed_s_and_keeps_every_run(tmp_path: Path) -> None:
     steps = (
         "  - prompt: go\n"
-        "  - sweep: {mode: hop, voltages: [2 V, 3 V, 4 V, 5 V], repeats: 3, order: random, seed: 4}\n"
+        "  - sweep: {mode: hop, voltages: [2 V, 3 V, 4 V, 5 V], repeats: 3,"
+        " order: random, seed: 4}\n"
     )
     plan = plan_of(tmp_path, steps)
     order = [(run.voltage, run.repeat) for run in plan.runs]

@@ -1,3 +1,4 @@
+import contextlib
 import math
 
 import pytest
@@ -20,21 +21,17 @@ def test_every_unit_reads_back_its_factor(unit: tuple[str, str], number: float) 
 
 @given(st.text(max_size=20))
 def test_any_other_text_is_refused_and_never_crashes(text: str) -> None:
-    try:
-        value, _ = parse_quantity(text, "speed")
-    except ValueError as error:
-        assert str(error)
-    else:
-        assert math.isfinite(value)
+    with contextlib.suppress(ValueError):  # anything else is a crash
+        assert math.isfinite(parse_quantity(text, "speed")[0])
 
 
 def test_bounds_are_told_in_the_unit_that_was_written() -> None:
-    with pytest.raises(ValueError, match="9000 mV is not allowed; it must be at most 5500 mV"):
+    with pytest.raises(ValueError, match=r"9000 mV is not allowed; it must be at most 5500 mV"):
         Quantity("voltage", high=5.5).read("9000 mV")
     assert Quantity("voltage", high=5.5).read("5500 mV") == pytest.approx(5.5)
 
 
 @pytest.mark.parametrize("text", ["1e999 s", "nan s", "inf s", "1,5 s", "0x10 s", "--1 s", True])
 def test_odd_numbers_are_refused(text: object) -> None:
-    with pytest.raises(ValueError, match="not a|unknown unit"):
+    with pytest.raises(ValueError, match=r"not a|unknown unit"):
         parse_quantity(text, "time")

@@ -63,5 +63,5 @@ def test_a_clamped_robot_has_no_foot_joint_and_no_ground(robot: Robot) -> None:
 
 def test_what_the_engine_refuses_is_an_input_error(robot: Robot) -> None:
     bad = replace(robot, values=dict(robot.values) | {"beam_mass": 0.0})
-    with pytest.raises(InputError, match="this robot cannot be simulated: .*mass"):
+    with pytest.raises(InputError, match=r"this robot cannot be simulated: .*mass"):
         compile_model(bad, "hop")

@@ -163,7 +163,7 @@ def script(take: Take) -> np.ndarray:
         if apart < 0.01 or apart > 0.2:
             data[i, 6:9] = data[i - 1, 6:9]
     coefficients: Any = butter(10, 9 / 60)
-    return filtfilt(*coefficients, data, axis=0, padlen=30)
+    return filtfilt(coefficients[0], coefficients[1], data, axis=0, padlen=30)
 
 
 def test_the_thesis_recipe_is_appendix_c(hop: Any, lose: Lose) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.tracking import Cloud, Missing, Take, quality, read_take, write_motive
 from workbench.tracking.take import known
@@ -64,6 +65,24 @@ def test_what_spreadsheets_and_versions_change_makes_no_difference(
 ) -> None:
     assert edit(plain) != plain
     assert_same_motion(read(edit(plain)), read(plain))
+
+
+@pytest.mark.parametrize("order", ["YXZ", "XYZ", "ZXY"])
+def test_euler_angles_turn_about_the_bodys_own_axes(order: str, read: Read) -> None:
+    axes = {"X": [1, 0, 0], "Y": [0, 1, 0], "Z": [0, 0, 1]}
+    angles = (30.0, -20.0, 70.0)
+    told = Rotation.identity()
+    for letter, angle in zip(order, angles, strict=True):
+        told = told * Rotation.from_rotvec(np.multiply(axes[letter], angle), degrees=True)
+    row = ",".join(f"{angle}" for angle in angles)
+    text = (
+        "Format Version,1.23,Export Frame Rate,100,Total Exported Frames,2,Length Units,Meters\n\n"
+        f",Type{6 * ',Rigid Body'}\n,Name{6 * ',Foot'}\n,ID{6 * ',A'}\n"
+        f",{3 * ',Rotation'}{3 * ',Position'}\nFrame,Time (Seconds),{','.join(order)},X,Y,Z\n"
+        f"0,0,{row},1,2,3\n1,0.01,{row},1,2,4\n"
+    )
+    found = read(text.encode()).bodies["Foot"].quaternion[0]
+    assert (Rotation.from_quat(found, scalar_first=True) * told.inv()).magnitude() < 1e-9
 
 
 def test_a_timecode_column_is_passed_over(plain: bytes, read: Read) -> None:

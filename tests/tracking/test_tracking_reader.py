@@ -162,3 +162,5 @@ def test_start_times_in_any_language_do_not_stop_the_reader(stored: Path, tmp_pa
         take = read_take(tmp_path / "x.csv")
         assert take.header["Capture Start Time"].startswith("2012-05-23 12.00.00.000")
         assert len(take.warnings) == (codec == "gbk")
+    (tmp_path / "x.csv").write_bytes(b"\xef\xbb\xbf" + data.replace(b"000 PM", b"000 \xff"))
+    assert read_take(tmp_path / "x.csv").version == "1.23"

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
 from workbench.tracking import (
     Axes,
     BodyNames,
+    Cloud,
     Take,
     Track,
     make_track,
@@ -75,6 +77,15 @@ def test_pitch_comes_from_the_pose_where_no_places_are_given(hop: Any) -> None:
     assert "centroid of the measured markers" in track.report["bodies"]["foot"]["source"]
 
 
+def test_pitch_is_relative_to_how_the_body_was_defined(hop: Any) -> None:
+    foot = hop.take.bodies["Foot"]
+    defined = Rotation.from_rotvec([0.4, 1.1, -0.3])
+    turned = Rotation.from_quat(foot.quaternion, scalar_first=True) * defined
+    tilted = replace(foot, quaternion=turned.as_quat(scalar_first=True))
+    track = track_of(replace(hop.take, bodies={**hop.take.bodies, "Foot": tilted}))
+    assert np.abs(track.motion[PITCH] - hop.truth.pitch[samples(track)]).max() < 1e-3
+
+
 def test_marker_places_keep_a_hidden_marker_from_moving_the_foot(
     hop: Any, foot_markers: Any
 ) -> None:
@@ -87,6 +98,21 @@ def test_marker_places_keep_a_hidden_marker_from_moving_the_foot(
     assert np.sqrt(np.mean((position(fitted.motion, FOOT) - hop.truth.foot) ** 2)) < 1.5e-4
     assert "fitted to the measured markers" in fitted.report["bodies"]["foot"]["source"]
     assert track_of(take).motion.validity(FOOT[0]).sum() == len(take) - 300
+
+
+def test_two_markers_off_centre_are_told_of(hop: Any) -> None:
+    track = track_of(hop.take, markers={"T": [[0, -20, 5], [0, 20, 15]]})
+    assert track.warnings[0].startswith("the markers of 'T' have their centroid 10.0 mm off")
+
+
+def test_markers_that_are_seldom_all_seen_give_way_to_the_solved_ones(hop: Any) -> None:
+    foot = hop.take.bodies["Foot"]
+    measured = foot.measured.copy()
+    measured[100:, 1] = np.nan
+    take = replace(hop.take, bodies={**hop.take.bodies, "Foot": replace(foot, measured=measured)})
+    track = track_of(take)
+    assert "all measured ones visible in 10 % only" in track.report["bodies"]["foot"]["source"]
+    assert track.motion.validity(FOOT[0]).all()
 
 
 def test_without_measured_markers_the_source_is_named(hop: Any) -> None:
@@ -103,6 +129,28 @@ def test_without_measured_markers_the_source_is_named(hop: Any) -> None:
     for bodies, source in ((blind, "centroid of the solved markers"), (posed, "pose position")):
         report = track_of(replace(hop.take, bodies=bodies)).report
         assert {b["source"] for b in report["bodies"].values()} == {source}
+
+
+def test_the_origin_is_the_median_of_the_last_two_seconds_at_rest(new_hop: Any) -> None:
+    hop = new_hop(noise_m=0.0)
+    late = np.concatenate([np.zeros(240, dtype=int), np.arange(len(hop.take))])
+    bodies = {
+        name: replace(
+            body,
+            **{
+                field: getattr(body, field)[late].copy()
+                for field in ("position", "quaternion", "measured", "solved", "missing")
+            },
+        )
+        for name, body in hop.take.bodies.items()
+    }
+    n = len(late)
+    take = replace(hop.take, indices=np.arange(n), times=np.arange(n) / 120, bodies=bodies)
+    bodies["Foot"].measured[:240] += 1.5e-3  # still, but not where it rests before the start
+    track = track_of(replace(take, cloud=Cloud.empty(n)))
+    assert track.rest_s == pytest.approx(4.0, abs=ZERO_WITHIN_S)
+    before = np.abs(track.motion.times + 1.0) < 0.1
+    assert np.abs(position(track.motion, FOOT)[before]).max() < 1e-6
 
 
 def test_gaps_in_the_rotor_do_not_lose_turns(hop: Any, lose: Lose) -> None:

@@ -21,6 +21,8 @@ MarkerPlaces = Mapping[str, NDArray[np.float64] | Sequence[Sequence[float]]]
 """By body name: (m, 3) places of its markers on the body, forward, left, up [mm]."""
 
 _POOR_FIT_M = 3e-3
+_WORTH = 0.5  # share of seen samples that show all markers
+_OFF_CENTRE_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,10 @@ def raw_points(
     """Take foot, T and rotor out of a take.
 
     A body is where the centroid of its measured markers is, in samples that show them all: the
-    centroid of some of them jumps when a marker drops out. Where the file has no measured markers
-    it is the centroid of the solved ones, else the pose position. With `markers` a body with three
-    or more visible ones is placed by a least-squares fit, and its point is the body's origin.
+    centroid of some of them jumps when a marker drops out. Where the file has no measured markers,
+    or seldom shows all of them, it is the centroid of the solved ones, else the pose position. With
+    `markers` a body with three or more visible ones is placed by a least-squares fit, and its point
+    is the body's origin.
 
     Args:
         take: the export.
@@ -142,6 +145,7 @@ def _raw_body(
         position, source = _centroid(body, solved, solved_source)
         position = axes.points_to_bench(position)
         pitch = _pose_pitch(body, axes)
+        _warn_of_unused(name, places, warnings)
     missing = body.missing.copy()
     position = np.where(body.seen[:, None], position, np.nan)
     missing[body.seen & ~known(position)] = Missing.BLANK
@@ -160,9 +164,24 @@ def _solved(body: BodyTake) -> tuple[NDArray[np.float64], str]:
 def _centroid(
     body: BodyTake, solved: NDArray[np.float64], solved_source: str
 ) -> tuple[NDArray[np.float64], str]:
-    if np.isfinite(body.centroid_measured[body.seen]).any():
-        return body.centroid_measured, "centroid of the measured markers, all visible"
-    return solved, solved_source
+    whole = known(body.centroid_measured[body.seen])
+    if not whole.any():
+        return solved, solved_source
+    if whole.mean() < _WORTH and body.solved.shape[1]:
+        share = f"all measured ones visible in {100 * whole.mean():.0f} % only"
+        return solved, f"{solved_source} ({share})"
+    return body.centroid_measured, "centroid of the measured markers, all visible"
+
+
+def _warn_of_unused(name: str, places: MarkerPlaces, warnings: list[str]) -> None:
+    if name not in places or len(np.asarray(places[name])) == 0:
+        return
+    middle = np.asarray(places[name], dtype=float).mean(axis=0)
+    if np.linalg.norm(middle) > _OFF_CENTRE_MM:
+        warnings.append(
+            f"the markers of {name!r} have their centroid {np.linalg.norm(middle):.1f} mm off the "
+            "body's point; fewer than 3 markers define no pose, so this is not corrected"
+        )
 
 
 def _fitted(

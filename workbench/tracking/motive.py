@@ -210,7 +210,8 @@ def _body(
     slots = list(dict.fromkeys(slot for _, slot in markers))
     clouds = {kind: np.full((len(table.values), len(slots), 3), np.nan) for kind in _MARKER_TYPES}
     for entity, slot in markers:
-        clouds[entity.type][:, slots.index(slot)] = _position(entity, table, scale)
+        place, new = clouds[entity.type][:, slots.index(slot)], _position(entity, table, scale)
+        np.copyto(place, new, where=np.isnan(place))  # a marker may continue in a second column
     position = _position(owner, table, scale)
     quaternion = _quaternion(owner, table)
     measured = clouds["marker"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 from collections.abc import Iterator, Sequence
@@ -39,7 +40,9 @@ class Source:
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield line number (from 1) and cells of each row that is not blank."""
         # decoded as it is read: a StringIO would hold four bytes a character
-        text = io.TextIOWrapper(io.BytesIO(self.data), encoding=self.encoding, newline="")
+        text = io.TextIOWrapper(
+            io.BytesIO(self.data.removeprefix(codecs.BOM_UTF8)), encoding=self.encoding, newline=""
+        )
         reader = csv.reader(text)
         while True:
             try:

@@ -1,0 +1,211 @@
+"""The command line as people and scripts use it: words, objects, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import typer.main
+from typer.testing import CliRunner
+
+from tests.conftest import Command
+from workbench.cli.app import app
+
+PROTOCOL = """\
+schema: workbench/protocol-1
+title: Short hop
+steps:
+  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}
+"""
+
+
+@pytest.fixture
+def protocol(tmp_path: Path) -> Path:
+    path = tmp_path / "short.yaml"
+    path.write_text(PROTOCOL)
+    return path
+
+
+def verbs() -> list[list[str]]:
+    """Every command that can be called, as its words."""
+    found: list[list[str]] = []
+
+    def walk(command: object, words: list[str]) -> None:
+        inner = getattr(command, "commands", None)
+        if inner is None:
+            found.append(words)
+        else:
+            for name, child in inner.items():
+                walk(child, [*words, name])
+
+    walk(typer.main.get_command(app), [])
+    return found
+
+
+@pytest.mark.parametrize("words", verbs(), ids=" ".join)
+def test_every_command_has_help_with_an_example(words: list[str]) -> None:
+    result = CliRunner().invoke(app, [*words, "--help"])
+    assert result.exit_code == 0
+    assert f"Example: workbench {' '.join(words)}" in " ".join(result.output.split())
+
+
+def test_run_prints_one_object_with_path_distances_and_error(
+    workbench: Command, protocol: Path, tmp_path: Path
+) -> None:
+    answer = workbench("run", protocol, "--bench", "virtual", "--json", "--runs", tmp_path / "r")
+    assert answer.code == 0
+    found = answer.json
+    assert found["status"] == "complete"
+    assert Path(found["bundle"]).is_dir()
+    for who in ("real", "twin"):
+        assert set(found[who]) >= {"distance_m", "hop_height_m", "speed_rad_s"}
+        assert all(isinstance(found[who][k], float) for k in ("distance_m", "hop_height_m"))
+    assert found["error_mm"] > 0
+    assert found["runs"][0]["bundle"] == found["bundle"]
+    assert "drive 2 s at 4.52 V (16.99 rad/s)" in answer.err
+
+    assert workbench("runs", "verify", found["bundle"]).out.endswith(": ok\n")
+    assert workbench("runs", "list", "--runs", tmp_path / "r", "--json").json["runs"][0] == {
+        k: v for k, v in found.items() if k != "runs"
+    }
+    shown = workbench("runs", "show", found["bundle"])
+    assert "error of the twin" in shown.out
+
+
+def test_run_prints_a_table_for_people(workbench: Command, protocol: Path, tmp_path: Path) -> None:
+    answer = workbench("run", protocol, "--runs", tmp_path / "r")
+    assert answer.code == 0
+    assert "distance [m]" in answer.out
+    assert "twin - real" in answer.out
+    assert "recording: workbench review " in answer.out
+
+
+def test_a_dry_run_writes_nothing_and_prints_every_step(
+    workbench: Command, protocol: Path, tmp_path: Path
+) -> None:
+    answer = workbench("run", protocol, "--dry-run", "--json", "--runs", tmp_path / "r")
+    (run,) = answer.json["runs"]
+    assert run["voltage_V"] == 4.52
+    assert [step["voltage_V"] for step in run["steps"]] == [1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
+    assert answer.json["seconds"] == 3.0
+    assert not (tmp_path / "r").exists()
+    assert "4.52" in workbench("run", protocol, "--dry-run").out
+
+
+def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protocol: Path) -> None:
+    protocol.write_text(PROTOCOL.replace("speed", "sped").replace("title", "titel"))
+    answer = workbench("run", protocol)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert "short.yaml:2:1: unknown key 'titel'; did you mean 'title'?" in answer.err
+    assert "short.yaml:4:22: unknown key 'sped'; did you mean 'speed'?" in answer.err
+    assert "Traceback" not in answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["run", "gone.yaml"], 2, "gone.yaml: no such file"),
+        (["run", "PROTOCOL", "--bench", "virtul"], 2, "no bench named 'virtul'; did you mean"),
+        (["schema", "protocl"], 2, "no schema 'protocl'; did you mean 'protocol'?"),
+        (["runs", "verify", "gone"], 2, "gone: not a bundle, it has no manifest.json"),
+        (["review", "gone"], 2, "gone: not a bundle"),
+        (["simulate", "--model", "tesis"], 2, "no model named 'tesis'; did you mean 'thesis'?"),
+        (["simulate", "--mode", "fly"], 2, "mode 'fly' cannot be simulated"),
+        (["simulate", "--omega", "1e9"], 2, "omega 1e+09 rad/s is outside -60 to 60 rad/s"),
+        (["ingest", "gone.csv"], 2, "gone.csv"),
+        (["supply", "read", "--bench", "virtual"], 2, "bench 'virtual' has no real supply"),
+        (["supply", "simulate", "korad"], 2, "no simulated supply 'korad'; there is riden"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else None,
+)
+def test_bad_input_is_answered_in_words(
+    workbench: Command, protocol: Path, words: list[str], code: int, text: str
+) -> None:
+    answer = workbench(*(protocol if word == "PROTOCOL" else word for word in words))
+    assert answer.code == code
+    assert text in answer.err
+    assert "Traceback" not in answer.err
+
+
+def test_an_unknown_option_ends_with_2(workbench: Command) -> None:
+    assert workbench("run", "--bensh", "x").code == 2
+
+
+def test_a_supply_that_is_not_there_ends_with_3(
+    workbench: Command, root: Path, tmp_path: Path
+) -> None:
+    text = (root / "docs" / "examples" / "lab-bench.yaml").read_text()
+    bench = tmp_path / "bench.yaml"
+    place = "{kind: rtu-over-tcp, address: '127.0.0.1:9'}"
+    head, _, tail = text.partition("  connection:")
+    bench.write_text(head + f"  connection: {place}\n" + tail.split("\n", 1)[1])
+    answer = workbench("supply", "read", "--bench", bench)
+    assert answer.code == 3
+    assert "127.0.0.1:9 not reachable" in answer.err
+
+
+def test_simulate_prints_its_object(workbench: Command) -> None:
+    found = workbench("simulate", "--omega", "17", "--duration", "4", "--json").json
+    assert set(found) >= {
+        "distance_m", "hop_height_m", "fell", "cost_of_transport", "simulated_s", "wall_s",
+    }  # fmt: skip
+    assert found["fell"] is False
+    assert found["simulated_s"] == pytest.approx(4.6)
+
+
+def test_verify_ends_with_1_when_a_file_changed(
+    workbench: Command, protocol: Path, tmp_path: Path
+) -> None:
+    path = Path(workbench("run", protocol, "--json", "--runs", tmp_path).json["bundle"])
+    take = next((path / "take").iterdir())
+    take.write_bytes(take.read_bytes() + b"x")
+    answer = workbench("runs", "verify", path)
+    assert answer.code == 1
+    assert "changed since the run was finished" in answer.out
+
+
+def test_schema_and_doctor_and_models_answer(workbench: Command) -> None:
+    assert json.loads(workbench("schema", "bench").out)["title"] == "BenchFile"
+    assert workbench("doctor", "--json").json["ok"] is True
+    assert workbench("supply", "models", "--json").json["models"][0]["name"] == "RD6006"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_a_real_time_run_ends_with_130_and_the_output_off(
+    root: Path, protocol: Path, tmp_path: Path, number: signal.Signals
+) -> None:
+    text = (root / "workbench" / "bench-virtual.yaml").read_text()
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(text.replace("  seed: 17\n", "  seed: 17\n  real_time: true\n"))
+    command = [sys.executable, "-c", "from workbench.cli import main; main()"]
+    words = ["run", str(protocol), "--bench", str(bench), "--runs", str(tmp_path / "r")]
+    process = subprocess.Popen(
+        [*command, *words], stderr=subprocess.PIPE, text=True, env=os.environ | {"NO_COLOR": "1"}
+    )
+    try:
+        deadline = time.monotonic() + 60
+        while '"output_on"' not in "".join(
+            f.read_text() for f in (tmp_path / "r").glob("*/journal.jsonl")
+        ):
+            assert time.monotonic() < deadline
+            assert process.poll() is None
+            time.sleep(0.05)
+        time.sleep(0.5)
+        process.send_signal(number)
+        _, err = process.communicate(timeout=30)
+    finally:
+        process.kill()
+        process.wait()
+    assert process.returncode == 130
+    assert "stopped by the user" in err
+    assert "the output is off, confirmed" in err
+    (journal,) = (tmp_path / "r").glob("*/journal.jsonl")
+    assert '"event": "output_off", "confirmed": true' in journal.read_text()

@@ -1,0 +1,229 @@
+"""Runs on the virtual bench, good ones and those that are cut off; the output always ends off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from workbench.bench import VirtualBench, load_bench
+from workbench.bundle import Bundle, verify
+from workbench.cli.output import QuietOperator
+from workbench.engine import Experiment, carry_out
+from workbench.errors import (
+    HardwareError,
+    InputError,
+    Interrupted,
+    SafetyStop,
+    WorkbenchError,
+)
+from workbench.hw.simulated import Fault
+from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
+
+STEPS = "  - prompt: Ready?\n  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
+OUTPUT = 18  # register of the output's flag
+
+
+def experiment(folder: Path, steps: str = STEPS) -> Experiment:
+    path = folder / "p.yaml"
+    path.write_text(f"schema: workbench/protocol-1\ntitle: Test\nsteps:\n{steps}")
+    protocol, bench = load(path, Protocol), load_bench("virtual")
+    plan = make_plan(protocol, bench.content, Decimal("0.01"))
+    model, shape = load_model("thesis", folder), load_shape("thesis-initial", folder)
+    return Experiment(protocol, bench, model, shape, plan)
+
+
+@pytest.fixture
+def bench() -> VirtualBench:
+    return VirtualBench(load_bench("virtual").content)
+
+
+def runs(
+    folder: Path, bench: VirtualBench, steps: str = STEPS, operator: QuietOperator | None = None
+) -> Iterator[Bundle]:
+    asked = experiment(folder, steps)
+    return carry_out(asked, bench, folder / "runs", operator or QuietOperator(), lambda text: None)
+
+
+def only_bundle(folder: Path) -> Bundle:
+    (path,) = (folder / "runs").iterdir()
+    return Bundle.open(path)
+
+
+def events(bundle: Bundle) -> list[str]:
+    return [e["event"] for e in bundle.read_journal() if e["event"] != "reading"]
+
+
+class After:
+    """A clock's sleep that does something once, some time into the run."""
+
+    def __init__(self, bench: VirtualBench, seconds: float, action: object) -> None:
+        self.bench, self.until, self.action = bench, seconds, action
+        self.sleep = bench.clock.sleep
+        bench.clock.sleep = self  # type: ignore[method-assign]
+
+    def __call__(self, seconds: float) -> None:
+        self.sleep(seconds)
+        if self.bench.clock.now() >= self.until and callable(self.action):
+            action, self.action = self.action, None
+            action()
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_run_leaves_a_complete_bundle_with_the_output_off(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    (bundle,) = runs(tmp_path, bench)
+    assert bundle.manifest["status"] == "complete"
+    assert bundle.manifest["output_off"] == "confirmed"
+    assert verify(bundle.path) == []
+    assert bench.device.read(OUTPUT, 1) == [0]
+    assert bench.device.history[-1][1] == 0
+    assert events(bundle) == [
+        "asked", "prompt", "prepared", "cameras", "output_on",
+        *["voltage"] * 5, "output_off", "complete",
+    ]  # fmt: skip
+
+
+def test_the_supply_really_gave_the_voltages_that_were_asked(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    (bundle,) = runs(tmp_path, bench)
+    volts = [v for _, v in bench.device.history if v > 0]
+    assert volts == [1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
+    on = next(t for t, v in bench.device.history if v > 0)
+    assert bench.device.history[-1][0] - on == pytest.approx(2.0, abs=0.01)
+    assert [v for _, v in bundle.manifest["sent"]] == [*volts, 0.0]
+    wire = (bundle.path / "wire.log").read_text()
+    assert "01 06 00 08 01 c4" in wire  # write register 8: 452 = 4.52 V
+
+
+def test_the_twin_is_near_and_time_zero_is_shared(tmp_path: Path, bench: VirtualBench) -> None:
+    (bundle,) = runs(tmp_path, bench)
+    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+    assert bundle.manifest["twin"]["speed_rad_s"] == pytest.approx(16.99, abs=0.3)
+    assert 0.1 < bundle.manifest["error_mm"] < 15
+    assert bundle.manifest["track"]["zero_in_take_s"] == pytest.approx(1.0, abs=0.15)
+    assert bundle.read_series("twin").times[0] < -0.5
+
+
+def test_the_same_seed_gives_the_same_take(tmp_path: Path) -> None:
+    first, second = (
+        next(runs(folder, VirtualBench(load_bench("virtual").content)))
+        for folder in (tmp_path / "a", tmp_path / "b")
+        if folder.mkdir() is None
+    )
+    assert first.take().read_bytes() == second.take().read_bytes()
+
+
+def test_ctrl_c_in_the_drive_switches_off_and_keeps_what_there_is(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    After(bench, 2.2, interrupt)
+    with pytest.raises(Interrupted, match=r"stopped by the user\nthe output is off, confirmed"):
+        list(runs(tmp_path, bench))
+    assert bench.device.read(OUTPUT, 1) == [0]
+    assert bench.device.history[-1][1] == 0
+    bundle = only_bundle(tmp_path)
+    assert bundle.manifest["status"] == "interrupted"
+    assert events(bundle)[-2:] == ["output_off", "interrupted"]
+    assert len(bundle.read_series("supply")) > 3
+    assert verify(bundle.path) == []
+
+
+def test_a_trip_of_the_supply_is_a_safety_stop(tmp_path: Path, bench: VirtualBench) -> None:
+    def trip() -> None:
+        bench.device.write(82, [100])  # somebody turns the over-voltage trip down to 1 V
+
+    After(bench, 2.0, trip)
+    with pytest.raises(SafetyStop, match=r"over-voltage protection \(OVP\) tripped"):
+        list(runs(tmp_path, bench))
+    assert bench.device.history[-1][1] == 0
+    assert only_bundle(tmp_path).manifest["status"] == "safety-stop"
+
+
+def test_an_output_switched_off_by_hand_ends_the_run(tmp_path: Path, bench: VirtualBench) -> None:
+    After(bench, 2.0, lambda: bench.device.write(OUTPUT, [0]))
+    with pytest.raises(SafetyStop, match="its output went off, not by this program"):
+        list(runs(tmp_path, bench))
+
+
+def test_a_supply_that_falls_silent_is_told_loudly(tmp_path: Path, bench: VirtualBench) -> None:
+    After(bench, 2.0, lambda: bench.device.fail(Fault.SILENT))
+    with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON"):
+        list(runs(tmp_path, bench))
+    bundle = only_bundle(tmp_path)
+    assert bundle.manifest["output_off"] == "unconfirmed"
+    assert bundle.manifest["status"] == "safety-stop"
+
+
+def test_another_supply_than_the_bench_names_is_refused(tmp_path: Path) -> None:
+    bench = VirtualBench(load_bench("virtual").content)
+    bench.device = type(bench.device)(clock=bench.clock, model="RD6006P")
+    with pytest.raises(HardwareError, match=r"model is RD6006P, the bench names RD6006"):
+        list(runs(tmp_path, bench))
+    assert [v for _, v in bench.device.history] == [0.0]
+
+
+def test_a_run_whose_take_is_unusable_fails_and_keeps_the_take(
+    tmp_path: Path, bench: VirtualBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def collect(*words: object) -> Path:
+        path = tmp_path / "empty.csv"
+        path.write_text("")
+        return path
+
+    monkeypatch.setattr(bench, "collect", collect)
+    with pytest.raises(InputError, match=r"run 1 \(hop-16.99\): .*empty"):
+        list(runs(tmp_path, bench))
+    bundle = only_bundle(tmp_path)
+    assert bundle.manifest["status"] == "failed"
+    assert "empty" in bundle.manifest["error"]
+    assert bundle.take().name == "empty.csv"
+    assert verify(bundle.path) == []
+
+
+def test_a_crash_of_our_own_is_written_down_and_the_output_is_off(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    def crash() -> None:
+        raise ZeroDivisionError("made for this test")
+
+    After(bench, 2.0, crash)
+    with pytest.raises(ZeroDivisionError, match="made for this test"):
+        list(runs(tmp_path, bench))
+    assert bench.device.read(OUTPUT, 1) == [0]
+    assert "made for this test" in only_bundle(tmp_path).manifest["error"]
+
+
+def test_a_motor_that_is_not_connected_is_found_in_the_take(tmp_path: Path) -> None:
+    file = load_bench("virtual").content
+    section = file.virtual
+    assert section is not None
+    dead = section.model_copy(update={"motor_slope": 0.0, "motor_offset": 0.0})
+    bench = VirtualBench(file.model_copy(update={"virtual": dead}))
+    with pytest.raises(WorkbenchError, match="the rotor never moves in this take; was the motor"):
+        list(runs(tmp_path, bench))
+
+
+def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> None:
+    steps = "  - sweep: {mode: clamped, speeds: [14 rad/s, 19 rad/s], rest: 1 s, duration: 1.5 s}\n"
+    found = list(runs(tmp_path, bench, steps))
+    assert [b.manifest["number"] for b in found] == [1, 2]
+    assert [b.path.name.split("_", 2)[2] for b in found] == ["clamped-14.00", "clamped-19.01"]
+    assert all(abs(b.manifest["real"]["distance_m"]) < 0.001 for b in found)
+
+
+def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
+    file = load_bench("virtual").content
+    assert file.virtual is not None
+    other = file.virtual.model_copy(update={"export": "motive-1.23"})
+    bench = VirtualBench(file.model_copy(update={"virtual": other}))
+    (motive,) = runs(tmp_path, bench)
+    assert motive.take().read_text(encoding="utf-8-sig").startswith("Format Version,1.23")
+    assert 0.1 < motive.manifest["error_mm"] < 15
