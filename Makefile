@@ -34,7 +34,9 @@ schemas: install
 	done
 
 pictures: install
-	$(BIN)/python docs/make_pictures.py
+	rm -rf build/pictures
+	$(BIN)/workbench run protocols/hop-17.yaml --runs build/pictures
+	$(BIN)/python docs/make_pictures.py build/pictures/* docs/pictures
 
 clean:
 	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis

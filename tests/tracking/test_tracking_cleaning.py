@@ -112,7 +112,7 @@ def test_hopping_content_passes_and_noise_does_not() -> None:
 
     def kept(hertz: float) -> float:
         wave = np.sin(2 * np.pi * hertz * t)
-        out = _smooth({"x": wave}, 120.0, 25.0)[0]["x"]
+        out = _smooth({"x": wave}, 120.0)[0]["x"]
         return float(np.std(out[100:-100]) / np.std(wave[100:-100]))
 
     assert kept(3.2) == pytest.approx(1.0, abs=1e-3)

@@ -11,7 +11,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking import Cloud, Missing, Take, quality, read_take, write_motive
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Cloud,
+    Missing,
+    Take,
+    make_track,
+    quality,
+    read_take,
+    write_motive,
+)
 from workbench.tracking.take import known
 
 Read = Callable[[bytes], Take]
@@ -94,6 +104,16 @@ def test_a_timecode_column_is_passed_over(plain: bytes, read: Read) -> None:
             cells.insert(2, word if cells[0] else b"")
         lines[i] = b",".join(cells)
     assert_same_motion(read(b"\r\n".join(lines)), read(plain))
+
+
+@pytest.mark.parametrize("cells", [[b"", b"0", b"0", b"1"], [b"0", b"0", b"0", b"0"]])
+def test_a_quaternion_that_is_no_rotation_is_unknown(
+    cells: list[bytes], plain: bytes, read: Read
+) -> None:
+    take = read(edit_rows(plain, lambda i, c: [*c[:2], *cells, *c[6:]] if i == 3 else c))
+    unknown = ~known(take.bodies["Foot"].quaternion)
+    assert np.flatnonzero(unknown).tolist() == [3, 5, 6, 7]  # 5 to 7 are lost
+    make_track(take, bodies=BodyNames(), axes=Axes())
 
 
 def test_header_counts_that_are_wrong_give_a_warning(plain: bytes, read: Read) -> None:

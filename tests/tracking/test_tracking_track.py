@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
 from workbench.tracking import (
+    CLEANING,
     Axes,
     BodyNames,
     Cloud,
@@ -80,7 +81,9 @@ def test_pitch_comes_from_the_pose_where_no_places_are_given(hop: Any) -> None:
 def test_pitch_is_relative_to_how_the_body_was_defined(hop: Any) -> None:
     foot = hop.take.bodies["Foot"]
     defined = Rotation.from_rotvec([0.4, 1.1, -0.3])
-    turned = Rotation.from_quat(foot.quaternion, scalar_first=True) * defined
+    roll = np.where(hop.take.times > 3, 0.2, 0.0)  # about the forward axis, -z in the export
+    rolled = Rotation.from_rotvec(np.outer(roll, [0, 0, -1]))
+    turned = Rotation.from_quat(foot.quaternion, scalar_first=True) * rolled * defined
     tilted = replace(foot, quaternion=turned.as_quat(scalar_first=True))
     track = track_of(replace(hop.take, bodies={**hop.take.bodies, "Foot": tilted}))
     assert np.abs(track.motion[PITCH] - hop.truth.pitch[samples(track)]).max() < 1e-3
@@ -171,6 +174,8 @@ def test_the_thesis_recipe_keeps_its_own_base(hop: Any) -> None:
     track = track_of(hop.take, recipe="thesis")
     assert track.report["origin_m"] == pytest.approx([0.31, -0.22, 0.062], abs=1e-6)
     assert PITCH not in track.motion
+    columns, _ = CLEANING["thesis"](raw_points(hop.take, BodyNames(), Axes()))
+    np.testing.assert_array_equal(track.motion[FOOT[2]], columns[FOOT[2]])
     assert track.motion.valid.all()
 
 
@@ -178,7 +183,7 @@ def test_a_rotor_that_never_moves_keeps_the_takes_time(new_hop: Any) -> None:
     take = new_hop(seconds=1.5).take
     track = track_of(take)
     assert track.zero_in_take_s == 0.0
-    assert "the rotor never moves; times are those of the take" in track.warnings
+    assert track.warnings == ("the rotor never moves; times are those of the take",)
     hinted = track_of(take, start_hint=1.0)
     assert (hinted.zero_in_take_s, hinted.motion.times[0]) == (1.0, -1.0)
     assert hinted.rest_s == pytest.approx(1.0, abs=0.01)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from workbench.motion import FOOT, PITCH, position
 from workbench.review.comparison import Figure
+from workbench.shape import curve
 from workbench.timeseries import TimeSeries
 
 __all__ = ["beam_points", "beam_root", "foot_pitch", "pitch_quaternions"]
@@ -48,10 +49,13 @@ def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
             f"the twin has no column hinge_0_rad, so its beam cannot be drawn; "
             f"there are {', '.join(twin.names)}"
         )
-    bend = np.cumsum(twin.select(names).values, axis=1)
-    increments = _directions(foot_pitch(twin)[:, None] + bend) * figure.beam_length / len(names)
-    chain = np.concatenate([np.zeros((len(twin), 1, 3)), np.cumsum(increments, axis=1)], axis=1)
-    return beam_root(twin, figure)[:, None, :] + chain
+    angles = twin.select(names).values.copy()
+    angles[:, 0] += foot_pitch(twin)
+    chain = curve(angles, figure.beam_length)
+    level = np.zeros((*chain.shape[:-1], 1))
+    return beam_root(twin, figure)[:, None, :] + np.concatenate(
+        [chain[..., :1], level, chain[..., 1:]], axis=-1
+    )
 
 
 def _directions(angle: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -210,14 +210,13 @@ def _fitted(
 
 def _pose_pitch(body: BodyTake, axes: Axes) -> NDArray[np.float64] | None:
     """Return the pitch of the pose relative to its mean over the body's first half second or so."""
-    norm = np.linalg.norm(np.nan_to_num(body.quaternion), axis=1)
-    posed = np.flatnonzero(body.seen & (norm > 0.5))
+    posed = np.flatnonzero(body.seen & known(body.quaternion))
     if len(posed) < 2:
         return None
     turned = Rotation.from_quat(
         axes.quaternions_to_bench(body.quaternion[posed]), scalar_first=True
     )
     relative = turned * turned[:60].mean().inv()
-    pitch = np.full(len(norm), np.nan)
+    pitch = np.full(len(body.quaternion), np.nan)
     pitch[posed] = pitch_from_matrices(relative.as_matrix())
     return pitch

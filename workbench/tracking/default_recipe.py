@@ -44,17 +44,16 @@ def default(points: RawPoints) -> tuple[TimeSeries, CleaningReport]:
     """
     advancing = _advancing(points.times)
     times = points.times[advancing]
+    grid = _grid(times, points.rate_hz)
     warnings: list[str] = []
     raw = {role: body.position[advancing] for role, body in points.bodies.items()}
     rejected = _reject(times, raw, warnings)
-    for role, path in raw.items():
-        raw[role] = np.where(rejected[role][:, None], np.nan, path)
-    grid = _grid(times, points.rate_hz)
     columns: dict[str, NDArray[np.float64]] = {}
     valid: dict[str, NDArray[np.bool_]] = {}
     reports: dict[str, BodyReport] = {}
     for role, body in points.bodies.items():
-        path, seen = _fill(times, raw[role], grid, points.rate_hz)
+        believed = np.where(rejected[role][:, None], np.nan, raw[role])
+        path, seen = _fill(times, believed, grid, points.rate_hz)
         columns.update(zip(_NAMES[role], path.T, strict=True))
         valid.update(dict.fromkeys(_NAMES[role], seen))
         reports[role] = _report(body, path, seen, rejected[role])
@@ -62,15 +61,9 @@ def default(points: RawPoints) -> tuple[TimeSeries, CleaningReport]:
     if pitch is not None:
         values, valid[PITCH] = _fill(times, pitch[:, None], grid, points.rate_hz)
         columns[PITCH] = values[:, 0]
-    cutoff = min(_CUTOFF_HZ, 0.4 * points.rate_hz)
-    columns, unfiltered = _smooth(columns, points.rate_hz, cutoff)
-    return TimeSeries.of(grid, columns, valid), CleaningReport(
-        recipe="default",
-        bodies=reports,
-        filter=f"Butterworth order {_ORDER} at {cutoff:g} Hz, forth and back, per stretch",
-        unfiltered=unfiltered,
-        warnings=tuple(warnings),
-    )
+    columns, unfiltered, words = _smooth(columns, points.rate_hz)
+    report = CleaningReport("default", reports, words, unfiltered, warnings=tuple(warnings))
+    return TimeSeries.of(grid, columns, valid), report
 
 
 def _advancing(times: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -165,6 +158,7 @@ def _report(
 def _pitch(
     points: RawPoints, advancing: NDArray[np.bool_], rejected: NDArray[np.bool_]
 ) -> NDArray[np.float64] | None:
+    """Return the foot's pitch, (n,) [rad], where the take tells it."""
     if points.foot.pitch is None:
         return None
     pitch = np.where(rejected, np.nan, points.foot.pitch[advancing])
@@ -174,9 +168,14 @@ def _pitch(
 
 
 def _smooth(
-    columns: dict[str, NDArray[np.float64]], rate: float, cutoff: float
-) -> tuple[dict[str, NDArray[np.float64]], int]:
-    """Low-pass each stretch of finite samples; count the samples in stretches too short for it."""
+    columns: dict[str, NDArray[np.float64]], rate: float
+) -> tuple[dict[str, NDArray[np.float64]], int, str]:
+    """Low-pass each stretch of finite samples.
+
+    Returns:
+        The columns, how many samples lie in stretches too short for it, the filter in words.
+    """
+    cutoff = min(_CUTOFF_HZ, 0.4 * rate)
     sos = butter(_ORDER, cutoff, fs=rate, output="sos")
     out: dict[str, NDArray[np.float64]] = {}
     unfiltered = 0
@@ -188,4 +187,5 @@ def _smooth(
             else:
                 unfiltered += stop - start
         out[name] = smooth
-    return out, unfiltered
+    words = f"Butterworth order {_ORDER} at {cutoff:g} Hz, forth and back, per stretch"
+    return out, unfiltered, words

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from workbench.tracking.clock import jitter, motive_times, warn_of_index_steps
 from workbench.tracking.missing import motive_missing
 from workbench.tracking.motive_header import Entity, Layout, read_layout
+from workbench.tracking.rotations import usable
 from workbench.tracking.source import Source, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Take
 
@@ -254,7 +255,7 @@ def _quaternion(entity: Entity, table: _Table) -> NDArray[np.float64]:
         return quaternion
     if len(order) == 4:
         columns = dict(entity.rotation)
-        return table.values[:, [columns[axis] for axis in "WXYZ"]]
+        return usable(table.values[:, [columns[axis] for axis in "WXYZ"]])
     angles = table.values[:, [column for _, column in entity.rotation]]
     given = np.isfinite(angles).all(axis=1)
     if given.any():

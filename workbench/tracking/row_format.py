@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.clock import jitter, row_rate, warn_of_index_steps
+from workbench.tracking.rotations import usable
 from workbench.tracking.source import Source, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 
@@ -252,7 +253,7 @@ def _body(rows: _BodyRows, name: str, n: int, version: str, source: Source) -> B
         name=name,
         id=rows.id,
         position=pose[:, 1:4],
-        quaternion=pose[:, _QUATERNION_WXYZ],
+        quaternion=usable(pose[:, _QUATERNION_WXYZ]),
         measured=measured,
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(m)),

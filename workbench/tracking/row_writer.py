@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from workbench.errors import InputError
-from workbench.tracking.euler import euler_degrees
+from workbench.tracking.rotations import euler_degrees
 from workbench.tracking.take import BodyTake, Take, known
 
 __all__ = ["write_row"]

@@ -1,4 +1,23 @@
-"""The thesis' own cleaning, Appendix C, step by step, faults included."""
+"""The thesis' own cleaning, Appendix C, step by step, faults included.
+
+Centroids of the solved markers; base = median of the foot's first 240 rows; NaN hold; glitch hold
+by distance from the third sample on; Butterworth of order 10 at 9 Hz, forth and back.
+
+Its faults are kept, because they are the recipe:
+
+* solved markers stay finite while a body is lost, so the NaN hold hardly ever fires;
+* the last frame is lost: the script counts frames - 0.5 of them;
+* every row counts as one sample period, whatever its time or frame index;
+* the base is taken before the NaN hold, and a NaN in the first row is never filled;
+* glitches are told by the distances foot-T and T-rotor alone: the foot is never checked, and a
+  glitch of T that was held can make the rotor be held too. The text (section 4.2) describes another
+  rule, a threshold on the step from sample to sample, which the code does not use;
+* forth and back makes the gain one half at 9 Hz, and hopping has content above that;
+* afterwards every sample counts as seen.
+
+The script has 120 Hz fixed in it; here the take's rate is used. The term 0.015 times the forward
+coordinate that Appendix C takes off the height belongs to its plot; it is not applied.
+"""
 
 from __future__ import annotations
 
@@ -24,25 +43,7 @@ _PADDING = 30  # MATLAB's filtfilt: 3 (filter length - 1); scipy's own default i
 
 
 def thesis(points: RawPoints) -> tuple[TimeSeries, CleaningReport]:
-    """Clean as Appendix C does.
-
-    Centroids of the solved markers; base = median of the foot's first 240 rows; NaN hold; glitch
-    hold by distance from the third sample on; Butterworth of order 10 at 9 Hz, forth and back.
-
-    Its faults are kept, because they are the recipe:
-
-    * solved markers stay finite while a body is lost, so the NaN hold hardly ever fires;
-    * the last frame is lost: the script counts frames - 0.5 of them;
-    * every row counts as one sample period, whatever its time or frame index;
-    * the base is taken before the NaN hold, and a NaN in the first row is never filled;
-    * glitches are told by the distances foot-T and T-rotor alone: the foot is never checked, and
-      a glitch of T that was held can make the rotor be held too. The text (section 4.2) describes
-      another rule, a threshold on the step from sample to sample, which the code does not use;
-    * forth and back makes the gain one half at 9 Hz, and hopping has content above that;
-    * afterwards every sample counts as seen.
-
-    The script has 120 Hz fixed in it; here the take's rate is used. The term 0.015 times the
-    forward coordinate that Appendix C takes off the height belongs to its plot; it is not applied.
+    """Clean as Appendix C does; the module's text lists the steps and their faults.
 
     Raises:
         InputError: fewer than 32 frames, or NaN where the script would turn everything into NaN.

@@ -74,12 +74,11 @@ def make_track(
 
     Args:
         take: the export.
-        bodies: what it calls foot, T and rotor.
+        bodies: its names of foot, T and rotor.
         axes: how its axes lie.
         markers: where markers sit on the bodies: forward, left, up [mm].
         recipe: a name of `CLEANING`.
-        start_hint: when the motor starts or the tip is released, from the take's first sample [s];
-            it is time zero where the rotor never moves.
+        start_hint: time zero where the rotor never moves, from the take's first sample [s].
 
     Raises:
         InputError: a body, marker place or recipe does not fit the take.
@@ -87,19 +86,17 @@ def make_track(
     points = raw_points(take, bodies, axes, markers)
     columns, report = recipe_named(recipe)(points)
     warnings = [*take.warnings, *points.warnings, *report.warnings]
-    angle, angle_valid = _angle(columns)
+    angle, seen = _angle(columns)
     zero = _zero(columns.times, angle, start_hint, warnings)
-    still = _still(columns, zero)
-    rest = still & (columns.times >= columns.times[still][-1] - _LONGEST_REST_S)
-    rest_s = _rest_seconds(columns.times[still], zero, warnings)
-    motion = _motion(columns, angle, angle_valid, rest, based=report.origin_m is not None)
-    motion = motion.shifted(-zero)
+    rest, rest_s = _rest(columns, zero, warnings)
+    based = report.origin_m is not None
+    motion = _motion(columns, (angle, seen), rest, based).shifted(-(zero or 0.0))
     warnings.extend(implausible(motion))
     return Track(
         motion=motion,
         start_angle_rad=_median(angle[rest]),
         rest_s=rest_s,
-        zero_in_take_s=zero,
+        zero_in_take_s=zero or 0.0,
         recipe=recipe,
         report=report.as_json(),
         take_sha256=take.sha256,
@@ -125,7 +122,8 @@ def _zero(
     angle: NDArray[np.float64],
     hint: float | None,
     warnings: list[str],
-) -> float:
+) -> float | None:
+    """Return the first rotor motion on the take's clock [s], else the hint, else None."""
     found = first_motion(times, angle)
     hinted = None if hint is None else float(times[0]) + hint
     if found is not None:
@@ -139,18 +137,28 @@ def _zero(
         warnings.append(f"the rotor never moves; time zero is {hint:g} s into the take, as given")
         return hinted
     warnings.append("the rotor never moves; times are those of the take")
-    return 0.0
+    return None
 
 
-def _still(columns: TimeSeries, zero: float) -> NDArray[np.bool_]:
-    """Return the still samples before zero, or of the first 2 s when zero is the take's beginning.
-
-    Still: foot and T within 3 mm of where they are in the last tenth of a second before zero.
-    """
+def _rest(
+    columns: TimeSeries, zero: float | None, warnings: list[str]
+) -> tuple[NDArray[np.bool_], float]:
+    """Return the samples that tell the rest, at most 2 s, and how long it stood still [s]."""
     times = columns.times
-    before = times <= zero
-    if np.count_nonzero(before) < 2:
-        before = times <= times[0] + _LONGEST_REST_S
+    before = times <= (times[0] + _LONGEST_REST_S if zero is None else zero)
+    still = _still(columns, before)
+    seconds = 0.0 if zero is None else max(0.0, zero - float(times[still][0]))
+    if zero is not None and seconds < _LEAST_REST_S:
+        warnings.append(
+            f"foot and T stand still for only {seconds:.3f} s before time zero; "
+            "origin and start angle are uncertain"
+        )
+    return still & (times >= times[still][-1] - _LONGEST_REST_S), seconds
+
+
+def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the samples after which foot and T stay within 3 mm of where they end up."""
+    times = columns.times
     last = before & (times >= times[before][-1] - _LEAST_REST_S)
     still = before.copy()
     for names in (FOOT, TOP):
@@ -162,20 +170,9 @@ def _still(columns: TimeSeries, zero: float) -> NDArray[np.bool_]:
     return still if still.any() else last
 
 
-def _rest_seconds(still: NDArray[np.float64], zero: float, warnings: list[str]) -> float:
-    rest = max(0.0, zero - float(still[0]))
-    if rest < _LEAST_REST_S:
-        warnings.append(
-            f"foot and T stand still for only {rest:.3f} s before time zero; "
-            "origin and start angle are uncertain"
-        )
-    return rest
-
-
 def _motion(
     columns: TimeSeries,
-    angle: NDArray[np.float64],
-    angle_valid: NDArray[np.bool_],
+    turned: tuple[NDArray[np.float64], NDArray[np.bool_]],
     rest: NDArray[np.bool_],
     based: bool,
 ) -> TimeSeries:
@@ -188,6 +185,7 @@ def _motion(
                 out[name] = columns[name] - _origin(columns[foot], rest)
     if PITCH in out:
         out[PITCH] = out[PITCH] - _origin(columns[PITCH], rest)
+    angle, angle_valid = turned
     out[ROTOR_ANGLE], valid[ROTOR_ANGLE] = angle, angle_valid
     out[ROTOR_SPEED], valid[ROTOR_SPEED] = rotor_speed(columns.times, angle), angle_valid
     return TimeSeries.of(columns.times, out, valid)

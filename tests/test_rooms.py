@@ -1,0 +1,47 @@
+"""Rules that hold over the whole tree."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOMS = sorted(p.parent.name for p in (ROOT / "workbench").glob("*/__init__.py"))
+SOURCES = sorted((ROOT / "workbench").rglob("*.py"))
+LONGEST_FILE = 400
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_says_what_it_is_and_exports_what_exists(room: str) -> None:
+    module = importlib.import_module(f"workbench.{room}")
+    assert module.__doc__ is not None
+    assert len(module.__doc__) > 150
+    assert sorted(set(module.__all__)) == sorted(module.__all__)
+    for name in module.__all__:
+        assert hasattr(module, name), name
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_a_file_is_one_room_s_size_and_names_what_it_exports(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LONGEST_FILE
+    if path.parent.name != "workbench":
+        assert "__all__" in text
+
+
+def test_no_file_names_a_machine_s_path() -> None:
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode:
+        pytest.skip("not a git checkout")
+    pattern = re.compile(r"(/home/[a-z]|/Users/|/root/|[A-Z]:\\Users)")
+    for name in listed.stdout.splitlines():
+        path = ROOT / name
+        if path.suffix in (".py", ".md", ".yaml", ".toml", ".txt", ".json") and path.exists():
+            found = pattern.search(path.read_text(encoding="utf-8"))
+            assert not found or path == Path(__file__), f"{name}: {found}"

@@ -1,0 +1,40 @@
+"""Rotations at the door: Euler angles as the exporters print them, and quaternions worth keeping."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from workbench.tracking.take import known
+
+__all__ = ["euler_degrees", "usable"]
+
+_LEAST_LENGTH = 0.5  # printed digits leave a unit quaternion within 1e-5 of 1
+
+
+def euler_degrees(quaternion: NDArray[np.float64], order: str) -> NDArray[np.float64]:
+    """Return angles about the body's own axes, in the order given, (n, 3) [deg], NaN where unknown.
+
+    Args:
+        quaternion: (n, 4) w, x, y, z.
+        order: e.g. "XYZ".
+    """
+    angles = np.full((len(quaternion), 3), np.nan)
+    given = known(quaternion)
+    if not given.any():
+        return angles
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # gimbal lock: one of many right answers
+        turned = Rotation.from_quat(quaternion[given], scalar_first=True)
+        angles[given] = turned.as_euler(order, degrees=True)
+    return angles
+
+
+def usable(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return quaternions (n, 4) with NaN in place of those that are no rotation."""
+    length = np.linalg.norm(np.nan_to_num(quaternion), axis=1)
+    whole = known(quaternion) & (length > _LEAST_LENGTH)
+    return np.where(whole[:, None], quaternion, np.nan)
