@@ -1,4 +1,4 @@
-"""Rotations at the door: Euler angles as the exporters print them, and quaternions worth keeping."""
+"""Rotations at the door: Euler angles as exporters print them, quaternions worth keeping."""
 
 from __future__ import annotations
 

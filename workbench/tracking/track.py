@@ -76,7 +76,7 @@ def make_track(
         take: the export.
         bodies: its names of foot, T and rotor.
         axes: how its axes lie.
-        markers: where markers sit on the bodies: forward, left, up [mm].
+        markers: their places on the bodies: forward, left, up [mm].
         recipe: a name of `CLEANING`.
         start_hint: time zero where the rotor never moves, from the take's first sample [s].
 
@@ -89,8 +89,7 @@ def make_track(
     angle, seen = _angle(columns)
     zero = _zero(columns.times, angle, start_hint, warnings)
     rest, rest_s = _rest(columns, zero, warnings)
-    based = report.origin_m is not None
-    motion = _motion(columns, (angle, seen), rest, based).shifted(-(zero or 0.0))
+    motion = _motion(columns, (angle, seen), rest, report.origin_m).shifted(-(zero or 0.0))
     warnings.extend(implausible(motion))
     return Track(
         motion=motion,
@@ -174,12 +173,12 @@ def _motion(
     columns: TimeSeries,
     turned: tuple[NDArray[np.float64], NDArray[np.bool_]],
     rest: NDArray[np.bool_],
-    based: bool,
+    base: tuple[float, float, float] | None,
 ) -> TimeSeries:
     """Return the motion, its origin at the resting foot unless the recipe has one of its own."""
     out = {name: columns[name] for name in columns.names}
     valid = {name: columns.validity(name) for name in columns.names}
-    if not based:
+    if base is None:
         for names in (FOOT, TOP, ROTOR):
             for name, foot in zip(names, FOOT, strict=True):
                 out[name] = columns[name] - _origin(columns[foot], rest)
