@@ -3,7 +3,7 @@ import pytest
 
 from workbench.timeseries import TimeSeries
 
-T = np.arange(5) * 0.5
+T = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
 
 
 def series() -> TimeSeries:
