@@ -31,6 +31,8 @@ RunsFolder = Annotated[
     Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
 ]
 
+NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
+
 people = Console(stderr=True, highlight=False, soft_wrap=True)
 """Where text for people goes, so that stdout stays clean for results."""
 
@@ -56,10 +58,11 @@ def _finite(value: Any) -> Any:
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table on stdout."""
-    table = Table(title=title, title_justify="left", title_style="bold")
-    for i, name in enumerate(head):
-        table.add_column(name, justify="left" if i == 0 else "right", overflow="fold")
+    """Print a table on stdout; columns whose name ends in a unit hold numbers."""
+    table = Table(title=title, title_justify="left", title_style="bold", show_header=any(head))
+    for name in head:
+        number = name.endswith("]") or name in NUMBERS
+        table.add_column(name, justify="right" if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
     Console(highlight=False, markup=False).print(table)

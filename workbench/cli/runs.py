@@ -31,7 +31,7 @@ def list_runs(folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> N
          _distance(b, "twin"), b.manifest["title"]]
         for b in found
     ]  # fmt: skip
-    show_table(str(folder), ["run", "status", "mode", "real [m]", "twin [m]", "title"], rows)
+    show_table(str(folder), ["bundle", "status", "mode", "real [m]", "twin [m]", "title"], rows)
 
 
 @runs.command()
