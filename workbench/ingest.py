@@ -10,8 +10,16 @@ from typing import Any
 from workbench.bundle import Bundle
 from workbench.engine import Progress, versions
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
-from workbench.pairing import pair
-from workbench.protocol import Document, Sheet, SheetRun, load_model, load_shape
+from workbench.pairing import check_twin, pair
+from workbench.protocol import (
+    Document,
+    ShapeFile,
+    Sheet,
+    SheetRun,
+    load_model,
+    load_shape,
+    parse,
+)
 
 __all__ = ["ingest_sheet"]
 
@@ -31,17 +39,17 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
         WorkbenchError: when a take cannot be used; its bundle says why.
     """
     folder = sheet.path.parent
-    model_text = load_model(sheet.content.model, folder).text
-    shape_text = _shape_text(sheet)
+    model, shape = load_model(sheet.content.model, folder), _shape(sheet)
     _check(sheet)
+    check_twin(model.content, shape.content, (run.mode for run in sheet.content.runs))
     for number, run in enumerate(sheet.content.runs, start=1):
         progress(f"{run.take}")
         bundle = Bundle.create(
             root, _name(run), datetime.now().astimezone(), _facts(sheet, run, number)
         )
         bundle.write_document("sheet", sheet.text)
-        bundle.write_document("model", model_text)
-        bundle.write_document("shape", shape_text)
+        bundle.write_document("model", model.text)
+        bundle.write_document("shape", shape.text)
         bundle.add_take(folder / run.take)
         try:
             pair(bundle)
@@ -99,14 +107,15 @@ def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]
     }
 
 
-def _shape_text(sheet: Document[Sheet]) -> str:
-    """Return the shape file's text; angles listed in the sheet become a file of their own."""
-    shape = sheet.content.shape
+def _shape(sheet: Document[Sheet]) -> Document[ShapeFile]:
+    """Return the shape; angles listed in the sheet become a file of their own."""
+    shape, folder = sheet.content.shape, sheet.path.parent
     if isinstance(shape, str):
-        return load_shape(shape, sheet.path.parent).text
-    initial = load_shape("thesis-initial", sheet.path.parent).content
-    return (
+        return load_shape(shape, folder)
+    initial = load_shape("thesis-initial", folder).content
+    text = (
         f"schema: workbench/shape-1\nname: from {sheet.path.name}\nangles: {list(shape)}\n"
         f"length: {initial.length * 1000:.3f} mm\nstate: unloaded\n"
         f"source: listed in {sheet.path.name}; length as in the thesis\n"
     )
+    return parse(sheet.path, text, ShapeFile)

@@ -5,7 +5,7 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,17 +18,18 @@ from workbench.protocol import (
     BenchFile,
     Calibration,
     Cameras,
+    Mode,
     ModelFile,
     ShapeFile,
     Sheet,
     load,
 )
 from workbench.review import Comparison, Figure, Phase, write_recording, write_report
-from workbench.sim import make_robot, simulate, staircase, step_times
+from workbench.sim import Robot, make_robot, settle, simulate, staircase, step_times, unloaded
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
 
-__all__ = ["make_twin", "pair"]
+__all__ = ["check_twin", "make_twin", "pair"]
 
 _LEAST_REST_S = 0.6  # what first_motion needs to know the rotor at rest
 _MOST_REST_S = 5.0
@@ -76,8 +77,18 @@ def pair(bundle: Bundle) -> Comparison:
     return comparison
 
 
+def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> None:
+    """Find out before anything is switched whether this robot can be simulated.
+
+    Raises:
+        InputError: when it cannot be built, does not stand, or has effects.
+    """
+    for mode in sorted(set(modes)):
+        settle(unloaded(_robot(model, shape)), _simulated(mode), np.pi / 2)
+
+
 def make_twin(
-    mode: Literal["hop", "clamped"],
+    mode: Mode,
     model: ModelFile,
     shape: ShapeFile,
     drive: Drive,
@@ -94,18 +105,27 @@ def make_twin(
     Raises:
         InputError: when the model has effects, which cannot be simulated yet, or does not stand.
     """
+    rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
+    times = step_times(rest + drive.duration + _AFTER_S)
+    speed = staircase(times, [(rest + t, s) for t, s in drive.steps])
+    result = simulate(_robot(model, shape), _simulated(mode), speed, track.start_angle_rad)
+    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE])
+    return result.motion.shifted(-(rest if zero is None else zero)), result.outcome
+
+
+def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
     if model.effects:
         names = ", ".join(effect.name for effect in model.effects)
         raise InputError(
             f"model {model.name!r} has effects ({names}); they cannot be simulated yet"
         )
-    rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
-    times = step_times(rest + drive.duration + _AFTER_S)
-    speed = staircase(times, [(rest + t, s) for t, s in drive.steps])
-    robot = make_robot(model.values(), shape)
-    result = simulate(robot, mode, speed, track.start_angle_rad)
-    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE])
-    return result.motion.shifted(-(rest if zero is None else zero)), result.outcome
+    return make_robot(model.values(), shape)
+
+
+def _simulated(mode: Mode) -> Literal["hop", "clamped"]:
+    if mode not in ("hop", "clamped"):
+        raise InputError(f"mode {mode!r} has no twin yet; modes that have: hop, clamped")
+    return mode
 
 
 def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:

@@ -134,6 +134,30 @@ def test_bad_input_is_answered_in_words(
     assert "Traceback" not in answer.err
 
 
+def test_a_robot_that_cannot_stand_is_refused_before_anything_is_switched(
+    workbench: Command, root: Path, protocol: Path, tmp_path: Path
+) -> None:
+    text = (root / "models" / "thesis-initial.yaml").read_text()
+    (tmp_path / "bent.yaml").write_text(text.replace("-2.558", "-0.5"))
+    protocol.write_text(PROTOCOL.replace("steps:", "shape: bent.yaml\nsteps:"))
+    answer = workbench("run", protocol, "--runs", tmp_path / "r")
+    assert answer.code == 2
+    assert "this robot does not stand: after 6 s T is at z = " in answer.err
+    assert not (tmp_path / "r").exists()
+
+
+def test_a_model_with_effects_is_refused_until_they_can_be_simulated(
+    workbench: Command, root: Path, protocol: Path, tmp_path: Path
+) -> None:
+    text = (root / "models" / "thesis.yaml").read_text()
+    effects = "effects: [{name: tether, parameters: {force: 0.1}}]"
+    (tmp_path / "tethered.yaml").write_text(text.replace("effects: []", effects))
+    protocol.write_text(PROTOCOL.replace("steps:", "model: tethered.yaml\nsteps:"))
+    answer = workbench("run", protocol, "--dry-run")
+    assert answer.code == 2
+    assert "model 'thesis' has effects (tether); they cannot be simulated yet" in answer.err
+
+
 def test_an_unknown_option_ends_with_2(workbench: Command) -> None:
     assert workbench("run", "--bensh", "x").code == 2
 

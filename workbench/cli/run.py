@@ -21,6 +21,7 @@ from workbench.cli.output import (
     tell,
 )
 from workbench.engine import Experiment, carry_out
+from workbench.pairing import check_twin
 from workbench.protocol import Plan, PlannedRun, Protocol, load, load_model, load_shape, make_plan
 
 __all__ = ["describe", "run"]
@@ -68,8 +69,9 @@ def _experiment(protocol: Path, bench: str) -> Experiment:
     own, other = (asked.path.parent, lab.path.parent)
     model = _first(load_model, (asked.content.model, own), (lab.content.model, other))
     shape = _first(load_shape, (asked.content.shape, own), (lab.content.shape, other))
-    step = make_bench(lab.content).voltage_step
-    return Experiment(asked, lab, model, shape, make_plan(asked, lab.content, step))
+    plan = make_plan(asked, lab.content, make_bench(lab.content).voltage_step)
+    check_twin(model.content, shape.content, (run.mode for run in plan.runs))
+    return Experiment(asked, lab, model, shape, plan)
 
 
 def _first(
@@ -101,8 +103,8 @@ def _print_plan(experiment: Experiment, as_json: bool) -> None:
         emit(_plan_object(plan))
         return
     show_table(
-        f"{plan.title}: {len(plan.runs)} runs, about {plan.seconds:.0f} s, "
-        f"current limit {plan.current_limit:g} A",
+        f"{plan.title} (runs: {len(plan.runs)}, about {plan.seconds:.0f} s, "
+        f"current limit {plan.current_limit:g} A)",
         [
             "run",
             "mode",

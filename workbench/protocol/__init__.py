@@ -8,7 +8,7 @@ the field with its docstring, run `make schemas`, and describe it in docs/refere
 from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSection
 from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Protocol, Role
-from workbench.protocol.files import Document, load
+from workbench.protocol.files import Document, load, parse
 from workbench.protocol.library import load_model, load_shape
 from workbench.protocol.model import UNITS, ModelFile
 from workbench.protocol.plan import Plan, PlannedPrompt, PlannedRun, make_plan
@@ -49,4 +49,5 @@ __all__ = [
     "load_model",
     "load_shape",
     "make_plan",
+    "parse",
 ]

@@ -19,7 +19,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from workbench.errors import FileFault, FileFaults, InputError
 
-__all__ = ["Document", "Location", "load"]
+__all__ = ["Document", "Location", "load", "parse"]
 
 Location = tuple[str | int, ...]
 """Path to a value of a file: keys and list indices from the top."""
@@ -59,7 +59,11 @@ def load(path: Path, schema: type[S]) -> Document[S]:
         InputError: when there is no such file or it is not text.
         FileFaults: with all faults at once.
     """
-    text = _read_text(path)
+    return parse(path, _read_text(path), schema)
+
+
+def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
+    """Check a text that stands for a file; arguments and errors as for `load`."""
     tree = _parse(path, text)
     if not isinstance(tree, CommentedMap):
         found = "nothing" if tree is None else type(tree).__name__.removeprefix("Commented").lower()
