@@ -14,11 +14,6 @@ from workbench.sim.ground import LOCKED, UNLOCKED, WAIT, _friction, corner_recor
 CORNERS = np.array([[x, y, 0] for x in (0.1375, -0.1375) for y in (0.124, -0.124)])
 
 
-@pytest.fixture(autouse=True)
-def _law() -> None:
-    install_ground_law()
-
-
 def placed(
     robot: Robot, qpos: np.ndarray, qvel: np.ndarray
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -116,6 +111,7 @@ def test_sticking_holds_and_breaks_away(robot: Robot) -> None:
 
 
 def test_other_models_are_left_alone() -> None:
+    install_ground_law()
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><custom><numeric name='a' data='1 2 3 4 5 6 7 8 9 10 11 12 13'/></custom>"
         "<worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"

@@ -61,10 +61,13 @@ _SPAN = 1 + max(_NUMERIC, _NUMERIC_SIZE, _QPOS, _QVEL, _PASSIVE, _USER)
 def add_ground(spec: mujoco.MjSpec, values: Mapping[str, float]) -> None:
     """Let the ground carry the foot of a spec whose first body is the foot on a free joint.
 
+    Installs the law, so that no such model can be stepped without it.
+
     Args:
         spec: robot without other numeric fields; changed in place, as MjSpec's own methods do.
         values: model values by name, SI.
     """
+    install_ground_law()
     data = [
         _MAGIC,
         values["foot_length"] / 2,

@@ -15,7 +15,7 @@ from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
 from workbench.motion import rotor_speed as speed_of
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
-from workbench.sim.ground import CORNER_FIELDS, corner_records, install_ground_law
+from workbench.sim.ground import CORNER_FIELDS, corner_records
 from workbench.sim.robot import STEP_S, STEPS_PER_SAMPLE, Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
@@ -78,7 +78,6 @@ def simulate(
     Raises:
         InputError: when the robot cannot be built or does not stand.
     """
-    install_ground_law()
     model, data = settle(unloaded(robot), mode, start_angle)
     joint = float(data.joint("rotor").qpos[0])
     travel = np.concatenate([[0.0], np.cumsum(speed[:-1]) * STEP_S])
