@@ -55,6 +55,14 @@ def test_positive_rotor_speed_turns_from_forward_towards_down(robot: Robot) -> N
     assert np.linalg.norm(arm) == pytest.approx(0.035)
 
 
+def test_the_rotor_is_a_point_on_a_slender_rod(robot: Robot) -> None:
+    rotor = posed(robot)[0].body("rotor")
+    centre = rotor.ipos[0]
+    assert rotor.mass[0] * centre == pytest.approx(0.0334 * 0.035 + 0.008 * 0.0175)
+    about_shaft = rotor.inertia[1] + rotor.mass[0] * centre**2
+    assert about_shaft == pytest.approx(0.0334 * 0.035**2 + 0.008 * 0.035**2 / 3)
+
+
 def test_a_clamped_robot_has_no_foot_joint_and_no_ground(robot: Robot) -> None:
     model, _ = posed(robot, "clamped")
     assert model.nv == 17

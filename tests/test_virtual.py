@@ -1,0 +1,81 @@
+"""What the cameras of the virtual bench see is what the true robot did."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from workbench.bench import load_bench
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
+from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
+from workbench.sim import make_robot
+from workbench.timeseries import TimeSeries
+from workbench.tracking import Axes, BodyNames, Missing, make_track
+from workbench.virtual import draw_current, film, move
+
+
+@pytest.fixture(scope="module")
+def bench() -> BenchFile:
+    return load_bench("virtual").content
+
+
+def section(bench: BenchFile, **changed: object) -> VirtualSection:
+    assert bench.virtual is not None
+    return bench.virtual.model_copy(update=changed)
+
+
+@pytest.fixture(scope="module")
+def motion(bench: BenchFile, tmp_path_factory: pytest.TempPathFactory) -> TimeSeries:
+    """A true robot at rest for 1 s, then driven at 4.52 V."""
+    here = tmp_path_factory.mktemp("here")
+    values = load_model("thesis", here).content.values()
+    robot = make_robot(values, load_shape("thesis-initial", here).content)
+    return move(robot, "hop", [(-1.0, 0.0), (1.0, 4.52)], 4.0, section(bench))
+
+
+def test_a_noiseless_take_gives_the_true_motion_back(bench: BenchFile, motion: TimeSeries) -> None:
+    take = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0))
+    cameras = bench.tracking
+    track = make_track(
+        take,
+        bodies=BodyNames("Foot", "T", "Rotor"),
+        axes=Axes(up=cameras.axes.up, forward=cameras.axes.forward),
+        markers={name: np.array(places) for name, places in cameras.markers.items()},
+        recipe="default",
+    )
+    seen = track.motion.between(-0.5, 2.5)
+    true = motion.shifted(-track.zero_in_take_s).at(seen.times)
+    for point in (FOOT, TOP, ROTOR):
+        apart = position(seen, point) - position(true, point)
+        assert np.sqrt(np.mean(apart**2)) < 3e-4  # the recipe's low pass is all that differs
+    tilt = true[PITCH] - true[PITCH][0]
+    assert np.ptp(tilt) > 0.05
+    assert seen[PITCH] == pytest.approx(tilt, abs=0.01)
+    assert track.start_angle_rad == pytest.approx(np.pi / 2, abs=1e-3)
+
+
+def test_noise_and_gaps_are_as_the_bench_file_says(bench: BenchFile, motion: TimeSeries) -> None:
+    quiet = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0))
+    noisy = film(motion, bench.tracking, section(bench, noise=0.0002, gap_share=0.05))
+    foot, true = noisy.bodies["Foot"], quiet.bodies["Foot"]
+    error = foot.measured - true.measured
+    assert np.nanstd(error) == pytest.approx(0.0002, rel=0.05)
+    hidden = np.mean([np.isnan(b.measured).mean() for b in noisy.bodies.values()])
+    assert 0.01 < hidden < 0.1
+    lost = foot.missing == Missing.LOST
+    assert np.isfinite(foot.solved).all()  # frozen while lost, as the tracker leaves them
+    assert np.isnan(foot.position[lost]).all()
+
+
+def test_the_motor_follows_the_terminals_with_its_lag(motion: TimeSeries) -> None:
+    before, after = motion.between(0, 0.9), motion.between(2.5, 4.0)
+    assert np.ptp(before[ROTOR_ANGLE]) < 1e-3
+    assert np.mean(after[ROTOR_SPEED]) == pytest.approx(4.38 * 4.52 - 2.87, abs=0.3)
+    halfway = np.interp(1.05, motion.times, motion[ROTOR_ANGLE]) - np.pi / 2
+    lagging = 16.93 * (0.05 - 0.05 * (1 - np.exp(-1)))  # integral of a first-order rise
+    assert halfway == pytest.approx(lagging, rel=0.1)
+
+
+def test_no_voltage_draws_no_current() -> None:
+    assert draw_current(0.0) == 0.0
+    assert 0.2 < draw_current(4.5) < 0.5
