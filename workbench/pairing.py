@@ -25,7 +25,16 @@ from workbench.protocol import (
     load,
 )
 from workbench.review import Comparison, Figure, Phase, write_recording, write_report
-from workbench.sim import Robot, make_robot, settle, simulate, staircase, step_times, unloaded
+from workbench.sim import (
+    Condition,
+    Robot,
+    make_robot,
+    sample_times,
+    settle,
+    simulate,
+    staircase,
+    unloaded,
+)
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
 
@@ -84,7 +93,8 @@ def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> Non
         InputError: when it cannot be built, does not stand, or has effects.
     """
     for mode in sorted(set(modes)):
-        settle(unloaded(_robot(model, shape)), _simulated(mode), np.pi / 2)
+        foot = Condition(_driven(mode), np.zeros(1)).foot
+        settle(unloaded(_robot(model, shape)), foot, np.pi / 2)
 
 
 def make_twin(
@@ -106,11 +116,11 @@ def make_twin(
         InputError: when the model has effects, which cannot be simulated yet, or does not stand.
     """
     rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
-    times = step_times(rest + drive.duration + _AFTER_S)
-    speed = staircase(times, [(rest + t, s) for t, s in drive.steps])
-    result = simulate(_robot(model, shape), _simulated(mode), speed, track.start_angle_rad)
-    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE])
-    return result.motion.shifted(-(rest if zero is None else zero)), result.outcome
+    speed = staircase(sample_times(drive.duration + _AFTER_S), drive.steps)
+    condition = Condition(_driven(mode), speed, track.start_angle_rad, rest)
+    result = simulate(_robot(model, shape), condition)
+    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE]) or 0.0
+    return result.motion.shifted(-zero), result.outcome
 
 
 def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
@@ -122,7 +132,7 @@ def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
     return make_robot(model.values(), shape)
 
 
-def _simulated(mode: Mode) -> Literal["hop", "clamped"]:
+def _driven(mode: Mode) -> Literal["hop", "clamped"]:
     if mode not in ("hop", "clamped"):
         raise InputError(f"mode {mode!r} has no twin yet; modes that have: hop, clamped")
     return mode

@@ -15,9 +15,19 @@ from scipy.signal import lfilter
 
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import Cameras, ModelFile, ShapeFile, VirtualSection
-from workbench.sim import STEP_S, Robot, make_robot, simulate, staircase, step_times
+from workbench.sim import (
+    SAMPLE_RATE_HZ,
+    Condition,
+    Robot,
+    make_robot,
+    sample_times,
+    simulate,
+    staircase,
+)
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
+
+_PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
 __all__ = ["draw_current", "film", "move", "true_robot"]
 
@@ -54,13 +64,16 @@ def move(
         duration: how long the cameras run [s].
         section: motor line, lag and start angle.
     """
-    times = step_times(duration)
-    volts = staircase(times, history)
+    times = sample_times(duration)
+    fine = np.arange(len(times) * _PER_SAMPLE) / (_PER_SAMPLE * SAMPLE_RATE_HZ)
+    volts = staircase(fine, history)
     wanted = np.maximum(section.motor_slope * volts + section.motor_offset, 0.0)
-    keep = np.exp(-STEP_S / section.motor_lag)
-    speed = lfilter([1 - keep], [1, -keep], wanted)
-    motion = simulate(robot, mode, np.asarray(speed), section.start_angle).motion
-    return _lying_still(motion, round(duration * 120))
+    keep = np.exp(-1 / (_PER_SAMPLE * SAMPLE_RATE_HZ * section.motor_lag))
+    speed = np.asarray(lfilter([1 - keep], [1, -keep], wanted))
+    # the motor turns from sample to sample by the mean of its speed between them
+    mean = speed.reshape(len(times), _PER_SAMPLE).mean(axis=1)
+    motion = simulate(robot, Condition(mode, mean, section.start_angle)).motion
+    return _lying_still(motion, len(times))
 
 
 def film(motion: TimeSeries, cameras: Cameras, section: VirtualSection) -> Take:
@@ -99,7 +112,7 @@ def _lying_still(motion: TimeSeries, count: int) -> TimeSeries:
     lacking = count - len(motion)
     if lacking <= 0:
         return motion
-    times = motion.times[-1] + np.arange(1, lacking + 1) / 120
+    times = motion.times[-1] + np.arange(1, lacking + 1) / SAMPLE_RATE_HZ
     return TimeSeries(
         np.concatenate([motion.times, times]),
         np.concatenate([motion.values, np.repeat(motion.values[-1:], lacking, axis=0)]),

@@ -21,7 +21,7 @@ def test_the_thesis_beam_reaches_back_and_ends_above_the_foot(tmp_path: Path) ->
 def test_the_curve_is_where_the_simulation_has_the_beam(tmp_path: Path) -> None:
     shape = load_shape("thesis-initial", tmp_path).content
     robot = make_robot(load_model("thesis", tmp_path).content.values(), shape)
-    model = compile_model(robot, "clamped")
+    model = compile_model(robot, "fixed")
     data = mujoco.MjData(model)
     data.qpos[:16] = shape.angles
     mujoco.mj_forward(model, data)

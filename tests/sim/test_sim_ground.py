@@ -17,7 +17,7 @@ CORNERS = np.array([[x, y, 0] for x in (0.1375, -0.1375) for y in (0.124, -0.124
 def placed(
     robot: Robot, qpos: np.ndarray, qvel: np.ndarray
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = compile_model(robot, "hop")
+    model = compile_model(robot, "free")
     data = mujoco.MjData(model)
     data.qpos[:7], data.qvel[:6] = qpos, qvel
     mujoco.mj_forward(model, data)
@@ -57,7 +57,7 @@ def test_no_force_above_the_ground_and_none_that_pulls(robot: Robot) -> None:
 
 
 def test_the_standing_robot_sinks_as_eq_3_1_says(robot: Robot) -> None:
-    _, data = settle(robot, "hop", np.pi / 2)
+    _, data = settle(robot, "free", np.pi / 2)
     corners = corner_records(data.userdata)
     assert -data.qpos[2] == pytest.approx(0.2574 * 9.81 / (4 * 140), rel=1e-3)
     assert corners[:, 4].sum() == pytest.approx(0.2574 * 9.81, rel=1e-6)
@@ -95,7 +95,7 @@ def test_stick_slip_goes_through_the_states_of_figure_3_4(
 
 def pushed(robot: Robot, share: float, seconds: float) -> float:
     """Return the foot's mean speed after a push of a share of the breakaway force [m/s]."""
-    model, data = settle(robot, "hop", np.pi / 2)
+    model, data = settle(robot, "free", np.pi / 2)
     data.xfrc_applied[model.body("foot").id, 0] = share * 0.5 * 0.2574 * 9.81
     mujoco.mj_step(model, data, nstep=1000)  # the beam swings at first
     start = data.qpos[0]

@@ -9,9 +9,9 @@ from workbench.sim import Robot, compile_model
 from workbench.sim.robot import hinge_name
 
 
-def posed(robot: Robot, mode: str = "hop") -> tuple[mujoco.MjModel, mujoco.MjData]:
+def posed(robot: Robot, foot: str = "free") -> tuple[mujoco.MjModel, mujoco.MjData]:
     """The robot in the shape of its free strip, the rotor forward."""
-    model = compile_model(robot, mode)  # pyright: ignore[reportArgumentType]
+    model = compile_model(robot, foot)  # pyright: ignore[reportArgumentType]
     data = mujoco.MjData(model)
     for k, angle in enumerate(robot.angles):
         data.joint(hinge_name(k)).qpos[:] = angle
@@ -64,7 +64,7 @@ def test_the_rotor_is_a_point_on_a_slender_rod(robot: Robot) -> None:
 
 
 def test_a_clamped_robot_has_no_foot_joint_and_no_ground(robot: Robot) -> None:
-    model, _ = posed(robot, "clamped")
+    model, _ = posed(robot, "fixed")
     assert model.nv == 17
     assert model.nuserdata == 0
 
@@ -72,4 +72,4 @@ def test_a_clamped_robot_has_no_foot_joint_and_no_ground(robot: Robot) -> None:
 def test_what_the_engine_refuses_is_an_input_error(robot: Robot) -> None:
     bad = replace(robot, values=dict(robot.values) | {"beam_mass": 0.0})
     with pytest.raises(InputError, match=r"this robot cannot be simulated: .*mass"):
-        compile_model(bad, "hop")
+        compile_model(bad, "free")

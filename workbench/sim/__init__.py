@@ -7,23 +7,44 @@ new part of the robot is a function in `robot` that edits the spec; a new force 
 """
 
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
+from workbench.sim.gait import Gait, gait
 from workbench.sim.ground import install_ground_law
-from workbench.sim.robot import STEP_S, Robot, build_spec, compile_model, make_robot
-from workbench.sim.simulate import Outcome, Simulation, simulate, staircase, step_times
+from workbench.sim.robot import (
+    SAMPLE_RATE_HZ,
+    STEP_S,
+    Robot,
+    build_spec,
+    compile_model,
+    make_robot,
+)
+from workbench.sim.simulate import (
+    Condition,
+    Outcome,
+    Simulation,
+    sample_times,
+    simulate,
+    simulate_all,
+    staircase,
+)
 
 __all__ = [
     "FALLEN_M",
+    "SAMPLE_RATE_HZ",
     "STEP_S",
+    "Condition",
+    "Gait",
     "Outcome",
     "Robot",
     "Simulation",
     "build_spec",
     "compile_model",
+    "gait",
     "install_ground_law",
     "make_robot",
+    "sample_times",
     "settle",
     "simulate",
+    "simulate_all",
     "staircase",
-    "step_times",
     "unloaded",
 ]

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.sim.ground import CORNER_FIELDS, CORNERS
-from workbench.sim.robot import Robot, compile_model, hinge_name
+from workbench.sim.ground import CORNER_FIELDS, CORNERS, STICK_STIFFNESS
+from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 
 __all__ = ["FALLEN_M", "settle", "unloaded"]
 
-_SETTLE_S = 6.0
-_SETTLE_DAMPING = 2.0  # [N m s/rad] near critical for the beam's first mode, 8 rad/s on 9.5 N m/rad
-_STILL = 1e-6  # [m/s, rad/s]
-_ANGLE_TOLERANCE = 1e-4  # [rad]
-_ANGLE_ROUNDS = 4
+_ROUNDS = 60
+_BALANCED = 1e-10  # [N, N m]
+_DIFFERENCE = 1e-6  # [m, rad]
+_LONGEST_STEP = 0.1  # [m, rad] of one round
 _LOAD_ROUNDS = 3
+# the one moving degree of freedom that is no rotation, by the type of the model's first joint
+_HEIGHT = {int(mujoco.mjtJoint.mjJNT_FREE): 2, int(mujoco.mjtJoint.mjJNT_SLIDE): 1}
 _HANGING = np.pi / 2  # the rotor straight below T loads no hinge with a moment of its own
 FALLEN_M = 0.05
 """Height of T below which the robot has fallen (thesis, Appendix E)."""
@@ -34,11 +35,11 @@ def unloaded(robot: Robot) -> Robot:
     """
     if robot.state == "unloaded":
         return robot
-    model = compile_model(robot, "hop")
+    listed = replace(robot, increments=len(robot.angles), planar=False, state="unloaded")
+    model = compile_model(listed, "free")
     data = mujoco.MjData(model)
-    _pose(model, data, robot.angles)
+    _pose(model, data, listed)
     data.joint("rotor").qpos[:] = _HANGING - _world_angle(data)
-    hinges = _hinge_dofs(model, robot)
     for _ in range(_LOAD_ROUNDS):
         mujoco.mj_forward(model, data)
         # the foot tips until its corners' springs carry the weight below the centre of mass
@@ -48,65 +49,134 @@ def unloaded(robot: Robot) -> Robot:
         data.qpos[3:7] = [np.cos(pitch / 2), 0, np.sin(pitch / 2), 0]
     data.qacc[:] = 0
     mujoco.mj_inverse(model, data)
-    bend = data.qfrc_inverse[hinges] / model.jnt_stiffness[_hinge_ids(model, robot)]
-    return replace(
-        robot,
-        angles=tuple(float(a + b) for a, b in zip(robot.angles, bend, strict=True)),
-        state="unloaded",
-    )
+    ids = _hinge_ids(model, listed)
+    bend = data.qfrc_inverse[model.jnt_dofadr[ids]] / model.jnt_stiffness[ids]
+    angles = tuple(float(a + b) for a, b in zip(robot.angles, bend, strict=True))
+    return replace(robot, angles=angles, state="unloaded")
 
 
 def settle(
-    robot: Robot, mode: Literal["hop", "clamped"], start_angle: float
+    robot: Robot, foot: Foot, start_angle: float, pull: float = 0.0
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at rest, the rotor held at an angle.
 
-    The damped motion is followed until it stops; what remains is the equilibrium, with every corner
-    of the foot locked where it stands.
+    Newton's method on the static forces, the stiffness by central differences. The equilibrium
+    found must be stable: its stiffness matrix positive definite.
 
     Args:
         robot: with the angles of the free strip.
-        mode: foot on the ground or fixed.
+        foot: on the ground or fixed.
         start_angle: direction from T to the rotor in the world, about +y from +x [rad].
+        pull: forward force on T [N]; it is gone from the data returned.
 
     Raises:
         InputError: when the robot falls over or finds no rest.
     """
-    model = compile_model(robot, mode)
-    damped = compile_model(robot, mode)
-    damped.dof_damping[_hinge_dofs(damped, robot)] = _SETTLE_DAMPING
+    model = compile_model(robot, foot)
     data = mujoco.MjData(model)
-    _pose(model, data, robot.angles)
-    for _ in range(_ANGLE_ROUNDS):
-        joint = float(data.joint("rotor").qpos[0]) + _wrapped(start_angle - _world_angle(data))
-        _relax(damped, data, joint)
-        if abs(_wrapped(start_angle - _world_angle(data))) < _ANGLE_TOLERANCE:
+    _pose(model, data, robot)
+    free = _moving_dofs(model, foot)
+    data.joint("rotor").qpos[:] = start_angle - _world_angle(data)
+    data.xfrc_applied[model.body("top").id, 0] = pull
+    stiffness, force = _stiffness(model, data, free), _static_force(model, data)[free]
+    for _ in range(_ROUNDS):
+        if np.abs(force).max() < _BALANCED:
             break
-    if mode == "hop":
-        _centre(data)
+        _displace(model, data, free, _bounded(np.linalg.solve(stiffness, force)))
+        stiffness, force = _stiffness(model, data, free), _static_force(model, data)[free]
+    _require_standing(data, force, stiffness)
+    data.xfrc_applied[:] = 0
+    data.act[:] = data.joint("rotor").qpos
+    _hold_on_slope(model, data, robot, foot)
     return model, data
 
 
-def _relax(damped: mujoco.MjModel, data: mujoco.MjData, joint: float) -> None:
-    data.joint("rotor").qpos[:] = joint
-    data.ctrl[:] = [joint, 0]
-    mujoco.mj_step(damped, data, nstep=round(_SETTLE_S / damped.opt.timestep))
-    fastest, height = np.abs(data.qvel).max(), data.body("top").xpos[2]
-    if not fastest < _STILL or height < FALLEN_M:
-        raise InputError(
-            f"this robot does not stand: after {_SETTLE_S:g} s T is at z = {height:.3f} m and "
-            f"moves at {fastest:.2g} rad/s; check the shape's angles, the stiffness and the masses"
-        )
+def _moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
+    """Return the degrees of freedom that gravity moves: not the rotor, and of the foot z, pitch.
+
+    Sideways and around its vertical the robot is symmetric, forward the ground holds it.
+    """
+    rotor = model.joint("rotor").dofadr[0]
+    held = {rotor}
+    if foot == "free":
+        held |= {0} if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else {0, 1, 3, 5}
+    return np.array([dof for dof in range(model.nv) if dof not in held])
+
+
+def _static_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the force that nothing balances, (nv,); the corners lock where they are."""
     data.qvel[:] = 0
+    data.userdata[:] = 0
+    mujoco.mj_forward(model, data)
+    pulled = np.zeros(model.nv)
+    top = model.body("top").id
+    mujoco.mj_applyFT(
+        model, data, data.xfrc_applied[top, :3], np.zeros(3), data.xpos[top], top, pulled
+    )
+    return data.qfrc_passive - data.qfrc_bias + pulled
 
 
-def _wrapped(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+def _stiffness(
+    model: mujoco.MjModel, data: mujoco.MjData, free: NDArray[np.int_]
+) -> NDArray[np.float64]:
+    """Return minus the derivative of the static force, (n, n), by central differences."""
+    here = data.qpos.copy()
+    columns = []
+    for dof in free:
+        sides = []
+        for step in (_DIFFERENCE, -_DIFFERENCE):
+            _displace(model, data, np.array([dof]), np.array([step]))
+            sides.append(_static_force(model, data)[free])
+            data.qpos[:] = here
+        columns.append((sides[1] - sides[0]) / (2 * _DIFFERENCE))
+    return np.column_stack(columns)
 
 
-def _pose(model: mujoco.MjModel, data: mujoco.MjData, angles: tuple[float, ...]) -> None:
-    for k, angle in enumerate(angles):
-        data.joint(hinge_name(k)).qpos[:] = angle
+def _displace(
+    model: mujoco.MjModel, data: mujoco.MjData, dofs: NDArray[np.int_], by: NDArray[np.float64]
+) -> None:
+    """Move some degrees of freedom; the rotor turns back to keep its angle in the world."""
+    velocity = np.zeros(model.nv)
+    velocity[dofs] = by
+    turning = dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)
+    velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[turning])
+    mujoco.mj_integratePos(model, data.qpos, velocity, 1.0)
+
+
+def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:
+    return step * min(1.0, _LONGEST_STEP / max(float(np.abs(step).max()), 1e-12))
+
+
+def _require_standing(
+    data: mujoco.MjData, force: NDArray[np.float64], stiffness: NDArray[np.float64]
+) -> None:
+    height, left = float(data.body("top").xpos[2]), float(np.abs(force).max())
+    softest = float(np.linalg.eigvalsh((stiffness + stiffness.T) / 2).min())
+    if left < _BALANCED and softest > 0 and height > FALLEN_M:
+        return
+    state = f"{left:.2g} N(m) unbalanced" if left >= _BALANCED else "it would topple"
+    raise InputError(
+        f"this robot does not stand: with T at z = {height:.3f} m it finds no rest ({state}); "
+        "check the shape's angles, the stiffness and the masses"
+    )
+
+
+def _hold_on_slope(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, foot: Foot) -> None:
+    """Put the foot at x = 0 and let its locked corners carry what pulls it down a slope."""
+    if foot != "free":
+        mujoco.mj_forward(model, data)
+        return
+    data.qpos[0] = 0
+    down = _static_force(model, data)[0]
+    corners = data.userdata.reshape(CORNERS, len(CORNER_FIELDS))
+    corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / STICK_STIFFNESS
+    mujoco.mj_forward(model, data)
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
+    for k, hinge in enumerate(robot.hinges):
+        if hinge.stiffness is not None:
+            data.joint(hinge_name(k)).qpos[:] = hinge.angle
     mujoco.mj_forward(model, data)
 
 
@@ -115,17 +185,6 @@ def _world_angle(data: mujoco.MjData) -> float:
     return float(np.arctan2(-arm[2], arm[0]))
 
 
-def _centre(data: mujoco.MjData) -> None:
-    """Move the robot so that its foot stands at x = 0, with the corners' anchors."""
-    shift = float(data.qpos[0])
-    data.qpos[0] -= shift
-    corners = data.userdata.reshape(CORNERS, len(CORNER_FIELDS))
-    corners[:, CORNER_FIELDS.index("anchor_m")] -= shift
-
-
 def _hinge_ids(model: mujoco.MjModel, robot: Robot) -> NDArray[np.int_]:
-    return np.array([model.joint(hinge_name(k)).id for k in range(robot.increments)])
-
-
-def _hinge_dofs(model: mujoco.MjModel, robot: Robot) -> NDArray[np.int_]:
-    return model.jnt_dofadr[_hinge_ids(model, robot)]
+    names = [hinge_name(k) for k, hinge in enumerate(robot.hinges) if hinge.stiffness is not None]
+    return np.array([model.joint(name).id for name in names])

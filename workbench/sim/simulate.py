@@ -1,27 +1,76 @@
-"""Run one robot from rest under a given rotor speed and record its motion at 120 Hz."""
+"""Run robots from rest and record their motion at 120 Hz, one or many at once on all cores.
+
+`simulate_all` is the one way to run: a single simulation is a batch of one, so that a result does
+not depend on what else was run. Between two samples the engine steps by itself; the interpreter
+only sets the commanded speed and takes the sample.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch
+from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
-from workbench.motion import rotor_angle as angle_of
-from workbench.motion import rotor_speed as speed_of
+from workbench.protocol import Mode
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
-from workbench.sim.ground import CORNER_FIELDS, corner_records
-from workbench.sim.robot import STEP_S, STEPS_PER_SAMPLE, Robot, hinge_name
+from workbench.sim.motion import Samples, motion_of
+from workbench.sim.robot import SAMPLE_RATE_HZ, STEPS_PER_SAMPLE, Foot, Robot
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Outcome", "Simulation", "simulate", "staircase", "step_times"]
+__all__ = [
+    "Condition",
+    "Outcome",
+    "Simulation",
+    "sample_times",
+    "simulate",
+    "simulate_all",
+    "staircase",
+]
 
 Outcome = Literal["completed", "fell", "diverged"]
+
+Job = tuple[Robot, "Condition"]
+
+_MOST_AT_ONCE = 8
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What a robot is put through.
+
+    Args:
+        mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
+            released at time zero; in `drop` the robot, still in the shape it has while its foot is
+            held, is let go. The rotor is locked in both.
+        speed: (n,) motor speed from each sample to the next [rad/s], relative to T as a motor's is;
+            its length is that of the simulation.
+        start_angle: where the rotor stands at rest, about +y from +x [rad].
+        rest: still time that is put before time zero [s].
+        pull: force on T before the release, in mode decay [N].
+        height: of the fall, in mode drop [m].
+    """
+
+    mode: Mode
+    speed: NDArray[np.float64]
+    start_angle: float = np.pi / 2
+    rest: float = 0.0
+    pull: float = 0.0
+    height: float = 0.0
+
+    @property
+    def foot(self) -> Foot:
+        """Return whether the foot is free in the motion."""
+        return "free" if self.mode in ("hop", "drop") else "fixed"
 
 
 @dataclass(frozen=True)
@@ -30,21 +79,23 @@ class Simulation:
 
     Args:
         outcome: `fell` when T went below 0.05 m, `diverged` when the numbers blew up; the motion
-            then ends there.
-        motion: channels of `workbench.motion` plus hinge angles and ground forces, 120 Hz, time
-            from the start of the simulation, places against the foot at rest.
+            then ends there, with the last states that made sense.
+        motion: channels of `workbench.motion`, hinge angles, ground forces, contact and power,
+            120 Hz, places against the foot at rest. Time zero is where the speeds begin.
         sink_m: how far the foot's centre rests below the floor.
+        weight_N: of the whole robot.
     """
 
     outcome: Outcome
     motion: TimeSeries
     sink_m: float
+    weight_N: float
 
 
-def step_times(duration: float) -> NDArray[np.float64]:
-    """Return the start times of the steps that cover a duration [s]."""
-    samples = int(np.floor(duration * 120 + 1e-9))
-    return np.arange(samples * STEPS_PER_SAMPLE + 1, dtype=np.float64) * STEP_S
+def sample_times(duration: float) -> NDArray[np.float64]:
+    """Return the times of the samples that cover a duration [s]."""
+    count = int(np.floor(duration * SAMPLE_RATE_HZ + 1e-9)) + 1
+    return np.arange(count, dtype=np.float64) / SAMPLE_RATE_HZ
 
 
 def staircase(
@@ -58,88 +109,122 @@ def staircase(
     """
     begins = np.array([t for t, _ in changes])
     speeds = np.array([0.0] + [speed for _, speed in changes])
-    return speeds[np.searchsorted(begins, times + STEP_S / 2, side="right")]
+    return speeds[np.searchsorted(begins, times + 1e-9, side="right")]
 
 
-def simulate(
-    robot: Robot,
-    mode: Literal["hop", "clamped"],
-    speed: NDArray[np.float64],
-    start_angle: float,
-) -> Simulation:
-    """Simulate from rest.
-
-    Args:
-        robot: its parameters and shape.
-        mode: foot on the ground or fixed.
-        speed: (n,) motor speed at each of `step_times` [rad/s], relative to T as a motor's is.
-        start_angle: where the rotor stands at rest, about +y from +x [rad].
+def simulate(robot: Robot, condition: Condition) -> Simulation:
+    """Simulate one robot from rest.
 
     Raises:
-        InputError: when the robot cannot be built or does not stand.
+        InputError: when it cannot be built or does not stand.
     """
-    model, data = settle(unloaded(robot), mode, start_angle)
-    joint = float(data.joint("rotor").qpos[0])
-    travel = np.concatenate([[0.0], np.cumsum(speed[:-1]) * STEP_S])
-    control = np.column_stack([joint + travel, speed])
-    batch = Batch(model, nsim=1, nthread=1)
-    spec = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-    mujoco.mj_getState(model, data, batch.state[0], spec)
-    record = batch.rollout(len(speed), control[None], record=("sensordata", "userdata"))
-    motion = _motion(model, robot, record["sensordata"][0], record["userdata"][0])
-    sink = -float(data.qpos[2]) if mode == "hop" else 0.0
-    return _cut(motion, diverged=bool(batch.warning.any()), sink=sink)
+    return simulate_all([(robot, condition)], threads=1)[0]
 
 
-def _motion(
-    model: mujoco.MjModel,
-    robot: Robot,
-    sensordata: NDArray[np.float64],
-    userdata: NDArray[np.float64],
-) -> TimeSeries:
-    """Take every 17th step; sensors describe the state before a step, hence times from zero."""
-    sensors = sensordata[::STEPS_PER_SAMPLE]
-    times = np.arange(len(sensors), dtype=np.float64) * (STEPS_PER_SAMPLE * STEP_S)
-    foot, top, rotor = (
-        _sensor(model, sensors, f"{name}_position") for name in ("foot", "top", "rotor")
-    )
-    base = foot[0]
-    angle = angle_of(top, rotor)
-    columns: dict[str, NDArray[np.float64]] = {}
-    for names, path in ((FOOT, foot), (TOP, top), (ROTOR, rotor)):
-        columns |= dict(zip(names, (path - base).T, strict=True))
-    columns[PITCH] = _pitch(_sensor(model, sensors, "foot_quaternion"))
-    columns[ROTOR_ANGLE] = angle
-    columns[ROTOR_SPEED] = speed_of(times, angle)
-    for k in range(robot.increments):
-        columns[f"{hinge_name(k)}_rad"] = _sensor(model, sensors, hinge_name(k))[:, 0]
-    if model.nuserdata:
-        corners = corner_records(userdata[::STEPS_PER_SAMPLE])
-        for axis in "xz":
-            force = corners[:, :, CORNER_FIELDS.index(f"force_{axis}_N")]
-            columns[f"ground_{axis}_N"] = force.sum(axis=1)
-    return TimeSeries.of(times, columns)
+def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
+    """Simulate many robots, each from rest; the results are in the order of the jobs.
+
+    Every thread takes a few jobs at a time from start to result, so that the interpreter's part of
+    one is done while the engine steps another.
+
+    Args:
+        jobs: any mix of robots and conditions.
+        threads: 0 takes all cores. Results do not depend on it, bit for bit.
+
+    Raises:
+        InputError: when one of them cannot be built or does not stand.
+    """
+    threads = threads or os.cpu_count() or 1
+    size = min(_MOST_AT_ONCE, max(1, -(-len(jobs) // threads)))
+    chunks = [jobs[i : i + size] for i in range(0, len(jobs), size)]
+    if len(chunks) < 2 or threads == 1:
+        return [result for chunk in chunks for result in _simulate_chunk(chunk)]
+    with ThreadPoolExecutor(threads) as pool:
+        return [result for done in pool.map(_simulate_chunk, chunks) for result in done]
 
 
-def _sensor(model: mujoco.MjModel, sensors: NDArray[np.float64], name: str) -> NDArray[np.float64]:
-    sensor = model.sensor(name)
-    return sensors[:, sensor.adr[0] : sensor.adr[0] + sensor.dim[0]]
+def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
+    """Simulate on the calling thread, jobs of equal layout together."""
+    starts = [_start(robot, condition) for robot, condition in jobs]
+    groups: dict[tuple[int, int, int, int], list[int]] = {}
+    for i, (model, _) in enumerate(starts):
+        layout = (model.nq, model.nu, model.nbody, len(jobs[i][1].speed))
+        groups.setdefault(layout, []).append(i)
+    done: dict[int, Simulation] = {}
+    for members in groups.values():
+        samples, sane = _run(
+            [starts[i] for i in members],
+            np.array([jobs[i][1].speed for i in members]),
+        )
+        for row, i in enumerate(members):
+            done[i] = _result(jobs[i], starts[i], samples.of(row), int(sane[row]))
+    return [done[i] for i in range(len(jobs))]
 
 
-def _pitch(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation about +y of the foot's forward axis in the hopping plane."""
-    w, x, y, z = quaternion.T
-    return np.arctan2(-2 * (x * z - w * y), 1 - 2 * (y * y + z * z))
+def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return model and data at time zero."""
+    free = unloaded(robot)
+    if condition.mode != "drop":
+        pull = condition.pull if condition.mode == "decay" else 0.0
+        return settle(free, condition.foot, condition.start_angle, pull)
+    _, held = settle(free, "fixed", condition.start_angle)
+    model, data = settle(free, "free", condition.start_angle)
+    # the beam keeps the shape that it has while the foot is held level in the hand
+    hinges = slice(model.nq - held.qpos.size, model.nq)
+    data.qpos[: hinges.start] = 0
+    data.qpos[hinges] = held.qpos
+    data.qpos[1 if robot.planar else 2] = condition.height
+    if not robot.planar:
+        data.qpos[3] = 1
+    data.act[:] = held.act
+    data.userdata[:] = 0
+    mujoco.mj_forward(model, data)
+    return model, data
 
 
-def _cut(motion: TimeSeries, *, diverged: bool, sink: float) -> Simulation:
-    """End the motion where the robot fell or the numbers stopped making sense."""
-    finite = np.isfinite(motion[TOP[2]]) & (np.abs(motion[TOP[2]]) < 10)
-    low = ~(motion[TOP[2]] - sink >= FALLEN_M)
-    bad = low | ~finite
-    if not bad.any():
-        return Simulation("diverged" if diverged else "completed", motion, sink)
-    end = max(int(np.argmax(bad)), 1)
-    outcome: Outcome = "fell" if finite[: end + 1].all() and not diverged else "diverged"
-    keep = TimeSeries(motion.times[:end], motion.values[:end], motion.names, motion.valid[:end])
-    return Simulation(outcome, keep, sink)
+def _run(
+    starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
+    speed: NDArray[np.float64],
+) -> tuple[Samples, NDArray[np.int_]]:
+    """Step a group of equal layout; return samples and how many of them make sense."""
+    model = starts[0][0]
+    batch = Batch(model, nsim=len(starts), nthread=1, persistent=True)
+    batch.set_models([m for m, _ in starts])
+    for row, (own, data) in enumerate(starts):
+        mujoco.mj_getState(own, data, batch.state[row], _STATE)
+    samples = Samples.bind(batch, speed.shape[1])
+    batch.forward(stage=_CURRENT)
+    samples.take(0)
+    drive = [model.actuator(name).id for name in ("rotor_angle", "rotor_speed")]
+    sane = np.full(len(starts), speed.shape[1])
+    for k in range(1, speed.shape[1]):
+        batch.ctrl[:, drive] = speed[:, k - 1, None]
+        with suppress(SimulationError):  # the engine's own warnings count below
+            batch.step(nstep=STEPS_PER_SAMPLE, stage=_CURRENT)
+        samples.take(k)
+        # after a blow-up the engine starts again from zero, so what follows is another motion
+        broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
+        sane[broken] = np.minimum(sane[broken], k)
+    return samples, sane
+
+
+def _result(
+    job: tuple[Robot, Condition],
+    start: tuple[mujoco.MjModel, mujoco.MjData],
+    samples: Samples,
+    sane: int,
+) -> Simulation:
+    """Turn samples into a motion that ends where the robot fell or the numbers blew up."""
+    robot, condition = job
+    model, data = start
+    sink = -float(data.body("foot").xpos[2]) if condition.mode == "hop" else 0.0
+    motion = motion_of(robot, model, samples, rest=condition.rest)
+    count, top = len(samples.top), samples.top[:, 2]
+    fallen = np.flatnonzero(top[:sane] < FALLEN_M)
+    outcome: Outcome = "completed" if sane == count else "diverged"
+    if len(fallen):
+        outcome, sane = "fell", int(fallen[0])
+    if sane < count:
+        motion = motion.between(-np.inf, motion.times[len(motion) - count + max(sane, 1) - 1])
+    weight = robot.values["gravity"] * float(model.body_mass.sum())
+    return Simulation(outcome, motion, sink, weight)

@@ -1,0 +1,54 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.shape import curve
+from workbench.sim import Robot, settle
+from workbench.sim.beam import hinges
+
+
+@pytest.mark.parametrize("increments", [4, 8, 16, 24, 32, 64])
+def test_every_chain_bends_and_yields_as_the_listed_one(robot: Robot, increments: int) -> None:
+    chain = hinges(robot.angles, robot.values, increments)
+    assert len(chain) == increments
+    # what a coarse chain cannot place, the last half increment, does not move T
+    tail = 16 / increments / 2 - 0.5
+    lost = max(0.0, tail) * robot.angles[-1]
+    assert sum(h.angle for h in chain) == pytest.approx(sum(robot.angles) - lost, abs=0.35)
+    yielding = sum(1 / h.stiffness for h in chain if h.stiffness is not None)
+    if increments >= 16:
+        assert sum(h.angle for h in chain) == pytest.approx(sum(robot.angles))
+        assert yielding == pytest.approx(1 / 12 + 15 / 9.5)
+
+
+def test_the_listed_chain_is_left_as_it_is(robot: Robot) -> None:
+    chain = hinges(robot.angles, robot.values, 16)
+    assert [h.angle for h in chain] == list(robot.angles)
+    assert [h.stiffness for h in chain] == [12.0] + [9.5] * 15
+    assert [h.damping for h in chain] == [0.03] + [0.003] * 15
+
+
+def test_damping_stays_in_proportion_to_stiffness(robot: Robot) -> None:
+    for hinge in hinges(robot.angles, robot.values, 48)[1:]:
+        if hinge.stiffness is not None:
+            assert hinge.damping / hinge.stiffness == pytest.approx(0.003 / 9.5)
+
+
+def test_a_finer_curve_stays_within_two_millimetres(robot: Robot) -> None:
+    """A smooth strip of the same bends ends 2.0 mm from the polyline's tip."""
+    ends = {
+        n: curve([h.angle for h in hinges(robot.angles, robot.values, n)], robot.length)[-1]
+        for n in (16, 32, 64, 128)
+    }
+    assert np.linalg.norm(ends[128] - ends[16]) == pytest.approx(0.002, abs=0.0005)
+    assert np.linalg.norm(ends[128] - ends[64]) < np.linalg.norm(ends[64] - ends[32])
+
+
+def test_the_standing_height_converges(robot: Robot) -> None:
+    height = {
+        n: settle(replace(robot, increments=n), "fixed", np.pi / 2)[1].body("top").xpos[2]
+        for n in (8, 16, 32, 64)
+    }
+    assert abs(height[64] - height[32]) < 0.0002
+    assert abs(height[64] - height[16]) < 0.0015

@@ -1,0 +1,121 @@
+"""What is kept of a simulation: samples of the engine's arrays, and the motion they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
+from workbench.motion import rotor_angle as angle_of
+from workbench.motion import rotor_speed as speed_of
+from workbench.sim.ground import CORNER_FIELDS, UNLOCKED, corner_records
+from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
+from workbench.timeseries import TimeSeries
+
+__all__ = ["Samples", "motion_of"]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Engine arrays at the samples, (..., n, width); `of` gives one simulation's, (n, width)."""
+
+    qpos: NDArray[np.float64]
+    foot: NDArray[np.float64]
+    axes: NDArray[np.float64]
+    top: NDArray[np.float64]
+    rotor: NDArray[np.float64]
+    corners: NDArray[np.float64]
+    power: NDArray[np.float64]
+    _sources: tuple[NDArray[np.float64], ...] = ()
+
+    @classmethod
+    def bind(cls, batch: Batch, count: int) -> Samples:
+        """Make room for `count` samples of every simulation of a batch."""
+        model = batch.model
+        foot, top = model.body("foot").id, model.body("top").id
+        site, joint = model.site("rotor").id, model.joint("rotor")
+        places, torque = batch.bind("xpos"), batch.bind("actuator_force")
+        sources = (
+            batch.bind("qpos"),
+            places[:, foot],
+            batch.bind("xmat")[:, foot],
+            places[:, top],
+            batch.bind("site_xpos")[:, site],
+            batch.bind("userdata"),
+            torque,
+            batch.bind("qvel")[:, joint.dofadr[0] : joint.dofadr[0] + 1],
+        )
+        qpos, foot, axes, top, rotor, corners = (
+            np.empty((batch.nsim, count, source.shape[-1])) for source in sources[:6]
+        )
+        power = np.empty((batch.nsim, count))
+        return cls(qpos, foot, axes, top, rotor, corners, power, sources)
+
+    def take(self, k: int) -> None:
+        """Keep the present state as sample k."""
+        *sources, torque, speed = self._sources
+        kept = (self.qpos, self.foot, self.axes, self.top, self.rotor, self.corners)
+        for room, source in zip(kept, sources, strict=True):
+            room[:, k] = source
+        self.power[:, k] = torque.sum(axis=1) * speed[:, 0]
+
+    def of(self, row: int) -> Samples:
+        """Return one simulation's samples."""
+        return Samples(
+            self.qpos[row],
+            self.foot[row],
+            self.axes[row],
+            self.top[row],
+            self.rotor[row],
+            self.corners[row],
+            self.power[row],
+        )
+
+
+def motion_of(robot: Robot, model: mujoco.MjModel, samples: Samples, rest: float) -> TimeSeries:
+    """Return the motion, its first sample repeated for the still time before [s]."""
+    still = round(rest * SAMPLE_RATE_HZ)
+    index = np.concatenate([np.zeros(still, dtype=int), np.arange(len(samples.top))])
+    times = (np.arange(len(index)) - still) / SAMPLE_RATE_HZ
+    base = samples.foot[0]
+    columns: dict[str, NDArray[np.float64]] = {}
+    for names, path in ((FOOT, samples.foot), (TOP, samples.top), (ROTOR, samples.rotor)):
+        columns |= dict(zip(names, (path - base)[index].T, strict=True))
+    columns[PITCH] = np.arctan2(-samples.axes[index, 6], samples.axes[index, 0])
+    columns[ROTOR_ANGLE] = angle_of(samples.top, samples.rotor)[index]
+    columns[ROTOR_SPEED] = speed_of(times, columns[ROTOR_ANGLE])
+    columns |= _hinges(robot, model, samples.qpos[index])
+    if model.nuserdata:
+        columns |= _ground(corner_records(samples.corners[index]))
+    columns["motor_power_W"] = samples.power[index]
+    return TimeSeries.of(times, columns)
+
+
+def _hinges(
+    robot: Robot, model: mujoco.MjModel, qpos: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    columns: dict[str, NDArray[np.float64]] = {}
+    for k, hinge in enumerate(robot.hinges):
+        angle = np.full(len(qpos), hinge.angle)
+        if hinge.stiffness is not None:
+            angle = qpos[:, model.joint(hinge_name(k)).qposadr[0]]
+        columns[f"{hinge_name(k)}_rad"] = angle
+    return columns
+
+
+def _ground(corners: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Return the sums over the corners, how many touch and how many of these slide."""
+    forces = {
+        f"ground_{axis}_N": corners[:, :, CORNER_FIELDS.index(f"force_{axis}_N")].sum(axis=1)
+        for axis in "xyz"
+    }
+    touching = corners[:, :, CORNER_FIELDS.index("force_z_N")] > 0
+    sliding = touching & (corners[:, :, 0] == UNLOCKED)
+    return forces | {
+        "corners_touching": touching.sum(axis=1).astype(float),
+        "corners_sliding": sliding.sum(axis=1).astype(float),
+    }
