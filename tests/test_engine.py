@@ -99,6 +99,10 @@ def test_the_supply_really_gave_the_voltages_that_were_asked(
     on = next(t for t, v in bench.device.history if v > 0)
     assert bench.device.history[-1][0] - on == pytest.approx(2.0, abs=0.01)
     assert [v for _, v in bundle.manifest["sent"]] == [*volts, 0.0]
+    told = bundle.view("report").read_text(encoding="utf-8")
+    assert "asked for hop-16.99: 1.0 s rest, then 1.00 V to 4.52 V" in told
+    assert "RD6006 12345678 prepared: limits set, output off" in told
+    assert "output off, confirmed" in told
     wire = (bundle.path / "wire.log").read_text()
     assert "01 06 00 08 01 c4" in wire  # write register 8: 452 = 4.52 V
 

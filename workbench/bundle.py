@@ -104,6 +104,16 @@ class Bundle:
             raise InputError(f"{path / _MANIFEST}: not a manifest of schema {_SCHEMA}")
         return cls(path, manifest)
 
+    @classmethod
+    def find(cls, run: Path, root: Path) -> Bundle:
+        """Open a bundle by its path, or by its name among all bundles.
+
+        Raises:
+            InputError: when there is none.
+        """
+        named = root / run
+        return cls.open(named if not run.exists() and named.exists() else run)
+
     def note(self, facts: Mapping[str, Any]) -> None:
         """Add facts to the manifest, on disk at once and never half written."""
         self.manifest = self.manifest | dict(facts)

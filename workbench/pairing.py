@@ -247,11 +247,23 @@ def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
 
 
 def _sentence(event: Mapping[str, Any]) -> str:
-    facts = {k: v for k, v in event.items() if k not in ("time_s", "event")}
-    told = ", ".join(
-        f"{key} {value}" for key, value in facts.items() if not isinstance(value, dict)
-    )
-    return f"{event['event'].replace('_', ' ')}{': ' if told else ''}{told}"
+    """Tell a journal event in words; one that is not known here is told as it stands."""
+    match event:
+        case {"event": "asked", "run": run, "rest_s": rest, "steps": [[_, first], *_, [_, last]]}:
+            return f"asked for {run}: {rest} s rest, then {first} V to {last} V"
+        case {"event": "prompt", "text": text, "answer": answer}:
+            return f"operator {answer}: {text}"
+        case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
+            return f"{model} {serial} prepared: limits set, output off"
+        case {"event": "cameras"}:
+            return "cameras record"
+        case {"event": "output_on", "volts": volts}:
+            return f"output on at {volts} V"
+        case {"event": "voltage", "read_back": volts}:
+            return f"{volts} V set and read back"
+        case {"event": "output_off", "confirmed": confirmed}:
+            return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
+    return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
 
 
 def _table(bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile) -> dict[str, str]:

@@ -74,6 +74,8 @@ def test_run_prints_one_object_with_path_distances_and_error(
     assert workbench("runs", "list", "--runs", tmp_path / "r", "--json").json["runs"][0] == {
         k: v for k, v in found.items() if k != "runs"
     }
+    by_name = workbench("runs", "verify", Path(found["bundle"]).name, "--runs", tmp_path / "r")
+    assert by_name.out == f"{Path(found['bundle']).name}: ok\n"
     shown = workbench("runs", "show", found["bundle"])
     assert "error of the twin" in shown.out
 

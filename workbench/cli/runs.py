@@ -36,15 +36,17 @@ def list_runs(folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> N
 
 @runs.command()
 def show(
-    run: Annotated[Path, typer.Argument(help="Bundle folder.")], as_json: JsonFlag = False
+    run: Annotated[Path, typer.Argument(help="Bundle: its folder or name.")],
+    folder: RunsFolder = Path("runs"),
+    as_json: JsonFlag = False,
 ) -> None:
     """Show one bundle's manifest, and real against twin.
 
     Example: workbench runs show runs/2026-03-12_101500_hop-16.99
     """
-    bundle = Bundle.open(run)
+    bundle = Bundle.find(run, folder)
     if as_json:
-        emit(bundle.manifest | {"bundle": str(run)})
+        emit(bundle.manifest | {"bundle": str(bundle.path)})
         return
     if "real" in bundle.manifest:
         comparison_table(bundle.manifest)
@@ -53,19 +55,22 @@ def show(
         for key, value in bundle.manifest.items()
         if not isinstance(value, (dict, list))
     ]
-    show_table(run.name, ["", ""], rows)
+    show_table(bundle.path.name, ["", ""], rows)
 
 
 @runs.command("verify")
 def verify_runs(
-    paths: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Bundle folders.")],
+    paths: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Bundles: folders or names.")
+    ],
+    folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
     """Check every checksum; exit code 1 when a file is missing, changed or unknown.
 
     Example: workbench runs verify runs/2026-03-12_101500_hop-16.99
     """
-    problems = {str(path): verify(path) for path in paths}
+    problems = {str(path): verify(Bundle.find(path, folder).path) for path in paths}
     bad = any(problems.values())
     if as_json:
         emit({"ok": not bad, "problems": problems})

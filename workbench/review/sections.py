@@ -89,7 +89,7 @@ def _journal(comparison: Comparison) -> Markup:
 def _recording(comparison: Comparison) -> Markup:
     return Markup(
         "<p>Both robots move side by side in the recording. "
-        "In the folder of the runs, open it with</p>"
+        "Open it with</p>"
         "<pre>workbench review {}</pre>"
         "<p>or, without a window on this computer, in the browser with <code>--web</code>.</p>"
     ).format(comparison.run)
