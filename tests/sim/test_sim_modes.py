@@ -70,6 +70,11 @@ def test_a_straight_beam_rings_as_euler_and_bernoulli_say(robot: Robot) -> None:
     assert np.abs(off_from_theory(robot, 64)).max() < 0.01  # 0.06 % found
 
 
+def test_an_upright_beam_moves_its_tip_sideways(robot: Robot) -> None:
+    for mode in linear_modes(cantilever(robot, 16), rotor_angle=0.0):
+        assert mode.top_direction == pytest.approx((1, 0), abs=1e-6)
+
+
 def test_the_straight_beam_s_error_falls_with_the_square_of_the_increments(robot: Robot) -> None:
     coarse, fine = off_from_theory(robot, 32), off_from_theory(robot, 64)
     assert coarse / fine == pytest.approx([4, 4, 4], rel=0.05)
@@ -91,7 +96,7 @@ def test_a_released_robot_rings_in_its_linear_modes(robot: Robot, angle: float) 
     guess = [0.98 * expected[0].hz, 0.004, 1.02 * expected[1].hz, 0.004]
     found = ringing(motion[TOP[0]], motion.times, guess).reshape(2, 2)
     for (hz, ratio), mode in zip(found, expected, strict=True):
-        assert hz == pytest.approx(mode.hz, rel=0.01)
+        assert hz == pytest.approx(mode.hz, rel=5e-4)  # 1e-4 found
         assert ratio == pytest.approx(mode.damping_ratio, rel=0.02)
 
 

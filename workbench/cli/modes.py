@@ -10,12 +10,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.protocol import load_model, load_shape
 from workbench.sim import (
     DrivenPeak,
     DrivenResponse,
+    Robot,
     driven_peaks,
     driven_response,
     linear_modes,
@@ -26,6 +28,7 @@ from workbench.sim import Mode as NaturalMode
 __all__ = ["modes"]
 
 _STEP = 0.5  # [rad/s] from one speed to the next
+_STEADY = 0.05  # relative change of the amplitude from five turns to the next five
 
 
 def modes(
@@ -34,7 +37,7 @@ def modes(
     rotor_angle: Annotated[
         float | None,
         typer.Option(
-            help="Lock the rotor at this angle [deg] from forward, 90 is down; without it the "
+            help="Lock the rotor at this angle in degrees from forward, 90 is down; without it the "
             "rotor is a point mass at T."
         ),
     ] = None,
@@ -42,9 +45,13 @@ def modes(
     driven: Annotated[
         bool, typer.Option("--driven", help="Also sweep the rotor's speed up and down.")
     ] = False,
-    slowest: Annotated[float, typer.Option(help="Speed of the sweep [rad/s].", min=1)] = 4.0,
-    fastest: Annotated[float, typer.Option(help="Speed of the sweep [rad/s].", max=60)] = 22.0,
-    hold: Annotated[float, typer.Option(help="Time at each speed [s].", max=600)] = 20.0,
+    slowest: Annotated[
+        float, typer.Option(help="First rotor speed of the sweep, rad/s.", min=1)
+    ] = 4.0,
+    fastest: Annotated[
+        float, typer.Option(help="Last rotor speed of the sweep, rad/s.", max=60)
+    ] = 22.0,
+    hold: Annotated[float, typer.Option(help="Time at each speed, s.", max=600)] = 20.0,
     as_json: JsonFlag = False,
 ) -> None:
     """Tell the natural modes of the clamped robot, and with --driven the peaks when driven.
@@ -64,16 +71,22 @@ def modes(
     if not as_json:
         _show_modes(natural, rotor_angle)
     if driven:
-        speeds = np.arange(slowest, fastest + _STEP / 2, _STEP)
-        tell(f"driving the clamped robot at {len(speeds)} speeds for {hold:g} s each, up and down")
-        up, down = driven_response(robot, speeds.tolist(), hold=hold)
-        peaks = driven_peaks([up, down])
-        found["driven"] = {response.direction: _rows(response) for response in (up, down)}
-        found["driven"]["peaks"] = [peak._asdict() for peak in peaks]
-        if not as_json:
-            _show_driven(up, down, peaks)
+        found["driven"] = _drive(
+            robot, np.arange(slowest, fastest + _STEP / 2, _STEP), hold, as_json
+        )
     if as_json:
         emit(found)
+
+
+def _drive(
+    robot: Robot, speeds: NDArray[np.float64], hold: float, as_json: bool
+) -> dict[str, list[Any]]:
+    tell(f"driving the clamped robot at {len(speeds)} speeds for {hold:g} s each, up and down")
+    up, down = driven_response(robot, speeds.tolist(), hold=hold)
+    peaks = driven_peaks([up, down])
+    if not as_json:
+        _show_driven(up, down, peaks)
+    return {"up": _rows(up), "down": _rows(down), "peaks": [peak._asdict() for peak in peaks]}
 
 
 def _rows(response: DrivenResponse) -> list[dict[str, float]]:
@@ -100,18 +113,24 @@ def _show_modes(natural: Sequence[NaturalMode], rotor_angle: float | None) -> No
 
 def _show_driven(up: DrivenResponse, down: DrivenResponse, peaks: Sequence[DrivenPeak]) -> None:
     head = ["speed [rad/s]", "up: x [mm]", "up: z [mm]", "down: x [mm]", "down: z [mm]"]
-    columns = (up.x, up.z, down.x[::-1], down.z[::-1])
+    ups = [_cells(*row) for row in zip(up.x, up.z, up.change, strict=True)]
+    downs = [_cells(*row) for row in zip(down.x, down.z, down.change, strict=True)]
     rows = [
-        [f"{speed:g}", *(_millimetres(amplitude) for amplitude in row)]
-        for speed, *row in zip(up.speed, *columns, strict=True)
+        [f"{speed:g}", *rising, *falling]
+        for speed, rising, falling in zip(up.speed, ups, downs[::-1], strict=True)
     ]
-    show_table("driven amplitude of T, half of peak to peak", head, rows)
+    show_table("driven amplitude of T, half of peak to peak; ~ where it is not steady", head, rows)
     rows = [
         [peak.direction, peak.axis, f"{peak.speed_rad_s:g}", _millimetres(peak.amplitude_m)]
         for peak in peaks
     ]
     head = ["sweep", "axis", "speed [rad/s]", "amplitude [mm]"]
     show_table("driven peaks, which are not the linear modes", head, rows)
+
+
+def _cells(x: float, z: float, change: float) -> list[str]:
+    mark = "~" if abs(change) > _STEADY else ""
+    return [mark + _millimetres(amplitude) for amplitude in (x, z)]
 
 
 def _millimetres(amplitude: float) -> str:
