@@ -121,6 +121,7 @@ def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protoc
         (["simulate", "--model", "tesis"], 2, "no model named 'tesis'; did you mean 'thesis'?"),
         (["simulate", "--mode", "fly"], 2, "mode 'fly' cannot be simulated"),
         (["simulate", "--omega", "1e9"], 2, "omega 1e+09 rad/s is outside -60 to 60 rad/s"),
+        (["modes", "--driven", "--hold", "1"], 2, "1 s at each speed are too short for twice 5"),
         (["ingest", "gone.csv"], 2, "gone.csv"),
         (["supply", "read", "--bench", "virtual"], 2, "bench 'virtual' has no real supply"),
         (["supply", "simulate", "korad"], 2, "no simulated supply 'korad'; there is riden"),
@@ -175,6 +176,28 @@ def test_a_supply_that_is_not_there_ends_with_3(
     answer = workbench("supply", "read", "--bench", bench)
     assert answer.code == 3
     assert "127.0.0.1:9 not reachable" in answer.err
+
+
+def test_modes_prints_its_object(workbench: Command) -> None:
+    point = workbench("modes", "--json").json
+    locked = workbench("modes", "--rotor-angle", "270", "--increments", "24", "--json").json
+    assert "driven" not in point
+    assert [m["hz"] for m in point["clamped"][:2]] == pytest.approx([1.59, 2.93], abs=0.01)
+    assert locked["clamped"][0]["hz"] < point["clamped"][0]["hz"]
+    for mode in point["clamped"]:
+        assert set(mode) == {"hz", "damping_ratio", "top_direction"}
+        assert len(mode["top_direction"]) == 2
+
+
+def test_modes_driven_prints_both_sweeps_apart_from_the_modes(workbench: Command) -> None:
+    words = ("modes", "--driven", "--increments", "4", "--slowest", "12", "--fastest", "13")
+    found = workbench(*words, "--hold", "6", "--json").json
+    assert [row["speed_rad_s"] for row in found["driven"]["up"]] == [12, 12.5, 13]
+    assert [row["speed_rad_s"] for row in found["driven"]["down"]] == [13, 12.5, 12]
+    assert 0.005 < found["driven"]["up"][0]["amplitude_z_m"] < 0.1
+    shown = workbench(*words, "--hold", "6").out
+    assert "linear modes, foot clamped, rotor a point mass at T" in shown
+    assert "driven peaks, which are not the linear modes" in shown
 
 
 def test_simulate_prints_its_object(workbench: Command) -> None:

@@ -12,6 +12,7 @@ from rich.console import Console
 import workbench
 from workbench.cli.doctor import doctor
 from workbench.cli.ingest import ingest
+from workbench.cli.modes import modes
 from workbench.cli.review import review
 from workbench.cli.run import run
 from workbench.cli.runs import runs
@@ -29,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, simulate, review, schema, doctor):
+for verb in (run, ingest, simulate, modes, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

@@ -1,14 +1,22 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
 `robot` builds the MjSpec from parts, `ground` holds the ground law as compiled code, `equilibrium`
-finds the pose at rest, `simulate` runs it. Nothing here knows of cameras, supplies or files. A
-new part of the robot is a function in `robot` that edits the spec; a new force belongs in
-`ground`'s callback, which is installed once for the process.
+finds the pose at rest, `modes` how it rings about that, `simulate` runs it. Nothing here knows of
+cameras, supplies or files. A new part of the robot is a function in `robot` that edits the spec; a
+new force belongs in `ground`'s callback, which is installed once for the process.
 """
 
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.gait import Gait, gait
 from workbench.sim.ground import install_ground_law
+from workbench.sim.modes import (
+    DrivenPeak,
+    DrivenResponse,
+    Mode,
+    driven_peaks,
+    driven_response,
+    linear_modes,
+)
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
     STEP_S,
@@ -32,14 +40,20 @@ __all__ = [
     "SAMPLE_RATE_HZ",
     "STEP_S",
     "Condition",
+    "DrivenPeak",
+    "DrivenResponse",
     "Gait",
+    "Mode",
     "Outcome",
     "Robot",
     "Simulation",
     "build_spec",
     "compile_model",
+    "driven_peaks",
+    "driven_response",
     "gait",
     "install_ground_law",
+    "linear_modes",
     "make_robot",
     "sample_times",
     "settle",

@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.sim.ground import CORNER_FIELDS, CORNERS, STICK_STIFFNESS
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
+from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
 __all__ = ["FALLEN_M", "settle", "unloaded"]
 
 _ROUNDS = 60
 _BALANCED = 1e-10  # [N, N m]
-_DIFFERENCE = 1e-6  # [m, rad]
 _LONGEST_STEP = 0.1  # [m, rad] of one round
 _LOAD_ROUNDS = 3
-# the one moving degree of freedom that is no rotation, by the type of the model's first joint
-_HEIGHT = {int(mujoco.mjtJoint.mjJNT_FREE): 2, int(mujoco.mjtJoint.mjJNT_SLIDE): 1}
 _HANGING = np.pi / 2  # the rotor straight below T loads no hinge with a moment of its own
 FALLEN_M = 0.05
 """Height of T below which the robot has fallen (thesis, Appendix E)."""
@@ -75,72 +73,20 @@ def settle(
     model = compile_model(robot, foot)
     data = mujoco.MjData(model)
     _pose(model, data, robot)
-    free = _moving_dofs(model, foot)
+    free = moving_dofs(model, foot)
     data.joint("rotor").qpos[:] = start_angle - _world_angle(data)
     data.xfrc_applied[model.body("top").id, 0] = pull
-    stiffness, force = _stiffness(model, data, free), _static_force(model, data)[free]
+    stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     for _ in range(_ROUNDS):
         if np.abs(force).max() < _BALANCED:
             break
-        _displace(model, data, free, _bounded(np.linalg.solve(stiffness, force)))
-        stiffness, force = _stiffness(model, data, free), _static_force(model, data)[free]
+        displace(model, data, free, _bounded(np.linalg.solve(stiffness, force)))
+        stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     _require_standing(data, force, stiffness)
     data.xfrc_applied[:] = 0
     data.act[:] = data.joint("rotor").qpos
     _hold_on_slope(model, data, robot, foot)
     return model, data
-
-
-def _moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
-    """Return the degrees of freedom that gravity moves: not the rotor, and of the foot z, pitch.
-
-    Sideways and around its vertical the robot is symmetric, forward the ground holds it.
-    """
-    rotor = model.joint("rotor").dofadr[0]
-    held = {rotor}
-    if foot == "free":
-        held |= {0} if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else {0, 1, 3, 5}
-    return np.array([dof for dof in range(model.nv) if dof not in held])
-
-
-def _static_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Return the force that nothing balances, (nv,); the corners lock where they are."""
-    data.qvel[:] = 0
-    data.userdata[:] = 0
-    mujoco.mj_forward(model, data)
-    pulled = np.zeros(model.nv)
-    top = model.body("top").id
-    mujoco.mj_applyFT(
-        model, data, data.xfrc_applied[top, :3], np.zeros(3), data.xpos[top], top, pulled
-    )
-    return data.qfrc_passive - data.qfrc_bias + pulled
-
-
-def _stiffness(
-    model: mujoco.MjModel, data: mujoco.MjData, free: NDArray[np.int_]
-) -> NDArray[np.float64]:
-    """Return minus the derivative of the static force, (n, n), by central differences."""
-    here = data.qpos.copy()
-    columns = []
-    for dof in free:
-        sides = []
-        for step in (_DIFFERENCE, -_DIFFERENCE):
-            _displace(model, data, np.array([dof]), np.array([step]))
-            sides.append(_static_force(model, data)[free])
-            data.qpos[:] = here
-        columns.append((sides[1] - sides[0]) / (2 * _DIFFERENCE))
-    return np.column_stack(columns)
-
-
-def _displace(
-    model: mujoco.MjModel, data: mujoco.MjData, dofs: NDArray[np.int_], by: NDArray[np.float64]
-) -> None:
-    """Move some degrees of freedom; the rotor turns back to keep its angle in the world."""
-    velocity = np.zeros(model.nv)
-    velocity[dofs] = by
-    turning = dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)
-    velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[turning])
-    mujoco.mj_integratePos(model, data.qpos, velocity, 1.0)
 
 
 def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:
@@ -167,7 +113,7 @@ def _hold_on_slope(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, foo
         mujoco.mj_forward(model, data)
         return
     data.qpos[0] = 0
-    down = _static_force(model, data)[0]
+    down = static_force(model, data)[0]
     corners = data.userdata.reshape(CORNERS, len(CORNER_FIELDS))
     corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / STICK_STIFFNESS
     mujoco.mj_forward(model, data)

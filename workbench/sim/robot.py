@@ -170,7 +170,8 @@ def _add_rotor(top: mujoco.MjsBody, values: Mapping[str, float]) -> None:
     spread = point * (radius - centre) ** 2 + arm * (radius**2 / 12 + (radius / 2 - centre) ** 2)
     rotor = top.add_body(name="rotor")
     rotor.add_joint(name="rotor", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0])
-    _set_inertia(rotor, mass, np.array([_THIN * mass / 12, spread, spread]), [centre, 0, 0])
+    thin = min(_THIN * mass / 12, spread)  # a body's greatest moment is at most the others' sum
+    _set_inertia(rotor, mass, np.array([thin, spread, spread]), [centre, 0, 0])
     rotor.add_site(name="rotor", pos=[radius, 0, 0])
     rotor.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.003, 0, 0], mass=0,

@@ -1,0 +1,89 @@
+"""The force that nothing balances and how it changes with the pose, by the engine's own forces."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.sim.robot import Foot
+
+__all__ = ["RotorKeeps", "displace", "moving_dofs", "static_force", "static_stiffness"]
+
+RotorKeeps = Literal["world", "top"]
+"""What the rotor keeps its angle to while the rest moves; locked to T it turns with the top."""
+
+_DIFFERENCE = 1e-6  # [m, rad]
+# the one moving degree of freedom that is no rotation, by the type of the model's first joint
+_HEIGHT = {int(mujoco.mjtJoint.mjJNT_FREE): 2, int(mujoco.mjtJoint.mjJNT_SLIDE): 1}
+
+
+def moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
+    """Return the degrees of freedom that gravity moves: not the rotor, and of the foot z, pitch.
+
+    Sideways and around its vertical the robot is symmetric, forward the ground holds it.
+    """
+    rotor = model.joint("rotor").dofadr[0]
+    held = {rotor}
+    if foot == "free":
+        held |= {0} if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE else {0, 1, 3, 5}
+    return np.array([dof for dof in range(model.nv) if dof not in held])
+
+
+def static_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the force that nothing balances, (nv,) [N, N m]; the corners lock where they are."""
+    data.qvel[:] = 0
+    data.userdata[:] = 0
+    mujoco.mj_forward(model, data)
+    pulled = np.zeros(model.nv)
+    top = model.body("top").id
+    mujoco.mj_applyFT(
+        model, data, data.xfrc_applied[top, :3], np.zeros(3), data.xpos[top], top, pulled
+    )
+    return data.qfrc_passive - data.qfrc_bias + pulled
+
+
+def static_stiffness(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    dofs: NDArray[np.int_],
+    rotor_keeps: RotorKeeps = "world",
+) -> NDArray[np.float64]:
+    """Return minus the derivative of the static force, (n, n), by central differences.
+
+    The data's pose is left as it was, its forces are those of the last difference.
+
+    Args:
+        model: of the robot.
+        data: at the pose.
+        dofs: (n,) degrees of freedom of force and displacement.
+        rotor_keeps: what the rotor keeps its angle to.
+    """
+    here = data.qpos.copy()
+    columns = []
+    for dof in dofs:
+        sides = []
+        for step in (_DIFFERENCE, -_DIFFERENCE):
+            displace(model, data, np.array([dof]), np.array([step]), rotor_keeps)
+            sides.append(static_force(model, data)[dofs])
+            data.qpos[:] = here
+        columns.append((sides[1] - sides[0]) / (2 * _DIFFERENCE))
+    return np.column_stack(columns)
+
+
+def displace(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    dofs: NDArray[np.int_],
+    by: NDArray[np.float64],
+    rotor_keeps: RotorKeeps = "world",
+) -> None:
+    """Move some degrees of freedom [m, rad]; only the data's pose changes."""
+    velocity = np.zeros(model.nv)
+    velocity[dofs] = by
+    if rotor_keeps == "world":
+        turning = dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)
+        velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[turning])
+    mujoco.mj_integratePos(model, data.qpos, velocity, 1.0)
