@@ -28,6 +28,7 @@ app = typer.Typer(
     help="Run the hopping robot, pair every run with its MuJoCo twin, show both side by side.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for verb in (run, ingest, simulate, modes, review, schema, doctor):
