@@ -89,11 +89,13 @@ def test_the_longest_step_is_where_it_blows_up(
     model, data = settle(changed(robot, **values), "fixed", np.pi / 2)
     model.opt.timestep = share * highest_mode(model, data).longest_step
     data.qvel += 1e-3
-    fastest = 0.0
-    for _ in range(10):
-        mujoco.mj_step(model, data, nstep=40)
-        fastest = max(fastest, float(np.abs(data.qvel).max()))
-    assert (fastest > 10) == grows
+    grew = False
+    for _ in range(100):
+        mujoco.mj_step(model, data, nstep=4)
+        grew = grew or float(np.abs(data.qvel).max()) > 10
+        if grew:
+            break  # before the engine warns
+    assert grew == grows
 
 
 def test_a_step_that_cannot_be_stable_is_refused_with_what_to_change(robot: Robot) -> None:

@@ -38,12 +38,12 @@ class Limit(NamedTuple):
     unit: str
 
 
-HIGHEST_V = 6.0
+_HIGHEST_V = 6.0
 
 LIMITS: dict[Drive, Limit] = {
     "speed": Limit(60.0, "rad/s"),
-    "torque": Limit(MOTOR.holding_torque(HIGHEST_V), "N m"),
-    "voltage": Limit(HIGHEST_V, "V"),
+    "torque": Limit(MOTOR.holding_torque(_HIGHEST_V), "N m"),
+    "voltage": Limit(_HIGHEST_V, "V"),
 }
 """Beyond what the motor does: 60 rad/s is three times its speed at 5.5 V and a sample no longer
 shows a turn well, 6 V is twice its nominal voltage, the torque is what stops it at 6 V."""

@@ -4,8 +4,8 @@ The thesis (2.2.4) names an "FA130-RA DC-motor" in "a Tamiya gearbox with a gear
 says of its internal parameters (3.3.4) that the data sheet is not very accurate and that they would
 have had to be measured. They still are not, so every number here says what it is:
 
-- data sheet: the maker's line as it is commonly quoted, at one voltage, without gearbox. The stall
-  values of such sheets are extrapolated.
+- data sheet: Mabuchi's line for the bare motor at one voltage, as it is quoted; the sheet itself
+  was not at hand. The stall values of such sheets are extrapolated.
 - derived: follows from those by the equations at `Motor`.
 - estimate: reasoned, not measured; the docstring of the field gives the reasoning.
 
@@ -16,12 +16,13 @@ Free-running speed in rad/s against the thesis' line of the real robot, 4.4 U - 
       2             7.2            11.3          5.9
       3            11.2            17.4         10.3
       4            15.2            23.5         14.7
-      5            19.2            29.5         19.1
+      5            19.2            29.6         19.1
       5.5          21.3            32.6         21.3
 
-The -18100 comes within 0.9 rad/s from 3 V on, without having been fitted; so it is the one that the
-drive uses. Its line crosses zero at 0.21 V and the real one's at 0.66 V: what the gears rub, and
-what lifting the mass costs at low speed, is not in the data sheet.
+The -18100 comes within 0.9 rad/s from 3 V on, without having been fitted, and the
+FA-130 that comes with Tamiya's gearboxes is one for up to 3 V (Pololu, "Tamiya 'Toy' Motor
+Testing"); so it is the one that the drive uses. Its line crosses zero at 0.21 V and the real one's
+at 0.66 V: what the gears rub is not in the data sheet and not in this model.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class Motor:
         stall_current: [A]; data sheet.
         gear: turns of the motor for one of the rotor; thesis, 2.2.4.
         efficiency: share of the torque that the gearbox passes on; estimate: 0.85 a stage, which
-            MIT 2.007 (2008, "Motor Information") gives for another Tamiya gearbox, and four stages.
+            MIT 2.007 (2008, "Motor Information") gives for another Tamiya gearbox, and four stages,
+            as 4.25 x 3 x 3 x 3 = 115. The free-running speed does not depend on it.
         armature: inertia about the motor's shaft [kg m^2]; estimate: three poles with winding, 6 g
             of the motor's 18 g, as a solid cylinder of 5.8 mm radius, 1/2 m r^2. The first gear
             wheel adds 2 %. Right within a factor of two; behind the gear it is thirty times the
