@@ -6,7 +6,7 @@ check is one function that raises InputError; a new one is a function and its na
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
 import numpy as np
@@ -14,16 +14,18 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from workbench.errors import InputError
+from workbench.protocol import UNITS, value_fault
 from workbench.sim.drive import DRIVES, LIMITS, Drive
 from workbench.sim.robot import Robot
+
+if TYPE_CHECKING:
+    from workbench.sim.simulate import Condition
 
 __all__ = ["MARGIN", "HighestMode", "highest_mode", "require_sound", "require_stable"]
 
 MARGIN = 0.95
 """Share of the longest stable step that is allowed: the pose, and with it the highest mode, moves,
 and the limit itself was found to be met within 1.5 % (see `highest_mode`)."""
-
-_MAY_BE_NEGATIVE = {"beam_root"}
 
 
 class HighestMode(NamedTuple):
@@ -49,7 +51,7 @@ class HighestMode(NamedTuple):
         return 2 * (zeta + np.sqrt(1 + zeta**2)) / self.omega
 
 
-def require_sound(robot: Robot, drive: Drive, command: NDArray[np.float64]) -> None:
+def require_sound(robot: Robot, condition: Condition) -> None:
     """Refuse numbers that no robot or motor can have.
 
     Raises:
@@ -57,9 +59,11 @@ def require_sound(robot: Robot, drive: Drive, command: NDArray[np.float64]) -> N
     """
     _require_values(robot)
     _require_shape(robot)
-    _require_drive(drive)
-    _require_finite_command(drive, command)
-    _require_command_in_range(drive, command)
+    _require_circumstances(robot, condition)
+    _require_drive(condition.drive)
+    _require_samples(condition.command)
+    _require_finite_command(condition.drive, condition.command)
+    _require_command_in_range(condition.drive, condition.command)
 
 
 def require_stable(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -99,10 +103,10 @@ def highest_mode(model: mujoco.MjModel, data: mujoco.MjData) -> HighestMode:
 
 def _require_values(robot: Robot) -> None:
     for name, value in robot.values.items():
-        least = -np.inf if name in _MAY_BE_NEGATIVE else 0.0
-        if not (np.isfinite(value) and value >= least):
-            allowed = "a number" if name in _MAY_BE_NEGATIVE else "a number of at least 0"
-            raise InputError(f"parameter {name} is {value:g} (SI units); it must be {allowed}")
+        wanted = value_fault(name, value)
+        if wanted is not None:
+            unit = UNITS.get(name, "(SI)")
+            raise InputError(f"parameter {name} is {value:g} {unit}; it must be {wanted}")
 
 
 def _require_shape(robot: Robot) -> None:
@@ -113,9 +117,28 @@ def _require_shape(robot: Robot) -> None:
         raise InputError(f"the beam's length is {robot.length:g} m; it must be above 0 m")
 
 
+def _require_circumstances(robot: Robot, condition: Condition) -> None:
+    for name, value, unit in (
+        ("the floor's slope", robot.slope, "rad"),
+        ("the rotor's start angle", condition.start_angle, "rad"),
+        ("the still time", condition.rest, "s"),
+        ("the pull on T", condition.pull, "N"),
+        ("the height of the fall", condition.height, "m"),
+    ):
+        if not np.isfinite(value):
+            raise InputError(f"{name} is {value:g} {unit}; it must be a number")
+
+
 def _require_drive(drive: Drive) -> None:
     if drive not in DRIVES:
         raise InputError(f"no drive {drive!r}; drives that exist: {', '.join(DRIVES)}")
+
+
+def _require_samples(command: NDArray[np.float64]) -> None:
+    if command.ndim != 1 or not len(command):
+        raise InputError(
+            f"the command has shape {command.shape}; it must be one row of at least one sample"
+        )
 
 
 def _require_finite_command(drive: Drive, command: NDArray[np.float64]) -> None:

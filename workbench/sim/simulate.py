@@ -147,7 +147,7 @@ def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
 
 def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at time zero."""
-    require_sound(robot, condition.drive, condition.command)
+    require_sound(robot, condition)
     model, data = _rest(unloaded(robot), condition)
     require_stable(model, data)
     return model, data
