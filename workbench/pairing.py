@@ -29,6 +29,7 @@ from workbench.sim import (
     Condition,
     Robot,
     make_robot,
+    require_stable,
     sample_times,
     settle,
     simulate,
@@ -90,11 +91,11 @@ def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> Non
     """Find out before anything is switched whether this robot can be simulated.
 
     Raises:
-        InputError: when it cannot be built, does not stand, or has effects.
+        InputError: when it cannot be built, does not stand, has effects, or its step is too long.
     """
     for mode in sorted(set(modes)):
         foot = Condition(_driven(mode), np.zeros(1)).foot
-        settle(unloaded(_robot(model, shape)), foot, np.pi / 2)
+        require_stable(*settle(unloaded(_robot(model, shape)), foot, np.pi / 2))
 
 
 def make_twin(

@@ -23,7 +23,6 @@ from workbench.sim import (
     sample_times,
     simulate,
     simulate_all,
-    staircase,
 )
 
 REST = 0.6
@@ -115,14 +114,11 @@ def test_a_robot_that_cannot_stand_is_refused_with_what_was_seen(robot: Robot) -
 
 
 def test_a_blow_up_is_an_outcome(robot: Robot) -> None:
-    result = run(robot, 3000.0, 2.0)
+    # the ground's dampers are explicit: more than mass over step and the foot bounces ever higher
+    hard = replace(robot, values=dict(robot.values) | {"ground_damping": 2000.0})
+    result = run(hard, 17.0, 2.0)
     assert result.outcome == "diverged"
     assert np.isfinite(result.motion.values).all()
-
-
-def test_staircase_holds_each_value_from_its_time_on() -> None:
-    speeds = staircase(np.array([0.0, 0.9, 1.0, 1.5, 2.0]), [(1.0, 5.0), (2.0, 7.0)])
-    assert speeds.tolist() == [0, 0, 5, 5, 7]
 
 
 def test_alone_or_in_a_batch_the_bits_are_the_same(robot: Robot) -> None:
@@ -130,6 +126,7 @@ def test_alone_or_in_a_batch_the_bits_are_the_same(robot: Robot) -> None:
     finer = replace(robot, increments=32)
     jobs = [(r, at(w, 2.0)) for r in (robot, other, finer) for w in (16.0, 18.0)]
     jobs.append((robot, at(14.0, 1.0, "clamped")))
+    jobs += [(robot, replace(at(w, 1.0), drive=d)) for d, w in (("voltage", 4.0), ("torque", 0.01))]
     alone = [simulate(*job) for job in jobs]
     for threads in (1, 2, 3):
         for one, many in zip(alone, simulate_all(jobs, threads), strict=True):

@@ -15,14 +15,13 @@ from workbench.cli.output import JsonFlag, emit, show_table
 from workbench.errors import InputError
 from workbench.motion import summarize
 from workbench.protocol import Mode, load_model, load_shape
-from workbench.sim import Condition, gait, make_robot, sample_times
+from workbench.sim import LIMITS, Condition, gait, make_robot, sample_times
 from workbench.sim import simulate as simulate_robot
 
 __all__ = ["simulate"]
 
 MODES = get_args(Mode)
-FASTEST = 60.0
-"""[rad/s] Far beyond what the motor does at 5.5 V; above it a sample no longer shows a turn."""
+FASTEST = LIMITS["speed"].value
 _REST_S = 0.6
 
 
@@ -54,8 +53,10 @@ def simulate(
         load_model(model, Path()).content.values(), load_shape(shape, Path()).content
     )
     robot = replace(robot, increments=increments, slope=math.radians(slope))
-    speed = np.full(len(sample_times(duration)), omega if mode in ("hop", "clamped") else 0.0)
-    condition = Condition(cast(Mode, mode), speed, math.radians(start_angle), _REST_S, pull, height)
+    command = np.full(len(sample_times(duration)), omega if mode in ("hop", "clamped") else 0.0)
+    condition = Condition(
+        cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height
+    )
     result = simulate_robot(robot, condition)
     wall = time.perf_counter() - begin
     summary = summarize(result.motion, duration)

@@ -10,7 +10,7 @@ from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Protocol, Role
 from workbench.protocol.files import Document, load, parse
 from workbench.protocol.library import load_model, load_shape
-from workbench.protocol.model import UNITS, ModelFile
+from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.plan import Plan, PlannedPrompt, PlannedRun, make_plan
 from workbench.protocol.section import Section
 from workbench.protocol.shape import ShapeFile
@@ -50,4 +50,5 @@ __all__ = [
     "load_shape",
     "make_plan",
     "parse",
+    "value_fault",
 ]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from workbench.protocol.section import Section
 
-__all__ = ["UNITS", "Effect", "ModelFile", "Parameter", "Parameters"]
+__all__ = ["UNITS", "Effect", "ModelFile", "Parameter", "Parameters", "value_fault"]
 
 UNITS: dict[str, str] = {
     "foot_mass": "kg",
@@ -40,6 +41,15 @@ _MAY_BE_ZERO = {
     "hinge_damping", "root_damping", "friction_slide", "friction_stick", "ground_damping",
     "ground_stiffness_y", "ground_damping_y", "gravity", "rotor_arm_mass",
 }  # fmt: skip
+
+
+def value_fault(name: str, value: float) -> str | None:
+    """Return what a parameter must be, such as "above 0", or None where the value is that."""
+    if name in _MAY_BE_NEGATIVE:
+        return None if math.isfinite(value) else "a number"
+    if math.isfinite(value) and (value > 0 or (value == 0 and name in _MAY_BE_ZERO)):
+        return None
+    return "at least 0" if name in _MAY_BE_ZERO else "above 0"
 
 
 class Parameter(Section):
@@ -104,12 +114,11 @@ class Parameters(Section):
         name = str(info.field_name)
         if parameter.unit != UNITS[name]:
             raise ValueError(f"unit is {parameter.unit!r}; it must be {UNITS[name]!r}")
-        value = parameter.value
-        if name not in _MAY_BE_NEGATIVE and (
-            value < 0 or (value == 0 and name not in _MAY_BE_ZERO)
-        ):
-            least = "at least 0" if name in _MAY_BE_ZERO else "above 0"
-            raise ValueError(f"{value:g} {parameter.unit} is impossible; it must be {least}")
+        wanted = value_fault(name, parameter.value)
+        if wanted is not None:
+            raise ValueError(
+                f"{parameter.value:g} {parameter.unit} is impossible; it must be {wanted}"
+            )
         return parameter
 
 

@@ -4,8 +4,16 @@
 finds the pose at rest, `modes` how it rings about that, `simulate` runs it. Nothing here knows of
 cameras, supplies or files. A new part of the robot is a function in `robot` that edits the spec; a
 new force belongs in `ground`'s callback, which is installed once for the process.
+`robot` builds the MjSpec from parts, `ground` holds the ground law as compiled code, `drive` what
+turns the rotor, `motor` its numbers and `command` what it is told; `equilibrium` finds the pose at
+rest, `checks` refuses what cannot be simulated, `simulate` runs it. Nothing here knows of cameras,
+supplies or files. A new part of the robot is a function in `robot` that edits the spec, a new drive
+one in `drive`; a new force belongs in `ground`'s callback, which is installed once for the process.
 """
 
+from workbench.sim.checks import require_stable
+from workbench.sim.command import replayed, sample_times, staircase
+from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.gait import Gait, gait
 from workbench.sim.ground import install_ground_law
@@ -17,6 +25,7 @@ from workbench.sim.modes import (
     driven_response,
     linear_modes,
 )
+from workbench.sim.motor import MOTOR, Motor
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
     STEP_S,
@@ -29,21 +38,23 @@ from workbench.sim.simulate import (
     Condition,
     Outcome,
     Simulation,
-    sample_times,
     simulate,
     simulate_all,
-    staircase,
 )
 
 __all__ = [
     "FALLEN_M",
+    "LIMITS",
+    "MOTOR",
     "SAMPLE_RATE_HZ",
     "STEP_S",
     "Condition",
+    "Drive",
     "DrivenPeak",
     "DrivenResponse",
     "Gait",
     "Mode",
+    "Motor",
     "Outcome",
     "Robot",
     "Simulation",
@@ -55,6 +66,8 @@ __all__ = [
     "install_ground_law",
     "linear_modes",
     "make_robot",
+    "replayed",
+    "require_stable",
     "sample_times",
     "settle",
     "simulate",

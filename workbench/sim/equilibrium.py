@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.sim.drive import Drive, hold_rotor
 from workbench.sim.ground import CORNER_FIELDS, CORNERS, STICK_STIFFNESS
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
@@ -54,7 +55,7 @@ def unloaded(robot: Robot) -> Robot:
 
 
 def settle(
-    robot: Robot, foot: Foot, start_angle: float, pull: float = 0.0
+    robot: Robot, foot: Foot, start_angle: float, pull: float = 0.0, drive: Drive = "speed"
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at rest, the rotor held at an angle.
 
@@ -66,11 +67,12 @@ def settle(
         foot: on the ground or fixed.
         start_angle: direction from T to the rotor in the world, about +y from +x [rad].
         pull: forward force on T [N]; it is gone from the data returned.
+        drive: what the model's rotor is turned by.
 
     Raises:
         InputError: when the robot falls over or finds no rest.
     """
-    model = compile_model(robot, foot)
+    model = compile_model(robot, foot, drive)
     data = mujoco.MjData(model)
     _pose(model, data, robot)
     free = moving_dofs(model, foot)
@@ -84,7 +86,7 @@ def settle(
         stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     _require_standing(data, force, stiffness)
     data.xfrc_applied[:] = 0
-    data.act[:] = data.joint("rotor").qpos
+    hold_rotor(model, data)
     _hold_on_slope(model, data, robot, foot)
     return model, data
 

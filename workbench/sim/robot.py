@@ -16,6 +16,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.protocol import ShapeFile
 from workbench.sim.beam import Hinge, hinges
+from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import add_ground
 
 __all__ = [
@@ -36,10 +37,6 @@ SAMPLE_RATE_HZ = 120
 STEPS_PER_SAMPLE = 34
 STEP_S = 1 / (SAMPLE_RATE_HZ * STEPS_PER_SAMPLE)
 """0.245 ms: the longest step whose halving changes a hop of 10 s at 17 rad/s by less than 2 %."""
-
-SERVO_STIFFNESS = 20.0
-SERVO_DAMPING = 0.1
-"""[N m/rad], [N m s/rad] that hold the rotor to its commanded angle: within about 1 mrad."""
 
 _THIN = 1e-6  # the x entry of I_Leg and I_T, Appendix B
 
@@ -82,7 +79,7 @@ def hinge_name(k: int) -> str:
     return f"hinge_{k}"
 
 
-def build_spec(robot: Robot, foot: Foot) -> mujoco.MjSpec:
+def build_spec(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjSpec:
     """Build the robot, its foot free on the ground or fixed to the world."""
     spec = mujoco.MjSpec()
     spec.modelname = "curved-beam hopping robot"
@@ -100,18 +97,18 @@ def build_spec(robot: Robot, foot: Foot) -> mujoco.MjSpec:
         add_ground(spec, robot.values, planar=robot.planar)
     top = _add_top(_add_beam(base, robot), robot)
     _add_rotor(top, robot.values)
-    _add_drive(spec)
+    add_drive(spec, drive)
     return spec
 
 
-def compile_model(robot: Robot, foot: Foot) -> mujoco.MjModel:
+def compile_model(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjModel:
     """Build and compile the robot.
 
     Raises:
         InputError: when MuJoCo refuses it, with the engine's own words.
     """
     try:
-        return build_spec(robot, foot).compile()
+        return build_spec(robot, foot, drive).compile()
     except ValueError as error:
         raise InputError(f"this robot cannot be simulated: {error}") from None
 
@@ -196,26 +193,3 @@ def _free(foot: mujoco.MjsBody, planar: bool) -> None:
     foot.add_joint(name="foot_x", type=slide, axis=[1, 0, 0])
     foot.add_joint(name="foot_z", type=slide, axis=[0, 0, 1])
     foot.add_joint(name="foot_pitch", type=turn, axis=[0, 1, 0])
-
-
-def _add_drive(spec: mujoco.MjSpec) -> None:
-    """Add a servo of the rotor against T, both controls its speed [rad/s].
-
-    The first integrates its control and holds the rotor to that angle, the second to the speed: the
-    rotor turns by exactly the commanded angle, as the motor of section 3.3.4 does.
-    """
-    fixed, affine = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
-    for name, gain, bias, dynamics in (
-        ("rotor_angle", SERVO_STIFFNESS, [0, -SERVO_STIFFNESS, 0], "mjDYN_INTEGRATOR"),
-        ("rotor_speed", SERVO_DAMPING, [0, 0, -SERVO_DAMPING], "mjDYN_NONE"),
-    ):
-        spec.add_actuator(
-            name=name,
-            target="rotor",
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            dyntype=getattr(mujoco.mjtDyn, dynamics),
-            gaintype=fixed,
-            biastype=affine,
-            gainprm=[gain] + [0] * 9,
-            biasprm=bias + [0] * 7,
-        )

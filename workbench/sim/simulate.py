@@ -2,7 +2,7 @@
 
 `simulate_all` is the one way to run: a single simulation is a batch of one, so that a result does
 not depend on what else was run. Between two samples the engine steps by itself; the interpreter
-only sets the commanded speed and takes the sample.
+only sets the drive's command and takes the sample.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
 from workbench.protocol import Mode
+from workbench.sim.checks import require_sound, require_stable
+from workbench.sim.drive import Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.motion import Samples, motion_of
-from workbench.sim.robot import SAMPLE_RATE_HZ, STEPS_PER_SAMPLE, Foot, Robot
+from workbench.sim.robot import STEPS_PER_SAMPLE, Foot, Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = [
     "Condition",
     "Outcome",
     "Simulation",
-    "sample_times",
     "simulate",
     "simulate_all",
-    "staircase",
 ]
 
 Outcome = Literal["completed", "fell", "diverged"]
@@ -51,21 +51,24 @@ class Condition:
     Args:
         mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
             released at time zero; in `drop` the robot, still in the shape it has while its foot is
-            held, is let go. The rotor is locked in both.
-        speed: (n,) motor speed from each sample to the next [rad/s], relative to T as a motor's is;
-            its length is that of the simulation.
+            held, is let go. Zero speed locks the rotor in both.
+        command: (n,) what the drive is given from each sample to the next, in the drive's unit; its
+            length is that of the simulation.
         start_angle: where the rotor stands at rest, about +y from +x [rad].
         rest: still time that is put before time zero [s].
         pull: force on T before the release, in mode decay [N].
         height: of the fall, in mode drop [m].
+        drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
+            motor.
     """
 
     mode: Mode
-    speed: NDArray[np.float64]
+    command: NDArray[np.float64]
     start_angle: float = np.pi / 2
     rest: float = 0.0
     pull: float = 0.0
     height: float = 0.0
+    drive: Drive = "speed"
 
     @property
     def foot(self) -> Foot:
@@ -81,7 +84,7 @@ class Simulation:
         outcome: `fell` when T went below 0.05 m, `diverged` when the numbers blew up; the motion
             then ends there, with the last states that made sense.
         motion: channels of `workbench.motion`, hinge angles, ground forces, contact and power,
-            120 Hz, places against the foot at rest. Time zero is where the speeds begin.
+            120 Hz, places against the foot at rest. Time zero is where the command begins.
         sink_m: how far the foot's centre rests below the floor.
         weight_N: of the whole robot.
     """
@@ -92,31 +95,11 @@ class Simulation:
     weight_N: float
 
 
-def sample_times(duration: float) -> NDArray[np.float64]:
-    """Return the times of the samples that cover a duration [s]."""
-    count = int(np.floor(duration * SAMPLE_RATE_HZ + 1e-9)) + 1
-    return np.arange(count, dtype=np.float64) / SAMPLE_RATE_HZ
-
-
-def staircase(
-    times: NDArray[np.float64], changes: Sequence[tuple[float, float]]
-) -> NDArray[np.float64]:
-    """Return speeds that hold each value from its time on; zero before the first.
-
-    Args:
-        times: (n,) [s].
-        changes: (time [s], speed [rad/s]) in order of time.
-    """
-    begins = np.array([t for t, _ in changes])
-    speeds = np.array([0.0] + [speed for _, speed in changes])
-    return speeds[np.searchsorted(begins, times + 1e-9, side="right")]
-
-
 def simulate(robot: Robot, condition: Condition) -> Simulation:
     """Simulate one robot from rest.
 
     Raises:
-        InputError: when it cannot be built or does not stand.
+        InputError: when it cannot be built, does not stand or is refused by `checks`.
     """
     return simulate_all([(robot, condition)], threads=1)[0]
 
@@ -132,7 +115,7 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
         threads: 0 takes all cores. Results do not depend on it, bit for bit.
 
     Raises:
-        InputError: when one of them cannot be built or does not stand.
+        InputError: when one of them cannot be built, does not stand or is refused by `checks`.
     """
     threads = threads or os.cpu_count() or 1
     size = min(_MOST_AT_ONCE, max(1, -(-len(jobs) // threads)))
@@ -146,15 +129,16 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
     """Simulate on the calling thread, jobs of equal layout together."""
     starts = [_start(robot, condition) for robot, condition in jobs]
-    groups: dict[tuple[int, int, int, int], list[int]] = {}
+    groups: dict[tuple[Drive, int, int, int, int], list[int]] = {}
     for i, (model, _) in enumerate(starts):
-        layout = (model.nq, model.nu, model.nbody, len(jobs[i][1].speed))
+        condition = jobs[i][1]
+        layout = (condition.drive, model.nq, model.nu, model.nbody, len(condition.command))
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for members in groups.values():
         samples, sane = _run(
             [starts[i] for i in members],
-            np.array([jobs[i][1].speed for i in members]),
+            np.array([jobs[i][1].command for i in members]),
         )
         for row, i in enumerate(members):
             done[i] = _result(jobs[i], starts[i], samples.of(row), int(sane[row]))
@@ -163,18 +147,26 @@ def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
 
 def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at time zero."""
-    free = unloaded(robot)
+    require_sound(robot, condition)
+    model, data = _rest(unloaded(robot), condition)
+    require_stable(model, data)
+    return model, data
+
+
+def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return model and data of a free strip at time zero."""
+    angle, drive = condition.start_angle, condition.drive
     if condition.mode != "drop":
         pull = condition.pull if condition.mode == "decay" else 0.0
-        return settle(free, condition.foot, condition.start_angle, pull)
-    _, held = settle(free, "fixed", condition.start_angle)
-    model, data = settle(free, "free", condition.start_angle)
+        return settle(free, condition.foot, angle, pull, drive)
+    _, held = settle(free, "fixed", angle, drive=drive)
+    model, data = settle(free, "free", angle, drive=drive)
     # the beam keeps the shape that it has while the foot is held level in the hand
     hinges = slice(model.nq - held.qpos.size, model.nq)
     data.qpos[: hinges.start] = 0
     data.qpos[hinges] = held.qpos
-    data.qpos[1 if robot.planar else 2] = condition.height
-    if not robot.planar:
+    data.qpos[1 if free.planar else 2] = condition.height
+    if not free.planar:
         data.qpos[3] = 1
     data.act[:] = held.act
     data.userdata[:] = 0
@@ -184,7 +176,7 @@ def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.M
 
 def _run(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
-    speed: NDArray[np.float64],
+    command: NDArray[np.float64],
 ) -> tuple[Samples, NDArray[np.int_]]:
     """Step a group of equal layout; return samples and how many of them make sense."""
     model = starts[0][0]
@@ -192,13 +184,12 @@ def _run(
     batch.set_models([m for m, _ in starts])
     for row, (own, data) in enumerate(starts):
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
-    samples = Samples.bind(batch, speed.shape[1])
+    samples = Samples.bind(batch, command.shape[1])
     batch.forward(stage=_CURRENT)
     samples.take(0)
-    drive = [model.actuator(name).id for name in ("rotor_angle", "rotor_speed")]
-    sane = np.full(len(starts), speed.shape[1])
-    for k in range(1, speed.shape[1]):
-        batch.ctrl[:, drive] = speed[:, k - 1, None]
+    sane = np.full(len(starts), command.shape[1])
+    for k in range(1, command.shape[1]):
+        batch.ctrl[:] = command[:, k - 1, None]
         with suppress(SimulationError):  # the engine's own warnings count below
             batch.step(nstep=STEPS_PER_SAMPLE, stage=_CURRENT)
         samples.take(k)
