@@ -25,8 +25,7 @@ class Gait(NamedTuple):
         stride_m: forward travel a hop.
         airborne: share of the time without a corner on the ground.
         slip_per_hop_m: way that the foot slid while a corner that touched was not sticking, a hop.
-        mean_power_W: what the motor gave; what it took back is not counted, a worm of 115:1 cannot
-            feed a battery.
+        mean_power_W: what the motor gave; what it took back is not counted, nothing stores it.
         cost_of_transport: mean power over weight and speed, the specific resistance of the thesis'
             introduction; NaN when the robot did not travel.
     """
