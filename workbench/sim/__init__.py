@@ -8,10 +8,9 @@ new part of the robot is a function in `robot` that edits the spec; a new force 
 
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.gait import Gait, gait
-from workbench.sim.ground import install_ground_law
+from workbench.sim.ground import Stick, install_ground_law
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
-    STEP_S,
     Robot,
     build_spec,
     compile_model,
@@ -30,12 +29,12 @@ from workbench.sim.simulate import (
 __all__ = [
     "FALLEN_M",
     "SAMPLE_RATE_HZ",
-    "STEP_S",
     "Condition",
     "Gait",
     "Outcome",
     "Robot",
     "Simulation",
+    "Stick",
     "build_spec",
     "compile_model",
     "gait",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.sim.ground import CORNER_FIELDS, CORNERS, STICK_STIFFNESS
+from workbench.sim.ground import CORNER_FIELDS, CORNERS
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 
 __all__ = ["FALLEN_M", "settle", "unloaded"]
@@ -169,7 +169,7 @@ def _hold_on_slope(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, foo
     data.qpos[0] = 0
     down = _static_force(model, data)[0]
     corners = data.userdata.reshape(CORNERS, len(CORNER_FIELDS))
-    corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / STICK_STIFFNESS
+    corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / robot.stick.stiffness
     mujoco.mj_forward(model, data)
 
 
