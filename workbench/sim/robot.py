@@ -7,7 +7,7 @@ foot's centre of gravity at the origin. A hinge's position is the angle alpha at
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import mujoco
@@ -64,7 +64,7 @@ class Robot:
     planar: bool = False
     slope: float = 0.0
     steps_per_sample: int = 34
-    stick: Stick = Stick()
+    stick: Stick = field(default_factory=Stick)
 
     @property
     def hinges(self) -> tuple[Hinge, ...]:
