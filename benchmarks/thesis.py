@@ -78,7 +78,7 @@ def tell(result: Simulation) -> str:
     """Return how far the foot came, and how it ended if before its time."""
     x = result.motion[FOOT[0]]
     ending = "" if result.outcome == "completed" else f" {result.outcome}"
-    return f"{x[-1] - x[0]:.2f}{ending}"
+    return f"{x[-1] - x[0]:z.2f}{ending}"
 
 
 def print_rows(title: str, heads: Sequence[str], rows: Mapping[str, Sequence[str]]) -> None:
@@ -96,9 +96,8 @@ def print_distances(seconds: float) -> None:
     print_rows(f"distance in {seconds:g} s [m]", [f"{w:g} rad/s" for w in SPEEDS], rows)
     print("thesis, after its optimisation: 1.2 to 1.5 m at 17 rad/s, 'almost 600 %'")
     print(
-        "half of it at 17 rad/s, less at 18 and 19, which section 7.1 calls 'pretty descent': how far"
-        "\nit gets hangs on friction (last row of the next table), on which Appendix B contradicts its comments,"
-        "\nand on sticking, which the thesis' solver took in steps of 0.1 ms and more"
+        "ours is half of it at 17 rad/s and less at 18 and 19 ('pretty descent', section 7.1): the"
+        "\ndistance hangs on friction (next table, last row), where Appendix B contradicts itself"
     )
 
 
@@ -154,8 +153,8 @@ def print_modes() -> None:
         }
         print_rows(f"{title} [Hz], clamped, rotor locked", list(ROTOR), rows)
     print(
-        "thesis: real 1.3 and 3.2, simulated 3.066. It does not say where its rotor was, which moves"
-        "\nours by 5 %, nor the reading, 3 %; and its transform was, it says, of poor resolution"
+        "thesis: real 1.3 and 3.2, simulated 3.066. It does not say where its rotor was, which"
+        "\nmoves ours by 5 %, the reading by 3 %; its transform was, it says, of poor resolution"
     )
 
 
