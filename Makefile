@@ -1,12 +1,13 @@
 # make demo   run the example protocol on the virtual bench
 # make test   run the tests
 # make check  ruff, format, pyright, import-linter, examples, wheel
+# make bench  time the twin, print the thesis' results beside ours
 # make schemas / make pictures   write docs/reference/schemas and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check schemas pictures clean
+.PHONY: install demo test check bench schemas pictures clean
 
 install: $(INSTALLED)
 
@@ -27,6 +28,10 @@ check: install
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest -m check
+
+bench: install
+	$(BIN)/python benchmarks/twin.py
+	$(BIN)/python benchmarks/thesis.py
 
 schemas: install
 	for name in protocol bench sheet model shape; do \

@@ -1,14 +1,12 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
-`robot` builds the MjSpec from parts, `ground` holds the ground law as compiled code, `equilibrium`
-finds the pose at rest, `modes` how it rings about that, `simulate` runs it. Nothing here knows of
-cameras, supplies or files. A new part of the robot is a function in `robot` that edits the spec; a
-new force belongs in `ground`'s callback, which is installed once for the process.
-`robot` builds the MjSpec from parts, `ground` holds the ground law as compiled code, `drive` what
-turns the rotor, `motor` its numbers and `command` what it is told; `equilibrium` finds the pose at
-rest, `checks` refuses what cannot be simulated, `simulate` runs it. Nothing here knows of cameras,
-supplies or files. A new part of the robot is a function in `robot` that edits the spec, a new drive
-one in `drive`; a new force belongs in `ground`'s callback, which is installed once for the process.
+`robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law as
+compiled code, `drive` what turns the rotor, `motor` its numbers and `command` what it is told;
+`equilibrium` finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot
+be simulated, `simulate` runs it, one robot or many, and `gait` tells how it hopped. Nothing here
+knows of cameras, supplies or files. A new part of the robot is a function in `robot` that edits
+the spec, a new drive one in `drive`; a new force belongs in `ground`'s callback, which is installed
+once for the process.
 """
 
 from workbench.sim.checks import require_stable
@@ -16,7 +14,7 @@ from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.gait import Gait, gait
-from workbench.sim.ground import install_ground_law
+from workbench.sim.ground import Stick, install_ground_law
 from workbench.sim.modes import (
     DrivenPeak,
     DrivenResponse,
@@ -28,7 +26,6 @@ from workbench.sim.modes import (
 from workbench.sim.motor import MOTOR, Motor
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
-    STEP_S,
     Robot,
     build_spec,
     compile_model,
@@ -47,7 +44,6 @@ __all__ = [
     "LIMITS",
     "MOTOR",
     "SAMPLE_RATE_HZ",
-    "STEP_S",
     "Condition",
     "Drive",
     "DrivenPeak",
@@ -58,6 +54,7 @@ __all__ = [
     "Outcome",
     "Robot",
     "Simulation",
+    "Stick",
     "build_spec",
     "compile_model",
     "driven_peaks",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.sim.drive import Drive, hold_rotor
-from workbench.sim.ground import CORNER_FIELDS, CORNERS, STICK_STIFFNESS
+from workbench.sim.ground import CORNER_FIELDS, CORNERS
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
@@ -117,7 +117,7 @@ def _hold_on_slope(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, foo
     data.qpos[0] = 0
     down = static_force(model, data)[0]
     corners = data.userdata.reshape(CORNERS, len(CORNER_FIELDS))
-    corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / STICK_STIFFNESS
+    corners[:, CORNER_FIELDS.index("anchor_m")] -= down / CORNERS / robot.stick.stiffness
     mujoco.mj_forward(model, data)
 
 

@@ -10,13 +10,13 @@ Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, whil
 Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below v_th;
                           locked:   held at an anchor, until the force needed exceeds mu_stick fz;
                           wait:     mu_stick fz, locks again if that suffices, unlocks above v_th.
-The anchor is a stiff spring and damper (`STICK_*`): the only regularisation, it cannot drift.
+The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numba
@@ -31,6 +31,7 @@ from workbench.sim.structs import check_layout, data_offset, model_offset
 __all__ = [
     "CORNERS",
     "CORNER_FIELDS",
+    "Stick",
     "add_ground",
     "corner_records",
     "install_ground_law",
@@ -41,12 +42,6 @@ CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N")
 """What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; then place and forces."""
 
 UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
-
-STICK_STIFFNESS = 8.0e4
-"""[N/m] of a locked corner: half its breakaway force at rest, 0.16 N, moves it by 2 um."""
-STICK_DAMPING = 60.0
-"""[N s/m] of a locked corner. Both lie well inside what one step can carry for the 0.089 kg that
-four locked corners see: 0.22 of m/dt^2 and 0.66 of m/dt."""
 
 _NAME = "ground"
 _MAGIC = 3.1e8  # eq. 3.1; tells our numeric field from anybody else's first one
@@ -59,7 +54,24 @@ _PASSIVE, _USER = data_offset("qfrc_passive") // 8, data_offset("userdata") // 8
 _SPAN = 1 + max(_NUMERIC, _NUMERIC_SIZE, _QPOS, _QVEL, _PASSIVE, _USER)
 
 
-def add_ground(spec: mujoco.MjSpec, values: Mapping[str, float], *, planar: bool) -> None:
+class Stick(NamedTuple):
+    """What holds a locked corner to its anchor: numerics, the thesis' stiction is rigid.
+
+    Both lie well inside what one step can carry for the 0.089 kg that four locked corners see: 0.22
+    of m/dt^2 and 0.66 of m/dt.
+
+    Args:
+        stiffness: [N/m]; half the breakaway force at rest, 0.16 N, moves the corner by 2 um.
+        damping: [N s/m].
+    """
+
+    stiffness: float = 8.0e4
+    damping: float = 60.0
+
+
+def add_ground(
+    spec: mujoco.MjSpec, values: Mapping[str, float], *, planar: bool, stick: Stick
+) -> None:
     """Let the ground carry the foot of a spec whose first body is the foot on a free joint.
 
     Installs the law, so that no such model can be stepped without it.
@@ -68,6 +80,7 @@ def add_ground(spec: mujoco.MjSpec, values: Mapping[str, float], *, planar: bool
         spec: robot without other numeric fields; changed in place, as MjSpec's own methods do.
         values: model values by name, SI.
         planar: whether the foot's joints are x, z and pitch instead of a free joint.
+        stick: what holds a locked corner.
     """
     install_ground_law()
     data = [
@@ -81,8 +94,7 @@ def add_ground(spec: mujoco.MjSpec, values: Mapping[str, float], *, planar: bool
         values["friction_slide"],
         values["friction_stick"],
         values["friction_threshold"],
-        STICK_STIFFNESS,
-        STICK_DAMPING,
+        *stick,
         float(planar),
     ]
     spec.add_numeric(name=_NAME, data=data, size=_PARAMETERS)

@@ -24,7 +24,7 @@ from workbench.sim.checks import require_sound, require_stable
 from workbench.sim.drive import Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.motion import Samples, motion_of
-from workbench.sim.robot import STEPS_PER_SAMPLE, Foot, Robot
+from workbench.sim.robot import Foot, Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = [
@@ -129,16 +129,18 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
     """Simulate on the calling thread, jobs of equal layout together."""
     starts = [_start(robot, condition) for robot, condition in jobs]
-    groups: dict[tuple[Drive, int, int, int, int], list[int]] = {}
+    groups: dict[tuple[Drive, int, int, int, int, int], list[int]] = {}
     for i, (model, _) in enumerate(starts):
-        condition = jobs[i][1]
-        layout = (condition.drive, model.nq, model.nu, model.nbody, len(condition.command))
+        robot, condition = jobs[i]
+        sizes = (model.nq, model.nu, model.nbody, len(condition.command))
+        layout = (condition.drive, *sizes, robot.steps_per_sample)
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
-    for members in groups.values():
+    for (*_, steps), members in groups.items():
         samples, sane = _run(
             [starts[i] for i in members],
             np.array([jobs[i][1].command for i in members]),
+            steps,
         )
         for row, i in enumerate(members):
             done[i] = _result(jobs[i], starts[i], samples.of(row), int(sane[row]))
@@ -177,8 +179,15 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
 def _run(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
     command: NDArray[np.float64],
+    steps: int,
 ) -> tuple[Samples, NDArray[np.int_]]:
-    """Step a group of equal layout; return samples and how many of them make sense."""
+    """Step a group of equal layout; return samples and how many of them make sense.
+
+    Args:
+        starts: model and data at time zero.
+        command: (n, samples) in the unit of their drive.
+        steps: of the engine from one sample to the next.
+    """
     model = starts[0][0]
     batch = Batch(model, nsim=len(starts), nthread=1, persistent=True)
     batch.set_models([m for m, _ in starts])
@@ -191,7 +200,7 @@ def _run(
     for k in range(1, command.shape[1]):
         batch.ctrl[:] = command[:, k - 1, None]
         with suppress(SimulationError):  # the engine's own warnings count below
-            batch.step(nstep=STEPS_PER_SAMPLE, stage=_CURRENT)
+            batch.step(nstep=steps, stage=_CURRENT)
         samples.take(k)
         # after a blow-up the engine starts again from zero, so what follows is another motion
         broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)

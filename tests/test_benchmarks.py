@@ -1,0 +1,32 @@
+"""The benchmarks run and print their tables."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.mark.check
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("twin", ["floor: 8 bare mj_step loops", "ours: 1 hop, start-up included", "peak MB"]),
+        ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
+    ],
+)
+def test_a_benchmark_prints_its_tables(name: str, told: list[str], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "benchmarks" / f"{name}.py"), "--quick"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=180,
+    )
+    assert done.returncode == 0, done.stderr
+    assert not [line for line in told if line not in done.stdout]
+    assert "nan" not in done.stdout
