@@ -17,7 +17,7 @@ from pathlib import Path
 from queue import Empty, Queue
 from time import monotonic
 from types import ModuleType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, cast
 from urllib.parse import urlsplit
 
 import workbench
@@ -100,21 +100,21 @@ class Fanout:
         return self._spread(self._client, jobs, tell)
 
     def _spread(self, client: Client, jobs: Sequence[Job], tell: Progress) -> list[Simulation]:
-        size = self._batch_size or _batch_size(len(jobs), sum(client.nthreads().values()))
+        size = self._batch_size or _batch_size(len(jobs), self._threads(client))
         batches = [jobs[i : i + size] for i in range(0, len(jobs), size)]
         here = versions()
         # one call a batch: a graph of all of them would pass the scheduler as one large message
         futures = [client.submit(_simulate_batch, batch, here, pure=False) for batch in batches]
-        results: dict[str, list[Simulation]] = {}
+        results: dict[Future, list[Simulation]] = {}
         done = 0
         try:
             for future in self._finished(client, futures):
-                results[future.key] = self._fetch(client, future)
-                done += len(results[future.key])
+                results[future] = self._fetch(client, future)
+                done += len(results[future])
                 tell(done, len(jobs))
         finally:
-            client.cancel([future for future in futures if future.key not in results])
-        return [result for future in futures for result in results[future.key]]
+            client.cancel([future for future in futures if future not in results])
+        return [result for future in futures for result in results[future]]
 
     def _finished(self, client: Client, futures: Sequence[Future]) -> Iterator[Future]:
         """Yield each future when it has ended, as long as there is somebody to work on them."""
@@ -127,10 +127,10 @@ class Fanout:
                 yield ended.get(timeout=_POLL_S)
                 left, alive = left - 1, monotonic()
             except Empty:
-                if client.nthreads():
+                if self._threads(client):
                     alive = monotonic()
                 elif monotonic() - alive > self._patience:
-                    raise self._lost(f"has had no worker for {self._patience:g} s") from None
+                    raise self._deserted() from None
 
     def _fetch(self, client: Client, future: Future) -> list[Simulation]:
         """Bring a batch's results here; its worker may die even now."""
@@ -141,17 +141,35 @@ class Fanout:
                 future.release()  # or the scheduler has it done again when its worker dies later
                 return results
             except distributed.TimeoutError:
-                if not client.nthreads():
-                    raise self._lost(f"has had no worker for {self._patience:g} s") from None
+                if not self._threads(client):
+                    raise self._deserted() from None
             except distributed.KilledWorker as error:
-                raise WorkbenchError(f"a batch could not be simulated: {error}") from None
+                raise WorkbenchError(
+                    f"a batch was given up, its workers ran out of memory or lack this workbench: "
+                    f"{error}"
+                ) from None
+            except RuntimeError as error:
+                raise WorkbenchError(f"the cluster {self._scheduler} failed: {error}") from error
             except distributed.CancelledError:
-                raise self._lost("was lost") from None
+                raise self._lost() from None
 
-    def _lost(self, what: str) -> WorkbenchError:
+    def _threads(self, client: Client) -> int:
+        """Return how many threads all workers have together."""
+        try:
+            return sum(cast("dict[str, int]", client.nthreads()).values())
+        except (OSError, RuntimeError, AttributeError):  # dask's ways to say it is not connected
+            raise self._lost() from None
+
+    def _lost(self) -> WorkbenchError:
         return WorkbenchError(
-            f"the scheduler {self._scheduler} {what}; start `dask worker {self._scheduler}` on a "
-            "machine with this workbench and run again"
+            f"the scheduler {self._scheduler} does not answer any more; look at what it printed, "
+            "start it and its workers again and repeat"
+        )
+
+    def _deserted(self) -> WorkbenchError:
+        return WorkbenchError(
+            f"the scheduler {self._scheduler} has had no worker for {self._patience:g} s; start "
+            f"`dask worker {self._scheduler}` on a machine with this workbench and repeat"
         )
 
 
