@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -175,3 +176,11 @@ def test_gait_counts_hops_and_the_work_of_the_motor(robot: Robot) -> None:
         found.mean_power_W / (0.2574 * 9.81 * speed), rel=0.01
     )
     assert np.isnan(gait(run(robot, 14.0, 2.0, "clamped"), 2.0).cost_of_transport)
+
+
+def test_a_blow_up_leaves_no_log_file_of_the_engine(
+    robot: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    test_a_blow_up_is_an_outcome(robot)
+    assert list(tmp_path.iterdir()) == []

@@ -3,16 +3,17 @@
 `robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law as
 compiled code, `drive` what turns the rotor, `motor` its numbers and `command` what it is told;
 `equilibrium` finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot
-be simulated, `simulate` runs it, one robot or many, and `gait` tells how it hopped. Nothing here
-knows of cameras, supplies or files. A new part of the robot is a function in `robot` that edits
-the spec, a new drive one in `drive`; a new force belongs in `ground`'s callback, which is installed
-once for the process.
+be simulated, `simulate` runs it, `fanout` many on one machine or several, and `gait` tells how it
+hopped. Nothing here knows of cameras, supplies or files. A new part of the robot is a function in
+`robot` that edits the spec, a new drive one in `drive`; a new force belongs in `ground`'s callback,
+which is installed once for the process.
 """
 
 from workbench.sim.checks import require_stable
 from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
+from workbench.sim.fanout import Fanout
 from workbench.sim.gait import Gait, gait
 from workbench.sim.ground import Stick, install_ground_law
 from workbench.sim.modes import (
@@ -48,6 +49,7 @@ __all__ = [
     "Drive",
     "DrivenPeak",
     "DrivenResponse",
+    "Fanout",
     "Gait",
     "Mode",
     "Motor",

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import mujoco
@@ -188,6 +189,7 @@ def _run(
         command: (n, samples) in the unit of their drive.
         steps: of the engine from one sample to the next.
     """
+    _keep_engine_quiet()
     model = starts[0][0]
     batch = Batch(model, nsim=len(starts), nthread=1, persistent=True)
     batch.set_models([m for m, _ in starts])
@@ -206,6 +208,14 @@ def _run(
         broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
         sane[broken] = np.minimum(sane[broken], k)
     return samples, sane
+
+
+@cache
+def _keep_engine_quiet() -> None:
+    """Stop the engine from writing a log file into the user's folder: outcomes tell it all."""
+    config = mujoco.MjLogConfig.get()
+    config.logto_file = config.logto_console = False
+    config.set()
 
 
 def _result(

@@ -1,0 +1,197 @@
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import psutil
+import pytest
+
+from workbench.errors import InputError, WorkbenchError
+from workbench.sim import (
+    Condition,
+    Fanout,
+    Robot,
+    Simulation,
+    fanout,
+    sample_times,
+    simulate_all,
+)
+
+if TYPE_CHECKING:
+    from distributed import LocalCluster
+
+distributed = pytest.importorskip("distributed", reason="needs the extra `cluster`")
+
+Job = tuple[Robot, Condition]
+
+
+def job(robot: Robot, omega: float, duration: float = 1.0) -> Job:
+    return robot, Condition("hop", np.full(len(sample_times(duration)), omega), rest=0.2)
+
+
+@pytest.fixture(scope="module")
+def jobs(robot: Robot) -> list[Job]:
+    """Jobs of different layout and length."""
+    robots = (robot, replace(robot, increments=32))
+    mixed = [job(each, omega) for omega in (16.0, 17.0, 18.0) for each in robots]
+    return [*mixed, job(robot, 17.0, 2.0), job(robot, -17.0)]
+
+
+@pytest.fixture(scope="module")
+def local(jobs: list[Job]) -> list[Simulation]:
+    return simulate_all(jobs)
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[LocalCluster]:
+    """Two worker processes of one thread each; a nanny starts another one when one dies."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as two:
+        yield two
+        children = psutil.Process().children(recursive=True)
+    _, alive = psutil.wait_procs([child for child in children if is_worker(child)], timeout=10)
+    assert not alive
+
+
+@pytest.fixture
+def alone() -> Iterator[str]:
+    """The address of a scheduler without workers."""
+    with distributed.LocalCluster(
+        n_workers=0, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as none:
+        yield none.scheduler_address
+
+
+def is_worker(process: psutil.Process) -> bool:
+    try:
+        return "spawn_main" in " ".join(process.cmdline())
+    except psutil.Error:
+        return False
+
+
+def assert_same(found: Sequence[Simulation], wanted: Sequence[Simulation]) -> None:
+    for one, other in zip(found, wanted, strict=True):
+        assert one.outcome == other.outcome
+        assert one.sink_m == other.sink_m
+        assert one.motion.names == other.motion.names
+        for name in ("times", "values", "valid"):
+            assert getattr(one.motion, name).tobytes() == getattr(other.motion, name).tobytes()
+
+
+def test_without_a_scheduler_it_is_simulate_all(jobs: list[Job], local: list[Simulation]) -> None:
+    told: list[tuple[int, int]] = []
+    with Fanout() as spread:
+        assert_same(spread.map(jobs, lambda *done: told.append(done)), local)
+    assert told == [(8, 8)]
+
+
+@pytest.mark.parametrize("batch_size", [None, 1, 3, 100])
+def test_two_workers_give_the_same_bits_for_any_batch_size(
+    cluster: LocalCluster,
+    jobs: list[Job],
+    local: list[Simulation],
+    batch_size: int | None,
+) -> None:
+    told: list[tuple[int, int]] = []
+    with Fanout(cluster.scheduler_address, batch_size=batch_size) as spread:
+        assert_same(spread.map(jobs, lambda *done: told.append(done)), local)
+        assert spread.map([]) == []
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert told[-1] == (8, 8)
+
+
+def test_a_worker_killed_midway_costs_only_its_batch(
+    cluster: LocalCluster, jobs: list[Job], local: list[Simulation]
+) -> None:
+    told: list[int] = []
+
+    def kill_once(done: int, total: int) -> None:
+        if not told:
+            psutil.Process(cluster.workers[0].pid).kill()
+        told.append(done)
+
+    with Fanout(cluster.scheduler_address, batch_size=1) as spread:
+        assert_same(spread.map([*jobs, *jobs], kill_once), [*local, *local])
+    assert told == list(range(1, 17))
+
+
+def test_a_robot_refused_on_a_worker_is_refused_here_in_the_same_words(
+    cluster: LocalCluster, jobs: list[Job], local: list[Simulation], robot: Robot
+) -> None:
+    leaning = replace(robot, angles=(-0.5, *robot.angles[1:]))
+    with Fanout(cluster.scheduler_address, batch_size=2) as spread:
+        with pytest.raises(InputError, match=r"does not stand: with T at z = -?\d+\.\d+ m"):
+            spread.map([*jobs, job(leaning, 17.0)])
+        assert_same(spread.map(jobs), local)
+
+
+def test_what_the_progress_raises_ends_the_work(cluster: LocalCluster, jobs: list[Job]) -> None:
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt(f"{done} of {total}")
+
+    with (
+        Fanout(cluster.scheduler_address, batch_size=1) as spread,
+        pytest.raises(KeyboardInterrupt, match="1 of 8"),
+    ):
+        spread.map(jobs, stop)
+
+
+def test_other_software_on_a_worker_is_refused_by_name(
+    cluster: LocalCluster, jobs: list[Job], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = fanout.versions()
+    monkeypatch.setattr(fanout, "versions", lambda: found | {"mujoco": "3.9.9"})
+    with (
+        Fanout(cluster.scheduler_address) as spread,
+        pytest.raises(
+            InputError,
+            match=rf"worker tcp://127.0.0.1:\d+ has other software: mujoco {found['mujoco']} there "
+            "and 3.9.9 here",
+        ),
+    ):
+        spread.map(jobs)
+
+
+def test_without_any_worker_it_gives_up_in_the_stated_time(alone: str, jobs: list[Job]) -> None:
+    with (
+        Fanout(alone, patience=0.5) as spread,
+        pytest.raises(WorkbenchError, match=rf"scheduler {alone} has had no worker for 0.5 s"),
+    ):
+        spread.map(jobs)
+
+
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [
+        ("lab-pc:8786", "looks like tcp://host:8786"),
+        ("tcp://lab-pc", "looks like tcp://host:8786"),
+        ("tcp://127.0.0.1:1", "start one with `dask scheduler`"),
+    ],
+)
+def test_a_wrong_address_is_told_with_what_to_try(address: str, why: str) -> None:
+    with pytest.raises(InputError, match=f"no scheduler answers at {address}: .*{why}"):
+        Fanout(address)
+
+
+def test_a_port_where_nobody_speaks_is_told_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fanout, "_CONNECT_S", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        port = mute.getsockname()[1]
+        with pytest.raises(InputError, match=f"no scheduler answers at tcp://127.0.0.1:{port}: "):
+            Fanout(f"tcp://127.0.0.1:{port}")
+
+
+def test_without_distributed_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install hopping-workbench\[cluster\]"):
+        Fanout("tcp://127.0.0.1:8786")
+
+
+def test_a_batch_of_no_jobs_is_refused() -> None:
+    with pytest.raises(InputError, match="batch size 0 is not possible"):
+        Fanout(batch_size=0)
