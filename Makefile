@@ -31,6 +31,7 @@ check: install
 
 bench: install
 	$(BIN)/python benchmarks/twin.py
+	$(BIN)/python benchmarks/integrators.py
 	$(BIN)/python benchmarks/thesis.py
 
 schemas: install

@@ -184,3 +184,13 @@ def test_a_blow_up_leaves_no_log_file_of_the_engine(
     monkeypatch.chdir(tmp_path)
     test_a_blow_up_is_an_outcome(robot)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_energy_is_recorded_on_request_and_decays_with_the_ring_down(robot: Robot) -> None:
+    pulled = Condition("decay", np.zeros(720), pull=0.39, energy=True)
+    motion = simulate(robot, pulled).motion
+    total = motion["potential_energy_J"] + motion["kinetic_energy_J"]
+    assert motion["kinetic_energy_J"][0] == 0
+    assert motion["kinetic_energy_J"].max() > 0.5 * (total[0] - total.min())
+    assert (np.diff(total[::12]) < 1e-9).all()
+    assert "potential_energy_J" not in simulate(robot, replace(pulled, energy=False)).motion

@@ -16,7 +16,10 @@ from workbench.sim.ground import CORNER_FIELDS, UNLOCKED, corner_records
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Samples", "motion_of"]
+__all__ = ["ENERGY", "Samples", "motion_of"]
+
+ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+"""Flag of a model whose energies are computed; they cost a few percent."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class Samples:
     top: NDArray[np.float64]
     rotor: NDArray[np.float64]
     corners: NDArray[np.float64]
+    energy: NDArray[np.float64]
     power: NDArray[np.float64]
     _sources: tuple[NDArray[np.float64], ...] = ()
 
@@ -46,19 +50,22 @@ class Samples:
             places[:, top],
             batch.bind("site_xpos")[:, site],
             batch.bind("userdata"),
+            batch.bind("energy"),
             torque,
             batch.bind("qvel")[:, joint.dofadr[0] : joint.dofadr[0] + 1],
         )
-        qpos, foot, axes, top, rotor, corners = (
-            np.empty((batch.nsim, count, source.shape[-1])) for source in sources[:6]
+        qpos, foot, axes, top, rotor, corners, energy = (
+            np.empty((batch.nsim, count, source.shape[-1])) for source in sources[:7]
         )
         power = np.empty((batch.nsim, count))
-        return cls(qpos, foot, axes, top, rotor, corners, power, sources)
+        return cls(qpos, foot, axes, top, rotor, corners, energy, power, sources)
 
     def take(self, k: int) -> None:
         """Keep the present state as sample k."""
         *sources, torque, speed = self._sources
-        kept = (self.qpos, self.foot, self.axes, self.top, self.rotor, self.corners)
+        kept = (
+            self.qpos, self.foot, self.axes, self.top, self.rotor, self.corners, self.energy,
+        )  # fmt: skip
         for room, source in zip(kept, sources, strict=True):
             room[:, k] = source
         self.power[:, k] = torque.sum(axis=1) * speed[:, 0]
@@ -72,6 +79,7 @@ class Samples:
             self.top[row],
             self.rotor[row],
             self.corners[row],
+            self.energy[row],
             self.power[row],
         )
 
@@ -92,6 +100,9 @@ def motion_of(robot: Robot, model: mujoco.MjModel, samples: Samples, rest: float
     if model.nuserdata:
         columns |= _ground(corner_records(samples.corners[index]))
     columns["motor_power_W"] = samples.power[index]
+    if model.opt.enableflags & ENERGY:
+        columns["potential_energy_J"] = samples.energy[index, 0]
+        columns["kinetic_energy_J"] = samples.energy[index, 1]
     return TimeSeries.of(times, columns)
 
 

@@ -24,7 +24,7 @@ from workbench.protocol import Mode
 from workbench.sim.checks import require_sound, require_stable
 from workbench.sim.drive import Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
-from workbench.sim.motion import Samples, motion_of
+from workbench.sim.motion import ENERGY, Samples, motion_of
 from workbench.sim.robot import Foot, Robot
 from workbench.timeseries import TimeSeries
 
@@ -61,6 +61,7 @@ class Condition:
         height: of the fall, in mode drop [m].
         drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
             motor.
+        energy: whether the potential (gravity and hinges) and kinetic energy are recorded.
     """
 
     mode: Mode
@@ -70,6 +71,7 @@ class Condition:
     pull: float = 0.0
     height: float = 0.0
     drive: Drive = "speed"
+    energy: bool = False
 
     @property
     def foot(self) -> Foot:
@@ -130,11 +132,11 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
     """Simulate on the calling thread, jobs of equal layout together."""
     starts = [_start(robot, condition) for robot, condition in jobs]
-    groups: dict[tuple[Drive, int, int, int, int, int], list[int]] = {}
+    groups: dict[tuple[Drive, bool, int, int, int, int, int], list[int]] = {}
     for i, (model, _) in enumerate(starts):
         robot, condition = jobs[i]
         sizes = (model.nq, model.nu, model.nbody, len(condition.command))
-        layout = (condition.drive, *sizes, robot.steps_per_sample)
+        layout = (condition.drive, condition.energy, *sizes, robot.steps_per_sample)
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
@@ -152,6 +154,8 @@ def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.M
     """Return model and data at time zero."""
     require_sound(robot, condition)
     model, data = _rest(unloaded(robot), condition)
+    if condition.energy:
+        model.opt.enableflags |= ENERGY
     require_stable(model, data)
     return model, data
 
