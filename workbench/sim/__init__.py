@@ -11,6 +11,7 @@ which is installed once for the process.
 
 from workbench.sim.checks import require_stable
 from workbench.sim.command import replayed, sample_times, staircase
+from workbench.sim.condition import Condition
 from workbench.sim.drive import LIMITS, Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.fanout import Fanout
@@ -33,7 +34,6 @@ from workbench.sim.robot import (
     make_robot,
 )
 from workbench.sim.simulate import (
-    Condition,
     Outcome,
     Simulation,
     simulate,

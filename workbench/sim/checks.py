@@ -6,7 +6,7 @@ check is one function that raises InputError; a new one is a function and its na
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -15,11 +15,9 @@ from scipy.linalg import eigh
 
 from workbench.errors import InputError
 from workbench.protocol import UNITS, value_fault
+from workbench.sim.condition import Condition
 from workbench.sim.drive import DRIVES, LIMITS, Drive
 from workbench.sim.robot import Robot
-
-if TYPE_CHECKING:
-    from workbench.sim.simulate import Condition
 
 __all__ = ["MARGIN", "HighestMode", "highest_mode", "require_sound", "require_stable"]
 

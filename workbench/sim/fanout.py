@@ -22,8 +22,9 @@ from urllib.parse import urlsplit
 
 import workbench
 from workbench.errors import InputError, WorkbenchError
+from workbench.sim.condition import Condition
 from workbench.sim.robot import Robot
-from workbench.sim.simulate import Condition, Simulation, simulate_all
+from workbench.sim.simulate import Simulation, simulate_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future

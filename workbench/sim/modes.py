@@ -23,9 +23,10 @@ from scipy.signal import find_peaks
 from workbench.errors import InputError
 from workbench.motion import TOP
 from workbench.sim.command import sample_times, staircase
+from workbench.sim.condition import Condition
 from workbench.sim.equilibrium import settle, unloaded
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
-from workbench.sim.simulate import Condition, simulate
+from workbench.sim.simulate import simulate
 from workbench.sim.statics import moving_dofs, static_stiffness
 from workbench.timeseries import TimeSeries
 

@@ -20,16 +20,15 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from workbench.protocol import Mode
 from workbench.sim.checks import require_sound, require_stable
+from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.motion import ENERGY, Samples, motion_of
-from workbench.sim.robot import Foot, Robot
+from workbench.sim.robot import Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = [
-    "Condition",
     "Outcome",
     "Simulation",
     "simulate",
@@ -38,45 +37,11 @@ __all__ = [
 
 Outcome = Literal["completed", "fell", "diverged"]
 
-Job = tuple[Robot, "Condition"]
+Job = tuple[Robot, Condition]
 
 _MOST_AT_ONCE = 8
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What a robot is put through.
-
-    Args:
-        mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
-            released at time zero; in `drop` the robot, still in the shape it has while its foot is
-            held, is let go. Zero speed locks the rotor in both.
-        command: (n,) what the drive is given from each sample to the next, in the drive's unit; its
-            length is that of the simulation.
-        start_angle: where the rotor stands at rest, about +y from +x [rad].
-        rest: still time that is put before time zero [s].
-        pull: force on T before the release, in mode decay [N].
-        height: of the fall, in mode drop [m].
-        drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
-            motor.
-        energy: whether the potential (gravity and hinges) and kinetic energy are recorded.
-    """
-
-    mode: Mode
-    command: NDArray[np.float64]
-    start_angle: float = np.pi / 2
-    rest: float = 0.0
-    pull: float = 0.0
-    height: float = 0.0
-    drive: Drive = "speed"
-    energy: bool = False
-
-    @property
-    def foot(self) -> Foot:
-        """Return whether the foot is free in the motion."""
-        return "free" if self.mode in ("hop", "drop") else "fixed"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,48 @@
+"""What a robot is put through in one simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.protocol import Mode
+from workbench.sim.drive import Drive
+from workbench.sim.robot import Foot
+
+__all__ = ["Condition"]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What a robot is put through.
+
+    Args:
+        mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
+            released at time zero; in `drop` the robot, still in the shape it has while its foot is
+            held, is let go. Zero speed locks the rotor in both.
+        command: (n,) what the drive is given from each sample to the next, in the drive's unit; its
+            length is that of the simulation.
+        start_angle: where the rotor stands at rest, about +y from +x [rad].
+        rest: still time that is put before time zero [s].
+        pull: force on T before the release, in mode decay [N].
+        height: of the fall, in mode drop [m].
+        drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
+            motor.
+        energy: whether the potential (gravity and hinges) and kinetic energy are recorded.
+    """
+
+    mode: Mode
+    command: NDArray[np.float64]
+    start_angle: float = np.pi / 2
+    rest: float = 0.0
+    pull: float = 0.0
+    height: float = 0.0
+    drive: Drive = "speed"
+    energy: bool = False
+
+    @property
+    def foot(self) -> Foot:
+        """Return whether the foot is free in the motion."""
+        return "free" if self.mode in ("hop", "drop") else "fixed"
