@@ -16,7 +16,7 @@ from workbench.sim.ground import CORNER_FIELDS, UNLOCKED, corner_records
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
-__all__ = ["ENERGY", "Samples", "motion_of"]
+__all__ = ["ENERGY", "Recorder", "Samples", "motion_of"]
 
 ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
 """Flag of a model whose energies are computed; they cost a few percent."""
@@ -24,7 +24,7 @@ ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
 
 @dataclass(frozen=True)
 class Samples:
-    """Engine arrays at the samples, (..., n, width); `of` gives one simulation's, (n, width)."""
+    """Engine arrays of one simulation at its samples, (n, width) each; power is (n,)."""
 
     qpos: NDArray[np.float64]
     foot: NDArray[np.float64]
@@ -34,54 +34,45 @@ class Samples:
     corners: NDArray[np.float64]
     energy: NDArray[np.float64]
     power: NDArray[np.float64]
-    _sources: tuple[NDArray[np.float64], ...] = ()
 
-    @classmethod
-    def bind(cls, batch: Batch, count: int) -> Samples:
-        """Make room for `count` samples of every simulation of a batch."""
+
+class Recorder:
+    """Keeps samples of every simulation of a batch.
+
+    Args:
+        batch: its bound arrays are read at each `take`.
+        count: how many samples there will be.
+    """
+
+    def __init__(self, batch: Batch, count: int) -> None:
         model = batch.model
+        places, joint = batch.bind("xpos"), model.joint("rotor").dofadr[0]
         foot, top = model.body("foot").id, model.body("top").id
-        site, joint = model.site("rotor").id, model.joint("rotor")
-        places, torque = batch.bind("xpos"), batch.bind("actuator_force")
-        sources = (
-            batch.bind("qpos"),
-            places[:, foot],
-            batch.bind("xmat")[:, foot],
-            places[:, top],
-            batch.bind("site_xpos")[:, site],
-            batch.bind("userdata"),
-            batch.bind("energy"),
-            torque,
-            batch.bind("qvel")[:, joint.dofadr[0] : joint.dofadr[0] + 1],
-        )
-        qpos, foot, axes, top, rotor, corners, energy = (
-            np.empty((batch.nsim, count, source.shape[-1])) for source in sources[:7]
-        )
-        power = np.empty((batch.nsim, count))
-        return cls(qpos, foot, axes, top, rotor, corners, energy, power, sources)
+        self._sources: dict[str, NDArray[np.float64]] = {
+            "qpos": batch.bind("qpos"),
+            "foot": places[:, foot],
+            "axes": batch.bind("xmat")[:, foot],
+            "top": places[:, top],
+            "rotor": batch.bind("site_xpos")[:, model.site("rotor").id],
+            "corners": batch.bind("userdata"),
+            "energy": batch.bind("energy"),
+        }
+        self._torque, self._speed = batch.bind("actuator_force"), batch.bind("qvel")[:, joint]
+        self._kept: dict[str, NDArray[np.float64]] = {
+            name: np.empty((batch.nsim, count, source.shape[1]))
+            for name, source in self._sources.items()
+        }
+        self._kept["power"] = np.empty((batch.nsim, count))
 
     def take(self, k: int) -> None:
         """Keep the present state as sample k."""
-        *sources, torque, speed = self._sources
-        kept = (
-            self.qpos, self.foot, self.axes, self.top, self.rotor, self.corners, self.energy,
-        )  # fmt: skip
-        for room, source in zip(kept, sources, strict=True):
-            room[:, k] = source
-        self.power[:, k] = torque.sum(axis=1) * speed[:, 0]
+        for name, source in self._sources.items():
+            self._kept[name][:, k] = source
+        self._kept["power"][:, k] = self._torque.sum(axis=1) * self._speed
 
-    def of(self, row: int) -> Samples:
-        """Return one simulation's samples."""
-        return Samples(
-            self.qpos[row],
-            self.foot[row],
-            self.axes[row],
-            self.top[row],
-            self.rotor[row],
-            self.corners[row],
-            self.energy[row],
-            self.power[row],
-        )
+    def samples(self, row: int) -> Samples:
+        """Return the samples of one simulation."""
+        return Samples(**{name: kept[row] for name, kept in self._kept.items()})
 
 
 def motion_of(robot: Robot, model: mujoco.MjModel, samples: Samples, rest: float) -> TimeSeries:

@@ -24,8 +24,8 @@ from workbench.sim.checks import require_sound, require_stable
 from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
-from workbench.sim.motion import ENERGY, Samples, motion_of
-from workbench.sim.robot import Robot
+from workbench.sim.motion import ENERGY, Recorder, Samples, motion_of
+from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = [
@@ -105,13 +105,13 @@ def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
-        samples, sane = _run(
+        recorder, sane = _run(
             [starts[i] for i in members],
             np.array([jobs[i][1].command for i in members]),
             steps,
         )
         for row, i in enumerate(members):
-            done[i] = _result(jobs[i], starts[i], samples.of(row), int(sane[row]))
+            done[i] = _result(jobs[i], starts[i], recorder.samples(row), int(sane[row]))
     return [done[i] for i in range(len(jobs))]
 
 
@@ -150,8 +150,8 @@ def _run(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
     command: NDArray[np.float64],
     steps: int,
-) -> tuple[Samples, NDArray[np.int_]]:
-    """Step a group of equal layout; return samples and how many of them make sense.
+) -> tuple[Recorder, NDArray[np.int_]]:
+    """Step a group of equal layout; return the samples and how many of them make sense.
 
     Args:
         starts: model and data at time zero.
@@ -164,19 +164,19 @@ def _run(
     batch.set_models([m for m, _ in starts])
     for row, (own, data) in enumerate(starts):
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
-    samples = Samples.bind(batch, command.shape[1])
+    recorder = Recorder(batch, command.shape[1])
     batch.forward(stage=_CURRENT)
-    samples.take(0)
+    recorder.take(0)
     sane = np.full(len(starts), command.shape[1])
     for k in range(1, command.shape[1]):
         batch.ctrl[:] = command[:, k - 1, None]
         with suppress(SimulationError):  # the engine's own warnings count below
             batch.step(nstep=steps, stage=_CURRENT)
-        samples.take(k)
+        recorder.take(k)
         # after a blow-up the engine starts again from zero, so what follows is another motion
         broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
         sane[broken] = np.minimum(sane[broken], k)
-    return samples, sane
+    return recorder, sane
 
 
 @cache
@@ -204,6 +204,6 @@ def _result(
     if len(fallen):
         outcome, sane = "fell", int(fallen[0])
     if sane < count:
-        motion = motion.between(-np.inf, motion.times[len(motion) - count + max(sane, 1) - 1])
+        motion = motion.between(-np.inf, (max(sane, 1) - 1) / SAMPLE_RATE_HZ)
     weight = robot.values["gravity"] * float(model.body_mass.sum())
     return Simulation(outcome, motion, sink, weight)
