@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -12,7 +11,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
 
-from workbench.errors import HardwareError, InputError
+from workbench.errors import HardwareError, InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
@@ -220,7 +219,7 @@ def load_bench(name: str) -> Document[BenchFile]:
     if name == "virtual":
         return load(Path(__file__).with_name("bench-virtual.yaml"), BenchFile)
     if not name.endswith((".yaml", ".yml")):
-        hint = "; did you mean 'virtual'?" if difflib.get_close_matches(name, ["virtual"]) else ""
+        hint = did_you_mean(name, ["virtual"])
         raise InputError(
             f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
         )

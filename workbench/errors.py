@@ -13,7 +13,8 @@ Every message says who, what was found with its unit, what is allowed and where.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import difflib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 __all__ = [
@@ -25,7 +26,21 @@ __all__ = [
     "SafetyStop",
     "TakeError",
     "WorkbenchError",
+    "did_you_mean",
 ]
+
+
+def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
+    """Return the tail of a message that names the known word most like the one given, or nothing.
+
+    Args:
+        word: what was written.
+        known: the words that exist.
+        likeness: least ratio of `difflib` for a guess; case does not count.
+    """
+    folded = {name.casefold(): name for name in known}
+    close = difflib.get_close_matches(word.casefold(), list(folded), n=1, cutoff=likeness)
+    return f"; did you mean {folded[close[0]]!r}?" if close else ""
 
 
 class WorkbenchError(Exception):

@@ -33,6 +33,7 @@ __all__ = [
     "position",
     "rotor_angle",
     "rotor_speed",
+    "seen_median",
     "summarize",
 ]
 
@@ -162,7 +163,7 @@ def last_motion(motion: TimeSeries) -> float:
     """
     driven = motion.times > 0
     speed = np.abs(np.where(motion.validity(ROTOR_SPEED), motion[ROTOR_SPEED], np.nan))[driven]
-    turning = np.flatnonzero(speed > _median(speed) / 2)
+    turning = np.flatnonzero(speed > seen_median(speed) / 2)
     return float(motion.times[driven][turning[-1]]) if len(turning) else float(motion.times[-1])
 
 
@@ -195,11 +196,11 @@ def misfit(real: TimeSeries, twin: TimeSeries, duration: float) -> Misfit:
 
 
 def _rest(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:
-    return _median(y[t <= 0])
+    return seen_median(y[t <= 0])
 
 
 def _near(t: NDArray[np.float64], y: NDArray[np.float64], when: float) -> float:
-    return _median(y[np.abs(t - when) <= _INSTANT_S])
+    return seen_median(y[np.abs(t - when) <= _INSTANT_S])
 
 
 def _hop_height(
@@ -209,7 +210,7 @@ def _hop_height(
     if not driven.any():
         return float("nan")
     turn = np.floor(np.abs(angle[driven] - angle[driven][0]) / (2 * np.pi)).astype(int)
-    return _median(np.array([z[driven][turn == k].max() for k in np.unique(turn)]))
+    return seen_median(np.array([z[driven][turn == k].max() for k in np.unique(turn)]))
 
 
 def _mean_speed(t: NDArray[np.float64], angle: NDArray[np.float64], duration: float) -> float:
@@ -219,7 +220,8 @@ def _mean_speed(t: NDArray[np.float64], angle: NDArray[np.float64], duration: fl
     return float(np.polyfit(t[steady], angle[steady], 1)[0])
 
 
-def _median(values: NDArray[np.float64]) -> float:
+def seen_median(values: NDArray[np.float64]) -> float:
+    """Return the median of the finite values, NaN where there are none."""
     seen = values[np.isfinite(values)]
     return float(np.median(seen)) if len(seen) else float("nan")
 

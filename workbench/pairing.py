@@ -47,7 +47,7 @@ _AFTER_S = 0.5
 
 
 @dataclass(frozen=True)
-class Drive:
+class Command:
     """What the motor was told.
 
     Args:
@@ -71,8 +71,8 @@ def pair(bundle: Bundle) -> Comparison:
     model = load(bundle.document("model"), ModelFile).content
     shape = load(bundle.document("shape"), ShapeFile).content
     track = _track(bundle, cameras)
-    drive = _drive(bundle, calibration, track)
-    twin, outcome = make_twin(bundle.manifest["mode"], model, shape, drive, track)
+    command = _command(bundle, calibration, track)
+    twin, outcome = make_twin(bundle.manifest["mode"], model, shape, command, track)
     made_from = {
         "take": track.take_sha256,
         "model": sha256(bundle.document("model")),
@@ -80,7 +80,7 @@ def pair(bundle: Bundle) -> Comparison:
     }
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
-    comparison = _compare(bundle, track, twin, drive, model, shape, outcome)
+    comparison = _compare(bundle, track, twin, command, model, shape, outcome)
     _note(bundle, comparison, track, outcome)
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
@@ -102,7 +102,7 @@ def make_twin(
     mode: Mode,
     model: ModelFile,
     shape: ShapeFile,
-    drive: Drive,
+    command: Command,
     track: Track,
 ) -> tuple[TimeSeries, str]:
     """Simulate exactly the run that was measured.
@@ -117,7 +117,7 @@ def make_twin(
         InputError: when the model has effects, which cannot be simulated yet, or does not stand.
     """
     rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
-    speed = staircase(sample_times(drive.duration + _AFTER_S), drive.steps)
+    speed = staircase(sample_times(command.duration + _AFTER_S), command.steps)
     condition = Condition(_driven(mode), speed, track.start_angle_rad, rest)
     result = simulate(_robot(model, shape), condition)
     zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE]) or 0.0
@@ -170,26 +170,26 @@ def _track(bundle: Bundle, cameras: Cameras) -> Track:
     return track
 
 
-def _drive(bundle: Bundle, calibration: Calibration, track: Track) -> Drive:
+def _command(bundle: Bundle, calibration: Calibration, track: Track) -> Command:
     """Return the commanded speeds: of the voltages that were sent, or of what the sheet says."""
     sent = bundle.manifest.get("sent")
     if sent is not None:
         on = sent[0][0]
         steps = tuple((t - on, calibration.speed(volts)) for t, volts in sent)
-        return Drive(steps, sent[-1][0] - on)
+        return Command(steps, sent[-1][0] - on)
     asked = bundle.manifest
     duration = asked["duration_s"] or last_motion(track.motion)
     speed, ramp = asked["speed_rad_s"], asked["ramp_s"]
     count = max(1, round(ramp / 0.1))
     rise = [(ramp * k / count, speed * (k + 1) / (count + 1)) for k in range(count)]
-    return Drive((*(rise if ramp else ()), (ramp, speed), (duration, 0.0)), duration)
+    return Command((*(rise if ramp else ()), (ramp, speed), (duration, 0.0)), duration)
 
 
 def _compare(
     bundle: Bundle,
     track: Track,
     twin: TimeSeries,
-    drive: Drive,
+    command: Command,
     model: ModelFile,
     shape: ShapeFile,
     outcome: str,
@@ -203,8 +203,8 @@ def _compare(
         run=bundle.manifest["id"],
         real=track.motion,
         twin=twin,
-        duration_s=drive.duration,
-        phases=_phases(track, drive),
+        duration_s=command.duration,
+        phases=_phases(track, command),
         figure=Figure(
             foot_length=values["foot_length"],
             foot_width=values["foot_width"],
@@ -212,9 +212,9 @@ def _compare(
             beam_root=values["beam_root"],
             rotor_radius=values["rotor_radius"],
         ),
-        real_summary=summarize(track.motion, drive.duration),
-        twin_summary=summarize(twin, drive.duration),
-        misfit=misfit(track.motion, twin, drive.duration),
+        real_summary=summarize(track.motion, command.duration),
+        twin_summary=summarize(twin, command.duration),
+        misfit=misfit(track.motion, twin, command.duration),
         supply=_supply(bundle),
         facts=_table(bundle, track, model, shape),
         log=_log(bundle),
@@ -222,13 +222,13 @@ def _compare(
     )
 
 
-def _phases(track: Track, drive: Drive) -> tuple[Phase, ...]:
+def _phases(track: Track, command: Command) -> tuple[Phase, ...]:
     begin = float(track.motion.times[0])
-    ramp_end = drive.steps[-2][0] if len(drive.steps) > 1 else 0.0
+    ramp_end = command.steps[-2][0] if len(command.steps) > 1 else 0.0
     ramp = (
         (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
     )
-    return (Phase(begin, "rest"), *ramp, Phase(drive.duration, "off"))
+    return (Phase(begin, "rest"), *ramp, Phase(command.duration, "off"))
 
 
 def _supply(bundle: Bundle) -> TimeSeries | None:

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
+from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take, read_take
 
 RATE = 120.0
 START = 2.0
@@ -211,3 +211,14 @@ def real_exports() -> Path:
     if not (folder / "expected_numbers.json").exists():
         pytest.skip(f"no real exports at {folder}; set WORKBENCH_REAL_EXPORTS to their folder")
     return folder
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Callable[[bytes], Take]:
+    """Read an export given as bytes."""
+
+    def from_bytes(data: bytes) -> Take:
+        (tmp_path / "x.csv").write_bytes(data)
+        return read_take(tmp_path / "x.csv")
+
+    return from_bytes

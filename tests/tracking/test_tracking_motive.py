@@ -32,15 +32,6 @@ def plain(stored: Path) -> bytes:
     return (stored / "hop_motive_1.24.csv").read_bytes()
 
 
-@pytest.fixture
-def read(tmp_path: Path) -> Read:
-    def from_bytes(data: bytes) -> Take:
-        (tmp_path / "x.csv").write_bytes(data)
-        return read_take(tmp_path / "x.csv")
-
-    return from_bytes
-
-
 def assert_same_motion(a: Take, b: Take) -> None:
     for name, body in a.bodies.items():
         np.testing.assert_array_equal(body.position, b.bodies[name].position)

@@ -19,15 +19,6 @@ def plain(stored: Path) -> bytes:
     return (stored / "hop_row_1.0.csv").read_bytes()
 
 
-@pytest.fixture
-def read(tmp_path: Path) -> Read:
-    def from_bytes(data: bytes) -> Take:
-        (tmp_path / "x.csv").write_bytes(data)
-        return read_take(tmp_path / "x.csv")
-
-    return from_bytes
-
-
 def test_a_clock_that_jitters_gives_rate_and_jitter(tmp_path: Path, small: Take) -> None:
     rng = np.random.default_rng(3)
     times = 0.0211 + np.arange(len(small)) / 250 + rng.uniform(-2e-4, 2e-4, len(small))

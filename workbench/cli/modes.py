@@ -17,13 +17,13 @@ from workbench.protocol import load_model, load_shape
 from workbench.sim import (
     DrivenPeak,
     DrivenResponse,
+    NaturalMode,
     Robot,
     driven_peaks,
     driven_response,
     linear_modes,
     make_robot,
 )
-from workbench.sim import Mode as NaturalMode
 
 __all__ = ["modes"]
 

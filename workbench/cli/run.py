@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -22,7 +23,17 @@ from workbench.cli.output import (
 )
 from workbench.engine import Experiment, carry_out
 from workbench.pairing import check_twin
-from workbench.protocol import Plan, PlannedRun, Protocol, load, load_model, load_shape, make_plan
+from workbench.protocol import (
+    BenchFile,
+    Document,
+    Plan,
+    PlannedRun,
+    Protocol,
+    load,
+    load_model,
+    load_shape,
+    make_plan,
+)
 
 __all__ = ["describe", "run"]
 
@@ -40,8 +51,9 @@ def run(
 
     Example: workbench run protocols/hop-17.yaml --bench virtual
     """
-    experiment = _experiment(protocol, bench)
-    device = make_bench(experiment.bench.content)
+    asked, lab = load(protocol, Protocol), load_bench(bench)
+    device = make_bench(lab.content)
+    experiment = _experiment(asked, lab, device.voltage_step)
     if dry_run:
         _print_plan(experiment, as_json)
         return
@@ -63,13 +75,13 @@ def describe(bundle: Bundle) -> dict[str, Any]:
     return {"bundle": str(bundle.path)} | {key: facts.get(key) for key in (*keys, "warnings")}
 
 
-def _experiment(protocol: Path, bench: str) -> Experiment:
-    asked = load(protocol, Protocol)
-    lab = load_bench(bench)
+def _experiment(
+    asked: Document[Protocol], lab: Document[BenchFile], voltage_step: Decimal
+) -> Experiment:
     own, other = (asked.path.parent, lab.path.parent)
     model = _first(load_model, (asked.content.model, own), (lab.content.model, other))
     shape = _first(load_shape, (asked.content.shape, own), (lab.content.shape, other))
-    plan = make_plan(asked, lab.content, make_bench(lab.content).voltage_step)
+    plan = make_plan(asked, lab.content, voltage_step)
     check_twin(model.content, shape.content, (run.mode for run in plan.runs))
     return Experiment(asked, lab, model, shape, plan)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 from typing import Annotated, Any
 
 import typer
 
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 from workbench.protocol import SCHEMAS
 
 __all__ = ["schema", "schema_text"]
@@ -31,8 +30,7 @@ def schema_text(name: str) -> str:
         InputError: when there is no such kind.
     """
     if name not in SCHEMAS:
-        close = difflib.get_close_matches(name, SCHEMAS, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
+        hint = did_you_mean(name, SCHEMAS)
         raise InputError(f"no schema {name!r}{hint}; there are {', '.join(SCHEMAS)}")
     content: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     content |= SCHEMAS[name].model_json_schema(by_alias=True)

@@ -17,7 +17,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from workbench.errors import FileFault, FileFaults, InputError
+from workbench.errors import FileFault, FileFaults, InputError, did_you_mean
 
 __all__ = ["Document", "Location", "load", "parse"]
 
@@ -86,9 +86,7 @@ def _read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
-        close = difflib.get_close_matches(path.name, near, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise InputError(f"{path}: no such file{hint}") from None
+        raise InputError(f"{path}: no such file{did_you_mean(path.name, near)}") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a UTF-8 text file (byte {error.start})") from None
     except OSError as error:
@@ -194,7 +192,8 @@ def _words(detail: ErrorDetails, schema: type[BaseModel]) -> str:
         return f"unknown key {key!r}{_guess(key, _keys_at(schema, location[:-1]))}"
     if kind == "literal_error":
         allowed = _literals(context["expected"])
-        return f"{key}: {value!r} is not one of {', '.join(allowed)}{_meant(str(value), allowed)}"
+        hint = did_you_mean(str(value), allowed)
+        return f"{key}: {value!r} is not one of {', '.join(allowed)}{hint}"
     if kind == "value_error":
         return f"{key}: {context['error']}" if key else str(context["error"])
     message = detail["msg"].replace("Input should", "must")
@@ -219,12 +218,7 @@ def _literals(expected: str) -> list[str]:
 
 
 def _guess(key: str, allowed: Sequence[str]) -> str:
-    return _meant(key, allowed) or (f"; known here: {', '.join(allowed)}" if allowed else "")
-
-
-def _meant(word: str, allowed: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word, allowed, n=1, cutoff=0.6)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    return did_you_mean(key, allowed) or (f"; known here: {', '.join(allowed)}" if allowed else "")
 
 
 def _keys_at(schema: Any, location: Location) -> list[str]:

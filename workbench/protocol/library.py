@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 from pathlib import Path
 
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 from workbench.protocol.files import Document, load
 from workbench.protocol.model import ModelFile
 from workbench.protocol.shape import ShapeFile
@@ -46,8 +45,7 @@ def _find(name: str, beside: Path, kind: str) -> Path:
     names = [f.stem for f in files if f"schema: workbench/{kind}-1" in f.read_text("utf-8")]
     if name in names:
         return builtin_folder() / f"{name}.yaml"
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
     raise InputError(
-        f"no {kind} named {name!r}{hint}; built in: {', '.join(names)}; a path must end in .yaml"
+        f"no {kind} named {name!r}{did_you_mean(name, names)}; "
+        f"built in: {', '.join(names)}; a path must end in .yaml"
     )

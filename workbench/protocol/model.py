@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -143,10 +143,3 @@ class ModelFile(Section):
     def values(self) -> dict[str, float]:
         """Return the plain values by name, SI."""
         return {name: getattr(self.parameters, name).value for name in UNITS}
-
-    def with_values(self, changed: dict[str, float], source: str) -> ModelFile:
-        """Return a model with some values replaced and their source noted."""
-        content: dict[str, Any] = self.model_dump(by_alias=True)
-        for name, value in changed.items():
-            content["parameters"][name] |= {"value": value, "source": source}
-        return ModelFile.model_validate(content)

@@ -6,7 +6,6 @@ and told in the unit the user wrote.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from dataclasses import dataclass
@@ -15,6 +14,8 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
+
+from workbench.errors import did_you_mean
 
 __all__ = ["DIMENSIONS", "Quantity", "parse_quantity"]
 
@@ -61,8 +62,7 @@ def parse_quantity(text: object, dimension: str) -> tuple[float, str]:
 
 def _hint(unit: str) -> str:
     every = sorted({u for units in DIMENSIONS.values() for u in units})
-    close = difflib.get_close_matches(unit, every, n=1, cutoff=0.5)
-    return f"; did you mean {close[0]!r}?" if close and close[0] != unit else ""
+    return "" if unit in every else did_you_mean(unit, every, likeness=0.5)
 
 
 @dataclass(frozen=True)

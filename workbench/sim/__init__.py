@@ -20,7 +20,7 @@ from workbench.sim.ground import Stick, install_ground_law
 from workbench.sim.modes import (
     DrivenPeak,
     DrivenResponse,
-    Mode,
+    NaturalMode,
     driven_peaks,
     driven_response,
     linear_modes,
@@ -51,8 +51,8 @@ __all__ = [
     "DrivenResponse",
     "Fanout",
     "Gait",
-    "Mode",
     "Motor",
+    "NaturalMode",
     "Outcome",
     "Robot",
     "Simulation",

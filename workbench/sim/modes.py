@@ -34,7 +34,7 @@ __all__ = [
     "Direction",
     "DrivenPeak",
     "DrivenResponse",
-    "Mode",
+    "NaturalMode",
     "driven_peaks",
     "driven_response",
     "linear_modes",
@@ -47,7 +47,7 @@ _POINT_M = 1e-5  # a rotor of this radius is a point: its moment of inertia and 
 _DOWN = np.pi / 2
 
 
-class Mode(NamedTuple):
+class NaturalMode(NamedTuple):
     """A natural mode of small motions.
 
     Args:
@@ -97,7 +97,9 @@ class DrivenPeak(NamedTuple):
     amplitude_m: float
 
 
-def linear_modes(robot: Robot, *, rotor_angle: float | None = None, count: int = 3) -> list[Mode]:
+def linear_modes(
+    robot: Robot, *, rotor_angle: float | None = None, count: int = 3
+) -> list[NaturalMode]:
     """Return the slowest modes of the clamped robot about its equilibrium under gravity.
 
     Args:
@@ -196,12 +198,12 @@ def _mode(
     shape: NDArray[np.float64],
     damping: NDArray[np.float64],
     top: NDArray[np.float64],
-) -> Mode:
+) -> NaturalMode:
     omega = float(np.sqrt(square))
     direction = top @ shape
     direction *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(direction)
     ratio = float(shape @ (damping * shape)) / (2 * omega)
-    return Mode(omega / (2 * np.pi), ratio, (float(direction[0]), float(direction[1])))
+    return NaturalMode(omega / (2 * np.pi), ratio, (float(direction[0]), float(direction[1])))
 
 
 def _go_through(

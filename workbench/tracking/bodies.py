@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 from workbench.tracking.axes import Axes
 from workbench.tracking.pose import fit_poses, pitch_from_matrices
 from workbench.tracking.take import BodyTake, Missing, Take, known
@@ -127,9 +126,7 @@ def _check_names(take: Take, names: BodyNames, places: MarkerPlaces) -> None:
 
 
 def _unknown(name: str, names: list[str]) -> str:
-    lower = {k.casefold(): k for k in names}
-    near = difflib.get_close_matches(name.casefold(), list(lower), n=1, cutoff=0.4)
-    hint = f"; did you mean {lower[near[0]]!r}?" if near else ""
+    hint = did_you_mean(name, names, likeness=0.4)
     return f"{name!r} is not in the take; there are {', '.join(map(repr, names))}{hint}"
 
 

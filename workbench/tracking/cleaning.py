@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 from workbench.tracking.default_recipe import default
 from workbench.tracking.recipe import Recipe
 from workbench.tracking.thesis_recipe import thesis
@@ -21,9 +19,8 @@ def recipe_named(name: str) -> Recipe:
         InputError: there is none of that name.
     """
     if name not in CLEANING:
-        near = difflib.get_close_matches(name, CLEANING, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(
-            f"cleaning recipe {name!r} is unknown; there are {', '.join(CLEANING)}{hint}"
+            f"cleaning recipe {name!r} is unknown; there are {', '.join(CLEANING)}"
+            f"{did_you_mean(name, CLEANING)}"
         )
     return CLEANING[name]

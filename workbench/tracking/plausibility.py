@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP, position
+from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP, position, seen_median
 from workbench.timeseries import TimeSeries
 
 __all__ = ["implausible"]
@@ -29,7 +29,7 @@ def implausible(motion: TimeSeries) -> list[str]:
 
 
 def _above(foot: NDArray[np.float64], top: NDArray[np.float64]) -> list[str]:
-    height = _median((top - foot)[:, 2])
+    height = seen_median((top - foot)[:, 2])
     if np.isnan(height) or _TOP_ABOVE_M[0] <= height <= _TOP_ABOVE_M[1]:
         return []
     return [
@@ -39,7 +39,7 @@ def _above(foot: NDArray[np.float64], top: NDArray[np.float64]) -> list[str]:
 
 
 def _arm(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> list[str]:
-    length = _median(np.linalg.norm(rotor - top, axis=1))
+    length = seen_median(np.linalg.norm(rotor - top, axis=1))
     if np.isnan(length) or _ARM_M[0] <= length <= _ARM_M[1]:
         return []
     return [f"the rotor is {length:.3f} m away from T; 0.035 m are usual. Check the bodies' names."]
@@ -75,8 +75,3 @@ def _lost_turns(motion: TimeSeries) -> list[str]:
         f"in {len(lost)} gap(s), the longest {lost.max():.2f} s, the rotor may have made turns "
         "that nobody saw; its angle is uncertain by whole turns after them"
     ]
-
-
-def _median(values: NDArray[np.float64]) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")

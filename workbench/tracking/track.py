@@ -19,6 +19,7 @@ from workbench.motion import (
     first_motion,
     rotor_angle,
     rotor_speed,
+    seen_median,
 )
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
@@ -93,7 +94,7 @@ def make_track(
     warnings.extend(implausible(motion))
     return Track(
         motion=motion,
-        start_angle_rad=_median(angle[rest]),
+        start_angle_rad=seen_median(angle[rest]),
         rest_s=rest_s,
         zero_in_take_s=zero or 0.0,
         recipe=recipe,
@@ -162,7 +163,7 @@ def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
     still = before.copy()
     for names in (FOOT, TOP):
         path = _path(columns, names)
-        moved = np.linalg.norm(path - [_median(path[last, i]) for i in range(3)], axis=1)
+        moved = np.linalg.norm(path - [seen_median(path[last, i]) for i in range(3)], axis=1)
         left = np.flatnonzero(before & (moved > _STILL_M))
         if len(left):
             still[: left[-1] + 1] = False
@@ -192,10 +193,5 @@ def _motion(
 
 def _origin(column: NDArray[np.float64], rest: NDArray[np.bool_]) -> float:
     """Return the median at rest, or of all samples when the body is not seen at rest."""
-    value = _median(column[rest])
-    return value if np.isfinite(value) else _median(column)
-
-
-def _median(values: NDArray[np.float64]) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else float("nan")
+    value = seen_median(column[rest])
+    return value if np.isfinite(value) else seen_median(column)
