@@ -44,8 +44,11 @@ _STILL: dict[Mode, str] = {
     "drop": "the foot never moves in this take; was it let go while the cameras recorded, and is "
     "the body name of the foot right?",
 }
-_NOT_DRIVEN = "the rotor never moves in this take; was the motor connected, and is the body name " \
+_NOT_DRIVEN = (
+    "the rotor never moves in this take; was the motor connected, and is the body name "
     "of the rotor right?"
+)
+
 
 def pair(bundle: Bundle) -> Comparison:
     """Track the take, simulate its twin, compare, draw; write all of it into the bundle.
@@ -270,7 +273,9 @@ def _told(facts: Mapping[str, Any], release: Release | None) -> str:
     if facts["mode"] == "decay":
         found = "" if error is None else f" \N{PLUS-MINUS SIGN} {error:.2g} N, found in the data"
         return f"decay, T pulled forward with {pull:.3g} N{found}"
-    found = "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
+    found = (
+        "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
+    )
     return f"drop from {1000 * height:.3g} mm{found}"
 
 

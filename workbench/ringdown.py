@@ -80,8 +80,8 @@ def ring(times: NDArray[np.float64], path: NDArray[np.float64]) -> Ring:
     """Return the strongest of two fading swings fitted to a path; NaN where nothing rings.
 
     The robot has two modes below 20 Hz; fitted alone, the strong one would take the other's swing
-    for damping. Frequencies start at the spectrum's highest lines, between 0.5 and 12 Hz; amplitudes
-    and centre are linear and found for each trial (variable projection).
+    for damping. Frequencies start at the spectrum's highest lines, between 0.5 and 12 Hz; the
+    amplitudes and the centre are linear and found for each trial (variable projection).
 
     Args:
         times: (n,) evenly spaced [s].
@@ -126,7 +126,7 @@ def _terms(poles: list[Pole], t: NDArray[np.float64]) -> NDArray[np.float64]:
 def _amplitudes(
     poles: list[Pole], t: NDArray[np.float64], x: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    return np.linalg.lstsq(_terms(poles, t), x)[0]
+    return np.asarray(np.linalg.lstsq(_terms(poles, t), x)[0], dtype=np.float64)
 
 
 def _left(

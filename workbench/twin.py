@@ -60,8 +60,7 @@ class Release(NamedTuple):
     Args:
         pull: force on T, forward [N]; zero in a drop.
         height: of the foot above the floor [m]; zero in a decay.
-        uncertainty: standard error of the one that was found in the data, or None when the value was
-            told.
+        uncertainty: standard error of what was found in the data; None when it was told.
     """
 
     pull: float = 0.0

@@ -24,6 +24,7 @@ __all__ = [
     "emit",
     "people",
     "show_table",
+    "summary_rows",
     "tell",
 ]
 
@@ -84,6 +85,15 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
         f"error of the twin: {manifest['error_mm']:.1f} mm rms "
         f"(foot {manifest['error_foot_mm']:.1f}, T {manifest['error_top_mm']:.1f})"
     )
+
+
+def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Return the numbers of a summary as rows of name and value with unit."""
+    return [
+        (name.lower(), f"{factor * summary[key]:.{digits}f} {unit}")
+        for key, (name, unit, factor, digits) in QUANTITIES.items()
+        if key in summary
+    ]
 
 
 class TerminalOperator:

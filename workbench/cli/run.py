@@ -119,32 +119,19 @@ def _print_plan(experiment: Experiment, as_json: bool) -> None:
     show_table(
         f"{plan.title} (runs: {len(plan.runs)}, about {plan.seconds:.0f} s, "
         f"current limit {plan.current_limit:g} A)",
-        [
-            "run",
-            "mode",
-            "speed [rad/s]",
-            "voltage [V]",
-            "pull [N]",
-            "height [mm]",
-            "rest [s]",
-            "ramp [s]",
-            "duration [s]",
-            "role",
-        ],
+        ["run", "mode", "asked", "rest [s]", "ramp [s]", "duration [s]", "role"],
         [_plan_row(run) for run in plan.runs],
     )
 
 
 def _plan_row(run: PlannedRun) -> list[str]:
-    speed = volts = pull = height = ramp = ""
     match run.action:
         case PlannedDrive() as drive:
-            speed, volts, ramp = f"{drive.speed:.3f}", str(drive.voltage), f"{drive.ramp:g}"
+            asked, ramp = f"{drive.voltage} V, {drive.speed:.3f} rad/s", f"{drive.ramp:g}"
         case PlannedRelease() as release:
-            pull = "" if release.pull is None else f"{release.pull:g}"
-            height = "" if release.height is None else f"{1000 * release.height:g}"
-    asked = [speed, volts, pull, height, f"{run.rest:g}", ramp, f"{run.duration:g}"]
-    return [str(run.number), run.mode, *asked, run.role]
+            asked, ramp = release.asked, ""
+    times = [f"{run.rest:g}", ramp, f"{run.duration:g}"]
+    return [str(run.number), run.mode, asked, *times, run.role]
 
 
 def _plan_object(plan: Plan) -> dict[str, Any]:

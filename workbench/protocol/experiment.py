@@ -17,7 +17,10 @@ Role = Literal["train", "held_out"]
 Speed = Annotated[float, Quantity("speed", above=0)]
 Volts = Annotated[float, Quantity("voltage", above=0)]
 
-_RELEASE_KEYS: dict[str, tuple[Mode, str]] = {"pull": ("decay", "0.39 N"), "height": ("drop", "20 mm")}
+_RELEASE_KEYS: dict[str, tuple[Mode, str]] = {
+    "pull": ("decay", "0.39 N"),
+    "height": ("drop", "20 mm"),
+}
 """Key -> the one mode it belongs to, an example."""
 
 

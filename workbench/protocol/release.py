@@ -14,13 +14,15 @@ class PlannedRelease:
     """A robot that is held, still, and let go.
 
     Args:
-        name: short name for folders and tables, `0.39N`.
+        asked: what is asked for, in words.
+        name: short name for folders, `0.39N`.
         ready: tells the operator what to hold and how, before the cameras start.
         now: tells the operator to let go, after the rest.
         pull: force on T, in mode decay [N].
         height: of the foot above the floor, in mode drop [m].
     """
 
+    asked: str
     name: str
     ready: str
     now: str
@@ -32,6 +34,7 @@ def pull(force: float) -> PlannedRelease:
     """Return the release of a T that is pulled forward by a force [N]."""
     weight = 1000 * force / _GRAVITY
     return PlannedRelease(
+        asked=f"T pulled with {force:g} N",
         name=f"{force:g}N",
         ready=f"Clamp the foot. Pull T forward with {force:g} N, for example by a thread over a "
         f"pulley and a weight of {weight:.0f} g. Wait until all is still, then confirm.",
@@ -43,6 +46,7 @@ def pull(force: float) -> PlannedRelease:
 def drop(height: float) -> PlannedRelease:
     """Return the release of a robot whose foot is held at a height above the floor [m]."""
     return PlannedRelease(
+        asked=f"foot held at {1000 * height:g} mm",
         name=f"{1000 * height:g}mm",
         ready=f"Hold the foot level, {1000 * height:g} mm above the floor. Wait until the beam is "
         "still, then confirm.",

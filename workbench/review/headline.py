@@ -9,7 +9,15 @@ from workbench.motion import Misfit, Summary
 from workbench.review.comparison import Comparison
 from workbench.ringdown import RingDown
 
-__all__ = ["HEADINGS", "QUANTITIES", "HeadlineRow", "Quantity", "headline", "misfit_rows", "verdict"]
+__all__ = [
+    "HEADINGS",
+    "QUANTITIES",
+    "HeadlineRow",
+    "Quantity",
+    "headline",
+    "misfit_rows",
+    "verdict",
+]
 
 HEADINGS = ("", "Real", "Twin", "Difference")
 _UNKNOWN = "not measured"

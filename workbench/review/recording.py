@@ -1,8 +1,8 @@
 """One rerun recording of a run beside its twin.
 
 `/real/**` and `/sim/**` hold the two robots, `/plots/**` the curves, `/phase`, `/log` and `/notes`
-the story, all on the timeline `t` [s] whose zero is the rotor's first motion or the release. Every entity is sent
-as whole columns, styles once.
+the story, all on the timeline `t` [s] whose zero is the rotor's first motion or the release. Every
+entity is sent as whole columns, styles once.
 
 The recording is a view: it is made from a `Comparison` alone and can be made again.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -66,7 +67,7 @@ def write_recording(comparison: Comparison, path: Path) -> None:
 
 def _describe(stream: rr.RecordingStream, comparison: Comparison) -> None:
     summaries = {"real": comparison.real_summary, "twin": comparison.twin_summary}
-    numbers = {
+    numbers: dict[str, Any] = {
         f"{who}_{name}": value
         for who, summary in summaries.items()
         for name, value in summary.as_json().items()

@@ -78,8 +78,10 @@ def _speed(comparison: Comparison) -> Markup:
 def _supply(comparison: Comparison) -> Markup:
     if comparison.supply is None:
         return Markup()
-    return _figure(supply_plot(comparison.supply, comparison.time_zero),
-        "What was set on the supply and read back.")
+    return _figure(
+        supply_plot(comparison.supply, comparison.time_zero),
+        "What was set on the supply and read back.",
+    )
 
 
 def _facts(comparison: Comparison) -> Markup:
