@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import DRIVEN, FOOT, RELEASED, TOP, Misfit, Mode, Summary, position
+from workbench.motion import DRIVEN, FOOT, TOP, Misfit, Mode, Summary, position
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
@@ -99,8 +99,8 @@ class Comparison:
 
     @property
     def mover(self) -> tuple[str, str, str]:
-        """Return the point whose path tells most: the foot where it is free, else T."""
-        return RELEASED.get(self.mode, FOOT if self.mode == "hop" else TOP)
+        """Return the point whose path tells most: the foot where it hops, else T."""
+        return FOOT if self.mode == "hop" else TOP
 
     def error(self) -> TimeSeries:
         """Return the distance between robot and twin over the robot's times.
