@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from workbench.bench import load_bench
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position, release
 from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
-from workbench.sim import make_robot
+from workbench.sim import Condition, make_robot
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyNames, Missing, make_track
 from workbench.virtual import draw_current, film, let_go, move, true_robot
@@ -83,3 +85,20 @@ def test_the_motor_follows_the_terminals_with_its_lag(motion: TimeSeries) -> Non
 def test_no_voltage_draws_no_current() -> None:
     assert draw_current(0.0) == 0.0
     assert 0.2 < draw_current(4.5) < 0.5
+
+
+def test_a_person_lets_go_a_moment_after_being_asked(bench: BenchFile) -> None:
+    here = Path()
+    model, shape = load_model("thesis", here).content, load_shape("thesis-initial", here).content
+    robot = true_robot(model, shape, section(bench, increments=24))
+    assert len(robot.hinges) == 24
+    held = Condition("decay", np.zeros(0), pull=0.39)
+    motion = let_go(robot, held, asked=1.0, duration=4.0, rng=seeded())
+    assert motion.times[-1] == pytest.approx(4.0)
+    way = motion[TOP[0]] - motion[TOP[0]][0]
+    assert np.abs(way[motion.times < 1.2]).max() == 0  # pulled and still
+    assert np.abs(way[motion.times > 2.4]).max() > 0.02
+    again = let_go(robot, held, asked=1.0, duration=4.0, rng=np.random.default_rng(4))
+    found = [release(m.times, position(m, TOP)) or 0.0 for m in (motion, again)]
+    assert all(1.2 < zero < 2.2 for zero in found)
+    assert abs(found[0] - found[1]) > 0.01

@@ -31,6 +31,7 @@ from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
 _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
 _HAND_S = (0.2, 1.2)  # a person lets go so long after being asked
+_LEAST_S = 0.5  # a motion shorter than this has no rotor speed
 
 __all__ = ["draw_current", "film", "let_go", "move", "true_robot"]
 
@@ -94,7 +95,8 @@ def let_go(
     """
     times = sample_times(duration)
     released = asked + rng.uniform(*_HAND_S)
-    locked = np.zeros(len(sample_times(duration - released)) + 1)
+    left = max(duration - released, _LEAST_S)  # they may let go too late
+    locked = np.zeros(len(sample_times(left)) + 1)
     motion = simulate(robot, replace(held, command=locked)).motion
     motion = _lying_still(motion, len(locked))
     since = np.maximum(times - released, 0.0)

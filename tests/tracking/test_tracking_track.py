@@ -233,3 +233,51 @@ def test_a_body_that_is_never_seen_is_refused(hop: Any, lose: Lose) -> None:
 def test_the_report_is_json(hop: Any) -> None:
     for recipe in ("default", "thesis"):
         json.dumps(track_of(hop.take, recipe=recipe).report, allow_nan=False)
+
+
+def moved(take: Take, name: str, forward: np.ndarray, up: np.ndarray) -> Take:
+    """Move a body by (n,) along the bench's x and z; the export's y is up, its -z forward."""
+    body, way = take.bodies[name], np.column_stack([0 * up, up, -forward])
+    other = replace(
+        body,
+        position=body.position + way,
+        measured=body.measured + way[:, None],
+        solved=body.solved + way[:, None],
+    )
+    return replace(take, bodies={**take.bodies, name: other})
+
+
+def test_time_zero_of_a_decay_is_the_release_of_t(new_hop: Any) -> None:
+    take = new_hop(seconds=1.9).take  # the rotor would start at 2 s
+    since = np.maximum(take.times - 1.003, 0)
+    swing = 0.02 * (np.cos(10 * since) - 1)
+    for name in ("T", "Rotor"):
+        take = moved(take, name, swing, 0 * swing)
+    track = track_of(take, mode="decay")
+    assert track.zero_in_take_s == pytest.approx(1.003, abs=0.004)
+    assert track.rest_s == pytest.approx(1.003, abs=0.004)
+    assert track.warnings == ()
+    ringing = track.motion.between(0.05, 0.8)
+    expected = 0.071 + 0.02 * (np.cos(10 * ringing.times) - 1)
+    assert np.abs(ringing[TOP[0]] - expected).max() < 0.002
+    assert np.abs(track.motion[ROTOR_SPEED]).max() < 0.5
+    assert track_of(take).warnings[0] == "the rotor never moves; times are those of the take"
+
+
+def test_time_zero_of_a_drop_is_when_the_foot_begins_to_fall(new_hop: Any) -> None:
+    take = new_hop(seconds=1.9).take
+    fall = -np.minimum(4.9 * np.maximum(take.times - 1.003, 0) ** 2, 0.02)
+    for name in ("Foot", "T", "Rotor"):
+        take = moved(take, name, 0 * fall, fall)
+    track = track_of(take, mode="drop")
+    assert track.zero_in_take_s == pytest.approx(1.003, abs=0.004)
+    assert track.motion[FOOT[2]][0] == pytest.approx(0, abs=3e-4)  # the hand is the origin
+    assert track.motion[FOOT[2]][-1] == pytest.approx(-0.02, abs=3e-4)
+    assert track.warnings == ()
+
+
+def test_a_robot_that_is_never_let_go_is_named(new_hop: Any) -> None:
+    take = new_hop(seconds=1.5).take
+    assert track_of(take, mode="decay").warnings[0].startswith("T never moves; times are those")
+    hinted = track_of(take, mode="drop", start_hint=1.0)
+    assert hinted.warnings == ("the foot never moves; time zero is 1 s into the take, as given",)

@@ -34,7 +34,7 @@ def pull(force: float) -> PlannedRelease:
     """Return the release of a T that is pulled forward by a force [N]."""
     weight = 1000 * force / _GRAVITY
     return PlannedRelease(
-        asked=f"T pulled with {force:g} N",
+        asked=f"pull {force:g} N",
         name=f"{force:g}N",
         ready=f"Clamp the foot. Pull T forward with {force:g} N, for example by a thread over a "
         f"pulley and a weight of {weight:.0f} g. Wait until all is still, then confirm.",
@@ -46,7 +46,7 @@ def pull(force: float) -> PlannedRelease:
 def drop(height: float) -> PlannedRelease:
     """Return the release of a robot whose foot is held at a height above the floor [m]."""
     return PlannedRelease(
-        asked=f"foot held at {1000 * height:g} mm",
+        asked=f"height {1000 * height:g} mm",
         name=f"{1000 * height:g}mm",
         ready=f"Hold the foot level, {1000 * height:g} mm above the floor. Wait until the beam is "
         "still, then confirm.",
