@@ -107,17 +107,18 @@ def test_misfit_is_the_root_mean_square_in_millimetres() -> None:
 
 
 Path3 = Callable[[np.ndarray], np.ndarray]
+LOCKED = np.zeros(600)
 LOW_PASS = butter(4, 25.0, fs=RATE, output="sos")  # the default recipe's
 
 
-def let_go(mode: Mode, **held: float) -> Path3:
+def let_go(held: Condition) -> Path3:
     """Path of the released point of a simulated robot at any time, the release at zero."""
     here = Path()
     robot = make_robot(
         load_model("thesis", here).content.values(), load_shape("thesis-initial", here).content
     )
-    moving = simulate(robot, Condition(mode, np.zeros(600), **held)).motion
-    path = CubicSpline(moving.times, position(moving, RELEASED[mode]))
+    moving = simulate(robot, held).motion
+    path = CubicSpline(moving.times, position(moving, RELEASED[held.mode]))
     return lambda times: np.asarray(path(np.clip(times, 0.0, 4.9)))
 
 
@@ -130,19 +131,20 @@ def seen(path: Path3, start: float, seed: int, noise: float, filtered: bool) -> 
 
 @pytest.mark.parametrize("filtered", [False, True])
 @pytest.mark.parametrize(
-    ("mode", "held", "bias_ms", "scatter_ms"),
+    ("held", "bias_ms", "scatter_ms"),
     [
-        ("decay", {"pull": 0.1}, 5.0, 14.0),
-        ("decay", {"pull": 0.39}, 2.5, 5.0),
-        ("decay", {"pull": 1.2}, 2.0, 2.0),
-        ("drop", {"height": 0.01}, 2.5, 3.0),
-        ("drop", {"height": 0.05}, 2.5, 2.0),
+        (Condition("decay", LOCKED, pull=0.1), 5.0, 14.0),
+        (Condition("decay", LOCKED, pull=0.39), 2.5, 5.0),
+        (Condition("decay", LOCKED, pull=1.2), 2.0, 2.0),
+        (Condition("drop", LOCKED, height=0.01), 2.5, 3.0),
+        (Condition("drop", LOCKED, height=0.05), 2.5, 2.0),
     ],
+    ids=lambda value: f"{value.mode} {value.pull} N" if isinstance(value, Condition) else None,
 )
 def test_a_release_is_found_as_well_as_the_docstring_says(
-    mode: Mode, held: dict[str, float], bias_ms: float, scatter_ms: float, filtered: bool
+    held: Condition, bias_ms: float, scatter_ms: float, filtered: bool
 ) -> None:
-    path, times = let_go(mode, **held), np.arange(0, 6, 1 / RATE)
+    path, times = let_go(held), np.arange(0, 6, 1 / RATE)
     starts = 2.0 + np.random.default_rng(5).uniform(0, 1 / RATE, 25)  # anywhere between pictures
     late = []
     for seed, start in enumerate(starts):
@@ -154,7 +156,7 @@ def test_a_release_is_found_as_well_as_the_docstring_says(
 
 
 def test_a_release_survives_a_gap_and_a_later_pick_up() -> None:
-    path, times = let_go("drop", height=0.02), np.arange(0, 6, 1 / RATE)
+    path, times = let_go(Condition("drop", LOCKED, height=0.02)), np.arange(0, 6, 1 / RATE)
     places = seen(path, 2.0, 1, 0.0002, False)
     places[230:236] = np.nan
     places[times > 5.2] += 0.5  # somebody takes the robot away
@@ -176,5 +178,6 @@ def test_time_zero_is_what_the_mode_begins_with() -> None:
     columns = dict.fromkeys((*FOOT, *TOP), zero)
     columns |= {FOOT[2]: lifted, TOP[0]: pulled, ROTOR_ANGLE: turned}
     series = TimeSeries.of(times, columns)
-    for mode, expected in (("hop", 1.5), ("clamped", 1.5), ("drop", 2.0), ("decay", 2.5)):
+    begins: dict[Mode, float] = {"hop": 1.5, "clamped": 1.5, "drop": 2.0, "decay": 2.5}
+    for mode, expected in begins.items():
         assert time_zero(mode, series) == pytest.approx(expected, abs=0.004)

@@ -199,9 +199,9 @@ def release(times: NDArray[np.float64], path: NDArray[np.float64]) -> float | No
     """
     seen = np.isfinite(path).all(axis=1)
     t, path = times[seen], path[seen]
-    held = t <= t[0] + _HELD_S if len(t) else seen[:0]
-    if np.count_nonzero(held) < 2:
+    if len(t) < _LEAST_MOVED:
         return None
+    held = t <= t[0] + _HELD_S
     gone = np.asarray(np.linalg.norm(path - np.median(path[held], axis=0), axis=1))
     moved = gone[gone > _LEAST_WAY_M]
     if len(moved) < _LEAST_MOVED:
