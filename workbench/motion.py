@@ -191,7 +191,8 @@ def release(times: NDArray[np.float64], path: NDArray[np.float64]) -> float | No
     Bias and scatter [ms] on motions of the twin at 120 Hz, 0.2 and 0.3 mm of noise in every
     coordinate, plain and through a zero-phase low-pass at 25 Hz: T held 16 mm away -1 and 2.5 to 4,
     43 mm away -1 and 1, 4 mm away -4 to 0 and 7 to 11; the foot dropped by 10 to 50 mm -2 to 0 and
-    0.6 to 2.4. The bias is that of the twin as well (`tests/test_motion.py`).
+    0.6 to 2.4 (`tests/test_motion.py`). The thesis' low-pass at 9 Hz makes a drop 5 to 16 ms early;
+    a hand that trembles by 1 mm at 1 to 6 Hz scatters it by 3 to 4 ms, and T at 16 mm by 11 ms.
 
     Args:
         times: (n,) [s], beginning with at least 0.3 s of rest.

@@ -36,7 +36,8 @@ class RingDown:
         displacement_m: decay: how far forward of the centre of its swings T was held; drop: how far
             the foot fell, from the hand to its rest on the ground.
         ring_hz: frequency of the strongest swing of T, forward in decay, upward after a drop.
-        damping_ratio: of that swing, as if its damping were viscous.
+        damping_ratio: of that swing, as if its damping were viscous. The twin, pulled by 16 mm, has
+            0.36 %; told are 0.36 % after 5 or 10 s, but 0.28 % after 2 s and nothing after 1 s.
     """
 
     displacement_m: float
