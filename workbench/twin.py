@@ -130,9 +130,7 @@ def find_release(
         raise InputError(f"the {what} before the release cannot be told from this take; give it")
 
     def displacement(value: float) -> float:
-        motion = simulate(robot, replace(start, **{what: value})).motion
-        zero = time_zero(mode, motion) or 0.0
-        return summarize_release(motion.shifted(-zero), mode, command.duration).displacement_m
+        return _displacement(robot, replace(start, **{what: value}), command.duration)
 
     first, second = _FIRST_TRY[mode]
     slope = (displacement(second) - displacement(first)) / (second - first)
@@ -153,6 +151,13 @@ def find_release(
     if mode == "decay":
         return Release(pull=float(found.root), uncertainty=uncertainty)
     return Release(height=float(found.root), uncertainty=uncertainty)
+
+
+def _displacement(robot: Robot, condition: Condition, duration: float) -> float:
+    """Return how far the twin is displaced before its release [m]."""
+    motion = simulate(robot, condition).motion
+    zero = time_zero(condition.mode, motion) or 0.0
+    return summarize_release(motion.shifted(-zero), condition.mode, duration).displacement_m
 
 
 def _scatter(mode: Mode, track: Track) -> float:

@@ -48,23 +48,15 @@ def simulate(
     Example: workbench simulate --omega 17 --duration 10
     Example: workbench simulate --mode decay --pull 0.39
     """
-    if mode not in MODES:
-        raise InputError(f"mode {mode!r} cannot be simulated; it must be one of {', '.join(MODES)}")
-    if not abs(omega) <= FASTEST:
-        raise InputError(f"omega {omega:g} rad/s is outside -{FASTEST:g} to {FASTEST:g} rad/s")
+    _require(mode, omega)
     begin = time.perf_counter()
     robot = make_robot(
         load_model(model, Path()).content.values(), load_shape(shape, Path()).content
     )
     robot = replace(robot, increments=increments, slope=math.radians(slope))
-    drive = omega if mode in DRIVEN else 0.0
+    command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
     condition = Condition(
-        mode=cast(Mode, mode),
-        command=np.full(len(sample_times(duration)), drive),
-        start_angle=math.radians(start_angle),
-        rest=_REST_S,
-        pull=pull,
-        height=height / 1000,
+        cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000
     )
     result = simulate_robot(robot, condition)
     found = _numbers(condition.mode, result, duration)
@@ -77,10 +69,17 @@ def simulate(
     if as_json:
         emit(found | end)
         return
-    asked = {"decay": f"pulled with {pull:g} N", "drop": f"from {height:g} mm"}
-    words = asked.get(mode, f"at {omega:g} rad/s")
+    words = {"decay": f"pulled with {pull:g} N", "drop": f"from {height:g} mm"}
+    asked = words.get(mode, f"at {omega:g} rad/s")
     last = [("outcome", result.outcome), ("wall time", f"{end['wall_s']:.2f} s")]
-    show_table(f"{mode} {words} for {duration:g} s", ["", ""], [*_rows(found), *last])
+    show_table(f"{mode} {asked} for {duration:g} s", ["", ""], [*_rows(found), *last])
+
+
+def _require(mode: str, omega: float) -> None:
+    if mode not in MODES:
+        raise InputError(f"mode {mode!r} cannot be simulated; it must be one of {', '.join(MODES)}")
+    if not abs(omega) <= FASTEST:
+        raise InputError(f"omega {omega:g} rad/s is outside -{FASTEST:g} to {FASTEST:g} rad/s")
 
 
 def _numbers(mode: Mode, result: Simulation, duration: float) -> dict[str, float]:

@@ -98,7 +98,6 @@ def make_track(
     zero = _zero(columns.times, _onset(mode, columns, angle), start_hint, warnings)
     rest, rest_s = _rest(columns, zero, warnings)
     motion = _motion(columns, (angle, seen), rest, report.origin_m).shifted(-(zero or 0.0))
-    warnings.extend(implausible(motion))
     return Track(
         motion=motion,
         start_angle_rad=seen_median(angle[rest]),
@@ -107,7 +106,7 @@ def make_track(
         recipe=recipe,
         report=report.as_json(),
         take_sha256=take.sha256,
-        warnings=tuple(dict.fromkeys(warnings)),
+        warnings=tuple(dict.fromkeys([*warnings, *implausible(motion)])),
     )
 
 
