@@ -36,8 +36,9 @@ class RawBody:
         position: (n, 3) in bench axes [m], NaN where not seen.
         solved: (n, 3) centroid of the solved markers [m], with what the file holds while the body
             is lost; the pose position where the file has no solved markers.
-        pitch: (n,) rotation about +y [rad], NaN where unknown; None when the file cannot tell. From
-            given marker places it is absolute, else relative to the take's first half second.
+        pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers tell none, of
+            the foot where the file's pose tells none either. From given marker places it is
+            absolute, else relative to the take's first half second.
         missing: (n,) values of `Missing`; SEEN wherever `position` is told, GLITCH where the
             markers do not fit the body.
         source: which numbers `position` was made of, for the report.
@@ -192,7 +193,7 @@ def _raw_body(
         name=body.name,
         position=told.position,
         solved=solved,
-        pitch=_pose_pitch(body, axes) if told.pitch is None else told.pitch,
+        pitch=_pose_pitch(body, axes) if told.pitch is None and role == "foot" else told.pitch,
         missing=missing,
         source=told.source,
         solved_source=solved_source,

@@ -89,7 +89,7 @@ def _reach(about: NDArray[np.float64], most: int, one_sided: bool) -> tuple[int,
 def _turned(
     left: NDArray[np.float64], right: NDArray[np.float64], share: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return offsets (k, m, 3) between two, of their mean length: bodies turn, they never shrink."""
+    """Return offsets (k, m, 3) between two, of their mean length: bodies never shrink."""
     share = share[:, None, None]
     mixed = left * (1 - share) + right * share
     length = np.linalg.norm(mixed, axis=2, keepdims=True)

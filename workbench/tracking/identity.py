@@ -9,6 +9,8 @@ the motion and the order of the file does not.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +26,7 @@ _LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to 
 _ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
 _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.1
+_TRIED = 500  # samples that tell how far markers usually move
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -58,25 +61,25 @@ def untangle(
     """
     n, m = cloud.shape[:2]
     unchanged = np.broadcast_to(np.arange(m), (n, m))
-    visible = known(cloud)
-    rows = np.flatnonzero(visible.all(axis=1))
+    whole = known(cloud.reshape(n, 3 * m))
+    rows = np.flatnonzero(whole)
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, unchanged)
     full = cloud[rows] if len(rows) < n else cloud
     nearest = _least_distance(full)
     slots = _by_continuity(times[rows], full, nearest)
-    found: dict[int, NDArray[np.intp]] = (
-        {} if slots is None else dict(zip(rows, slots, strict=True))
-    )
-    if partly:
-        if slots is not None:
-            full = np.take_along_axis(full, slots[:, :, None], axis=1)
-        some = np.flatnonzero(visible.any(axis=1) & ~visible.all(axis=1))
-        found.update(_by_paths(times, cloud, some, rows, full, nearest))
-    if not found:
+    if slots is None and (not partly or len(rows) == n):
         return Untangled(cloud, unchanged)
     order = unchanged.copy()
-    order[list(found)] = list(found.values())
+    if slots is not None:
+        order[rows] = slots
+        full = np.take_along_axis(full, slots[:, :, None], axis=1)
+    if partly:
+        some = np.flatnonzero(~whole)
+        for row, slot in _by_paths(times, cloud, some, rows, full, nearest).items():
+            order[row] = slot
+    if (order == unchanged).all():
+        return Untangled(cloud, unchanged)
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
 
 
@@ -97,7 +100,7 @@ def told_exchanges(
 
 def _least_distance(full: NDArray[np.float64]) -> float:
     """Return the usual distance of the two markers that are nearest to each other [m]."""
-    some = full[:: max(1, len(full) // 500)]
+    some = full[:: max(1, len(full) // _TRIED)]
     first, second = np.triu_indices(full.shape[1], k=1)
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
 
@@ -106,46 +109,74 @@ def _by_continuity(
     times: NDArray[np.float64], full: NDArray[np.float64], nearest: float
 ) -> NDArray[np.intp] | None:
     """Return slots (k, m) of samples that show all markers, None where all stay as they are."""
-    shape = full - full.mean(axis=1, keepdims=True)
+    shape = full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
     step = np.diff(shape, axis=0)
-    far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
-    cuts = np.flatnonzero(far.any(axis=1)) + 1
-    if not len(cuts):
+    far = np.einsum("kmi,kmi->mk", step, step).max(axis=0) > (_LEFT * nearest) ** 2
+    if not far.any():
         return None
+    cuts = np.flatnonzero(far) + 1
     starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
-    m = full.shape[1]
-    orders = np.tile(np.arange(m), (len(starts), 1))  # of each piece, against its group's first one
-    group = np.arange(len(starts))
-    for i in range(1, len(starts)):
-        for j in range(i - 1, max(-1, i - 1 - _LOOK_BACK), -1):
-            last, first = stops[j] - 1, starts[i]
-            if not _comparable(times, shape, last, first, nearest):
-                break
-            order = _continued(shape[last][orders[j]], shape[first], nearest)
-            if order is not None:
-                group[i], orders[i] = group[j], order
-                break
-    length = stops - starts
+    orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
     for name in np.unique(group):
         members = np.flatnonzero(group == name)
         kinds, kind = np.unique(orders[members], axis=0, return_inverse=True)
-        usual = kinds[np.argmax(np.bincount(kind.ravel(), weights=length[members]))]
+        weights = (stops - starts)[members]
+        usual = kinds[np.argmax(np.bincount(kind.ravel(), weights=weights))]
         orders[members] = orders[members][:, np.argsort(usual)]
-    slots = np.repeat(orders, length, axis=0)
-    return None if (slots == np.arange(m)).all() else slots
+    return np.repeat(orders, stops - starts, axis=0)
 
 
-def _comparable(
-    times: NDArray[np.float64], shape: NDArray[np.float64], last: int, first: int, nearest: float
-) -> bool:
-    """Tell whether the markers keep their places about the centroid over the time between."""
-    if times[first] - times[last] <= _SHORT_S:
-        return True
-    lag = round((times[first] - times[last]) / float(np.median(np.diff(times))))
-    if lag >= len(shape):
-        return False
-    usual = np.median(np.linalg.norm(shape[lag:] - shape[:-lag], axis=2).max(axis=1))
-    return bool(usual < _ARRIVED * nearest)
+def _linked(
+    motion: _Motion, starts: NDArray[np.intp], stops: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the slots (p, m) of each piece against the first of its group, and its group (p,)."""
+    count, m = len(starts), motion.shape.shape[1]
+    orders, group = np.tile(np.arange(m), (count, 1)), np.arange(count)
+    for i in range(1, count):
+        for j in range(i - 1, max(-1, i - 1 - _LOOK_BACK), -1):
+            last, first = int(stops[j]) - 1, int(starts[i])
+            if not motion.comparable(last, first):
+                break
+            before = motion.shape[last][orders[j]]
+            order = _continued(before, motion.shape[first], motion.nearest)
+            if order is not None:
+                group[i], orders[i] = group[j], order
+                break
+    return orders, group
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Markers (k, m, 3) about their centroid at (k,) times, and their least distance [m]."""
+
+    times: NDArray[np.float64]
+    shape: NDArray[np.float64]
+    nearest: float
+
+    def comparable(self, last: int, first: int) -> bool:
+        """Tell whether the markers keep their places over the time between two samples."""
+        gap = float(self.times[first] - self.times[last])
+        return (
+            gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest
+        )
+
+    @cached_property
+    def _step(self) -> float:
+        return float(np.median(np.diff(self.times)))
+
+    @cached_property
+    def _usual_moves(self) -> dict[int, float]:
+        return {}
+
+    def _usual_move(self, lag: int) -> float:
+        """Return how far the marker that moves most usually gets over a lag [m]."""
+        if lag >= len(self.shape):
+            return np.inf
+        if lag not in self._usual_moves:
+            some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
+            moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
+            self._usual_moves[lag] = float(np.median(moved.max(axis=1)))
+        return self._usual_moves[lag]
 
 
 def _continued(
@@ -174,9 +205,7 @@ def _by_paths(
     share = ((t - t0) / (t1 - t0))[:, None, None]
     paths = full[after - 1] * (1 - share) + full[after] * share
     off = np.linalg.norm(cloud[some] - paths, axis=2)
-    suspect = close & (
-        np.where(np.isfinite(off), off, 0.0).max(axis=1, initial=0) > _LEFT * nearest
-    )
+    suspect = close & (off > _LEFT * nearest).any(axis=1)
     found: dict[int, NDArray[np.intp]] = {}
     for i in np.flatnonzero(suspect):
         shown = np.flatnonzero(known(cloud[some[i]]))

@@ -37,7 +37,7 @@ def point_on_line(
         cloud: (n, m, 3) markers on a line [m], NaN where not seen.
         places: (m, 3) on the body, forward, left, up [m]; None if not given.
     """
-    middle = cloud.mean(axis=1)
+    middle = np.einsum("nmi->ni", cloud) / cloud.shape[1]
     centre = np.zeros(3) if places is None else places.mean(axis=0)
     if places is None or np.linalg.norm(centre) <= _OFF_CENTRE_M:
         return LinePoint(middle, None, "centroid of the {} markers", ())

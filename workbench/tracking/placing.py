@@ -170,14 +170,15 @@ def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
     point = point_on_line(name, cloud, places)
-    spread = np.linalg.norm(cloud - cloud.mean(axis=1, keepdims=True), axis=2).mean(axis=1)
+    about = cloud - point.position[:, None]
+    spread = np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1) / 2
     residual = np.abs(spread - _median(spread))
     return _Fit(
         position=point.position,
         pitch=point.pitch,
         residual=residual,
         limit=max(POOR_FIT_M, _USUAL_TIMES * _median(residual)),
-        about=cloud - point.position[:, None],
+        about=about,
         source=point.source,
         warnings=point.warnings,
     )
