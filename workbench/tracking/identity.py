@@ -111,10 +111,10 @@ def _by_continuity(
     """Return slots (k, m) of samples that show all markers, None where all stay as they are."""
     shape = full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
     step = np.diff(shape, axis=0)
-    far = np.einsum("kmi,kmi->mk", step, step).max(axis=0) > (_LEFT * nearest) ** 2
+    far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
     if not far.any():
         return None
-    cuts = np.flatnonzero(far) + 1
+    cuts = np.flatnonzero(far.any(axis=1)) + 1
     starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
     orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
     for name in np.unique(group):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,13 +48,13 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """What pose or line tell: as in `Placed`, and (n, m, 3) offsets of the markers [m]."""
+    """What pose or line tell: as in `Placed`, and how the markers' (n, m, 3) offsets are found."""
 
     position: NDArray[np.float64]
     pitch: NDArray[np.float64] | None
     residual: NDArray[np.float64]
     limit: float
-    about: NDArray[np.float64]
+    about: Callable[[], NDArray[np.float64]]
     source: str
     warnings: tuple[str, ...]
 
@@ -88,16 +89,17 @@ def place(
     position = np.where(strays[:, None], np.nan, fit.position)
     if not known(position).any():
         return None
-    usable = np.where(strays[:, None, None], np.nan, cloud) if strays.any() else cloud
-    carried = bridge(times, usable, position, fit.about)
-    source, count = fit.source, int(np.count_nonzero(carried.bridged))
-    if count:
-        source += f"; {count} samples from some of them (error {1e3 * carried.error:.1f} mm)"
+    source, bridged = fit.source, np.zeros(len(times), dtype=np.bool_)
+    if (~known(position) & ~strays).any():
+        usable = np.where(strays[:, None, None], np.nan, cloud)
+        position, bridged, error = bridge(times, usable, position, fit.about())
+        told = f"; {np.count_nonzero(bridged)} samples from some of them"
+        source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
     return Placed(
-        position=carried.position,
+        position=position,
         pitch=None if fit.pitch is None else np.where(strays, np.nan, fit.pitch),
         residual=fit.residual,
-        bridged=carried.bridged,
+        bridged=bridged,
         strays=strays,
         source=source,
         warnings=(*fit.warnings, *_told_strays(name, strays, fit.limit)),
@@ -135,7 +137,7 @@ def _posed(
         pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),
         residual=poses.rmsd,
         limit=limit,
-        about=np.einsum("nij,mj->nmi", poses.matrix, places),
+        about=lambda: np.einsum("nij,mj->nmi", poses.matrix, places),
         source=f"{point}, fitted to the {{}} markers (median misfit {1e3 * usual:.2f} mm)",
         warnings=warnings,
     )
@@ -170,7 +172,6 @@ def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
     point = point_on_line(name, cloud, places)
-    about = cloud - point.position[:, None]
     spread = np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1) / 2
     residual = np.abs(spread - _median(spread))
     return _Fit(
@@ -178,7 +179,7 @@ def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | 
         pitch=point.pitch,
         residual=residual,
         limit=max(POOR_FIT_M, _USUAL_TIMES * _median(residual)),
-        about=about,
+        about=lambda: cloud - point.position[:, None],
         source=point.source,
         warnings=point.warnings,
     )
