@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 __all__ = ["LinePoint", "point_on_line"]
 
 _OFF_CENTRE_M = 1e-3
-_ALONG_Y = 0.7  # cosine; a line nearer to the axis of rotation keeps its direction
+_ALONG_Y = 0.7  # cosine; a line nearer to the axis of rotation tells little of the rotation
 
 
 class LinePoint(NamedTuple):
@@ -28,9 +28,9 @@ def point_on_line(
     """Return a body's point where all its markers are visible.
 
     Without places it is their centroid. With places the centroid's offset from the body's point is
-    taken off: the part along the line always; the part across it only where the body's rotation
-    about +y shows in the line's direction, motion in the x-z plane assumed, and the line is long
-    enough there not to amplify its noise. Otherwise a warning says what stays.
+    taken off: the part along the line always; the part across it only where the line lies nearer to
+    the x-z plane than to y, so that its direction tells the rotation about +y (motion in that plane
+    assumed), and is long enough there not to amplify its noise. Else a warning says what stays.
 
     Args:
         name: of the body, for messages.
@@ -46,7 +46,8 @@ def point_on_line(
     seen, told = _direction(cloud[:, -1] - cloud[:, 0]), places[-1] - places[0]
     line = told / np.linalg.norm(told)
     warnings = []
-    if abs(line[1]) > _ALONG_Y and np.nanmedian(seen[:, 1]) * line[1] < 0:
+    lengthwise = abs(line[1]) > _ALONG_Y
+    if lengthwise and np.nanmedian(seen[:, 1]) * line[1] < 0:
         seen = -seen
         warnings.append(f"markers of {name!r}: their places fit the other way round; used so")
     along = float(centre @ line)
@@ -55,10 +56,11 @@ def point_on_line(
     source = "body origin, told along the line of the {} markers"
     if np.linalg.norm(across) <= _OFF_CENTRE_M:
         return LinePoint(point, None, source, tuple(warnings))
-    if np.hypot(told[0], told[2]) < np.linalg.norm(across):
+    if lengthwise or np.hypot(told[0], told[2]) < np.linalg.norm(across):
         warnings.append(_uncorrected(name, across))
         return LinePoint(point, None, source, tuple(warnings))
-    pitch = np.arctan2(-seen[:, 2], seen[:, 0]) - np.arctan2(-line[2], line[0])
+    turned = np.arctan2(-seen[:, 2], seen[:, 0]) - np.arctan2(-line[2], line[0])
+    pitch = np.arctan2(np.sin(turned), np.cos(turned))
     point = point - _about_y(across, pitch)
     source = "body origin, told by the line of the {} markers, rotation about y assumed"
     return LinePoint(point, pitch, source, tuple(warnings))

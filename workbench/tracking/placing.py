@@ -132,6 +132,9 @@ def _posed(
             "order, unit (mm) and the tracking axes",
         )
     point = "body origin" if given else "centroid of the rigid body that the take shows"
+    used = int(np.count_nonzero(known(places)))
+    if used < len(places):
+        point += f" ({used} of its {len(places)} markers)"
     return _Fit(
         position=poses.origin,
         pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),

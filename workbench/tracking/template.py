@@ -15,7 +15,10 @@ from workbench.tracking.take import known
 __all__ = ["learn_places", "marker_weights", "order_of_places", "sample_of"]
 
 _SAMPLES = 400  # enough to average 0.2 mm of noise to 0.01 mm
+_LEAST_SAMPLES = 20
 _ROUNDS = 3
+_SPOILT = 0.5  # a marker without which the misfit is less than this share counts less
+_LEAST_WEIGHT = 1e-3
 _MOST_MARKERS = 7  # 5040 orders; more markers are never reordered
 _SAME_FIT_M = 1e-3  # orders whose distances fit this much worse than the best one are candidates
 _UPRIGHT_RAD = np.pi / 2
@@ -50,23 +53,32 @@ def learn_places(cloud: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 
 def marker_weights(places: NDArray[np.float64], cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each marker's weight (m,): 1, or less for one that wobbles twice the usual or more.
+    """Return each marker's weight (m,): 1, or less for one without which the others fit much better.
+
+    A marker that wobbles, or sits elsewhere than its place says, spoils the fit of all; so each is
+    left out in turn.
 
     Args:
         places: (m, 3) [m].
         cloud: (n, m, 3) [m], NaN where not seen.
     """
     seen = sample_of(cloud)
-    poses = fit_poses(places, seen)
-    expected = np.einsum("nij,mj->nmi", poses.matrix, places) + poses.origin[:, None]
-    misfit = seen - expected
-    counted = known(misfit).any(axis=0)
-    weights = np.ones(len(places))
-    if np.count_nonzero(counted) < 4:  # three markers share their misfit
+    seen = seen[(known(seen) == known(places)).all(axis=1)]
+    m = len(places)
+    weights = np.ones(m)
+    if len(seen) < _LEAST_SAMPLES or m < 4:
         return weights
-    square = np.nanmedian(np.sum(misfit[:, counted] ** 2, axis=2), axis=0)
-    usual = 4 * float(np.median(square))
-    weights[counted] = np.minimum(1.0, usual / np.maximum(square, usual)) if usual > 0 else 1.0
+    rest, off = np.full(m, np.inf), np.full(m, np.inf)
+    for k in range(m):
+        kept = np.arange(m) != k
+        poses = fit_poses(places[kept], seen[:, kept])
+        if known(poses.origin).all():
+            expected = poses.origin + poses.matrix @ places[k]
+            rest[k] = np.median(poses.rmsd)
+            off[k] = np.median(np.linalg.norm(seen[:, k] - expected, axis=1))
+    worst = int(np.argmin(rest))
+    if rest[worst] < _SPOILT * np.median(np.delete(rest, worst)):
+        weights[worst] = max(_LEAST_WEIGHT, (rest[worst] / off[worst]) ** 2)
     return weights
 
 
