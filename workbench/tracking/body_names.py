@@ -21,6 +21,7 @@ _NEARLY_ALWAYS = 0.95  # share of samples; the rest are glitches
 _LEAST_SAMPLES = 20
 _MOST_SAMPLES = 2000
 _ARM_SPREAD = 0.1  # of the radius at which the rotor circles T
+_TURNED = 1.8  # chord over radius: 128 degrees
 _APART = 1.5  # one explanation is told from the next by this factor
 
 
@@ -61,8 +62,9 @@ def guess_bodies(take: Take, axes: Axes | None = None) -> BodyNames | None:
     """Guess which bodies of a take are foot, T and rotor, from how far apart they are.
 
     Foot to T is 0.16 to 0.6 m and T to rotor 0.01 to 0.2 m in nearly all samples (Appendix C); the
-    rotor keeps its distance from T. Either of a pair that circles the other fits that, so T is the
-    one whose distance from the foot changes less.
+    rotor keeps its distance from T. Of such a pair the rotor is the one that turns about itself, or
+    where the poses do not tell, the one that moves more while the rotor makes its first half turn.
+    The foot is the body whose distance from T changes least.
 
     Args:
         take: the export, with any number of bodies.
@@ -72,21 +74,21 @@ def guess_bodies(take: Take, axes: Axes | None = None) -> BodyNames | None:
         The names; None where no three bodies fit, or where others fit nearly as well.
     """
     names = list(take.bodies)
-    paths = np.stack([_path(take, name) for name in names]) if names else np.empty((0, 0, 3))
-    distance = np.linalg.norm(paths[:, None] - paths[None], axis=3)  # (b, b, k)
-    near = _always_within(distance, _TOP_ROTOR_M)
-    far = _always_within(distance, _FOOT_TOP_M)
-    spread = _spread(distance)
-    found: list[tuple[float, tuple[int, int, int]]] = []
+    paths = [_path(take, name) for name in names]
+    thin = np.stack([path[:: max(1, len(take) // _MOST_SAMPLES)] for path in paths])
+    distance = np.linalg.norm(thin[:, None] - thin[None], axis=3)  # (b, b, k)
+    near, far = (_always_within(distance, allowed) for allowed in (_TOP_ROTOR_M, _FOOT_TOP_M))
+    found: list[tuple[float, BodyNames]] = []
     for foot, top, rotor in permutations(range(len(names)), 3):
-        arm = float(np.median(_finite(distance[top, rotor]))) if near[top, rotor] else 0.0
-        circles = near[top, rotor] and spread[top, rotor] <= _ARM_SPREAD * arm
-        if far[foot, top] and circles and _above(paths[foot], paths[top], axes):
-            found.append((float(spread[foot, top]), (foot, top, rotor)))
-    found.sort()
+        fits = near[top, rotor] and far[foot, top] and _circles(distance[top, rotor])
+        if fits and _above(thin[foot], thin[top], axes):
+            guess = BodyNames(names[foot], names[top], names[rotor])
+            if _rotor_turns(take, guess, paths[foot], paths[top], paths[rotor]):
+                found.append((_spread(distance[foot, top]), guess))
+    found.sort(key=lambda each: each[0])
     if not found or (len(found) > 1 and found[1][0] < _APART * found[0][0]):
         return None
-    return BodyNames(*(names[i] for i in found[0][1]))
+    return found[0][1]
 
 
 def _unknown(name: str, names: list[str]) -> str:
@@ -106,13 +108,12 @@ def _by_distances(take: Take, axes: Axes) -> str:
 
 
 def _path(take: Take, name: str) -> NDArray[np.float64]:
-    """Return up to 2000 evenly spread positions (k, 3) of a body [m], NaN where it is not seen."""
-    every = max(1, len(take) // _MOST_SAMPLES)
+    """Return a body's positions (n, 3) [m], NaN where it is not seen."""
     body = take.bodies[name]
-    path = body.centroid_measured[::every]
+    path = body.centroid_measured
     if not known(path).any():
-        path = take.counted_position(name)[::every]
-    return np.where(body.seen[::every, None], path, np.nan)
+        path = take.counted_position(name)
+    return np.where(body.seen[:, None], path, np.nan)
 
 
 def _always_within(
@@ -124,15 +125,45 @@ def _always_within(
     return (both >= _LEAST_SAMPLES) & (inside >= _NEARLY_ALWAYS * both)
 
 
-def _spread(distance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how much the distances of pairs (b, b) change: 5 to 95 % quantile [m], inf if none."""
-    spread = np.full(distance.shape[:2], np.inf)
-    for pair in np.ndindex(spread.shape):
-        values = _finite(distance[pair])
-        if len(values):
-            low, high = np.quantile(values, [0.05, 0.95])
-            spread[pair] = high - low
-    return spread
+def _circles(arm: NDArray[np.float64]) -> bool:
+    return _spread(arm) <= _ARM_SPREAD * float(np.median(_finite(arm)))
+
+
+def _spread(values: NDArray[np.float64]) -> float:
+    """Return how far apart the 5 and 95 % quantiles of the finite values are."""
+    low, high = np.quantile(_finite(values), [0.05, 0.95])
+    return float(high - low)
+
+
+def _rotor_turns(
+    take: Take,
+    guess: BodyNames,
+    foot: NDArray[np.float64],
+    top: NDArray[np.float64],
+    rotor: NDArray[np.float64],
+) -> bool:
+    """Tell whether of T and rotor, as guessed, it is the rotor that turns."""
+    top_turns, rotor_turns = (_turns(take, name) for name in (guess.top, guess.rotor))
+    if top_turns != rotor_turns:
+        return rotor_turns
+    arm, seen = rotor - top, np.flatnonzero(known(foot + top + rotor))
+    start = np.median(arm[seen[:_LEAST_SAMPLES]], axis=0)
+    turned = np.linalg.norm(arm[seen] - start, axis=1) > _TURNED * np.linalg.norm(start)
+    if not turned.any():
+        return False
+    first = seen[: int(np.argmax(turned)) + 1]
+    moved = [np.linalg.norm(np.ptp((path - foot)[first], axis=0)) for path in (top, rotor)]
+    return bool(moved[1] > _APART * moved[0])
+
+
+def _turns(take: Take, name: str) -> bool:
+    """Tell whether a body's pose turns by more than a quarter turn and more than now and then."""
+    body = take.bodies[name]
+    quaternion = body.quaternion[body.seen & known(body.quaternion)]
+    if len(quaternion) < _LEAST_SAMPLES:
+        return False
+    cosine = np.abs(quaternion @ quaternion[0])  # of half the angle
+    return bool(np.mean(cosine < np.cos(np.pi / 4)) > 1 - _NEARLY_ALWAYS)
 
 
 def _above(foot: NDArray[np.float64], top: NDArray[np.float64], axes: Axes | None) -> bool:

@@ -25,8 +25,9 @@ __all__ = ["Untangled", "told_exchanges", "untangle"]
 _LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to another's place
 _ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
 _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
-_LONGEST_S = 0.1
+_LONGEST_S = 0.2
 _TRIED = 500  # samples that tell how far markers usually move
+_LAGS = 8
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -54,7 +55,7 @@ def untangle(
         times: (n,) [s].
         cloud: (n, m, 3) markers in the file's slots [m], NaN where not seen.
         partly: whether samples that show only some markers are compared too, with paths between
-            samples at most 0.1 s away that show all.
+            samples at most 0.2 s apart that show all.
 
     Returns:
         The markers; the cloud itself where there was nothing to undo.
@@ -169,14 +170,19 @@ class _Motion:
         return {}
 
     def _usual_move(self, lag: int) -> float:
-        """Return how far the marker that moves most usually gets over a lag [m]."""
+        """Return how far the marker that moves most usually gets within a lag [m]."""
         if lag >= len(self.shape):
             return np.inf
         if lag not in self._usual_moves:
-            some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
-            moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
-            self._usual_moves[lag] = float(np.median(moved.max(axis=1)))
+            # a body that has turned once is where it was: shorter lags count as well
+            tried = np.unique(np.linspace(1, lag, _LAGS).astype(np.intp))
+            self._usual_moves[lag] = max(self._median_move(int(each)) for each in tried)
         return self._usual_moves[lag]
+
+    def _median_move(self, lag: int) -> float:
+        some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
+        moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
+        return float(np.median(moved.max(axis=1)))
 
 
 def _continued(
@@ -201,7 +207,7 @@ def _by_paths(
     inside = (after > 0) & (after < len(rows))
     some, after = some[inside], after[inside]
     t, t0, t1 = times[some], times[rows[after - 1]], times[rows[after]]
-    close = (t - t0 <= _LONGEST_S) & (t1 - t <= _LONGEST_S)
+    close = t1 - t0 <= _LONGEST_S
     share = ((t - t0) / (t1 - t0))[:, None, None]
     paths = full[after - 1] * (1 - share) + full[after] * share
     off = np.linalg.norm(cloud[some] - paths, axis=2)

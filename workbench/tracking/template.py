@@ -53,7 +53,7 @@ def learn_places(cloud: NDArray[np.float64]) -> NDArray[np.float64] | None:
 
 
 def marker_weights(places: NDArray[np.float64], cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each marker's weight (m,): 1, or less for one without which the others fit much better.
+    """Return each marker's weight (m,): 1, or less for one that spoils the fit of the others.
 
     A marker that wobbles, or sits elsewhere than its place says, spoils the fit of all; so each is
     left out in turn.
