@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from itertools import permutations
 
 import numpy as np
@@ -49,8 +51,8 @@ def check_names(take: Take, names: BodyNames, placed: Iterable[str], axes: Axes)
     roles = {"foot": names.foot, "top": names.top, "rotor": names.rotor}
     for role, name in roles.items():
         if name not in take.bodies:
-            unknown = _unknown(name, list(take.bodies))
-            raise InputError(f"{take.path}: the {role} {unknown}{_by_distances(take, axes)}")
+            unknown = f"{take.path}: the {role} {_unknown(name, list(take.bodies))}"
+            raise InputError(f"{unknown}{_by_distances(take, axes, unknown)}")
     if len(set(roles.values())) < len(roles):
         raise InputError(f"foot, top and rotor need three bodies; named are {roles}")
     for name in placed:
@@ -74,6 +76,8 @@ def guess_bodies(take: Take, axes: Axes | None = None) -> BodyNames | None:
         The names; None where no three bodies fit, or where others fit nearly as well.
     """
     names = list(take.bodies)
+    if len(names) < 3:
+        return None
     paths = [_path(take, name) for name in names]
     thin = np.stack([path[:: max(1, len(take) // _MOST_SAMPLES)] for path in paths])
     distance = np.linalg.norm(thin[:, None] - thin[None], axis=3)  # (b, b, k)
@@ -96,15 +100,19 @@ def _unknown(name: str, names: list[str]) -> str:
     return f"{name!r} is not in the take; there are {', '.join(map(repr, names))}{hint}"
 
 
-def _by_distances(take: Take, axes: Axes) -> str:
+def _by_distances(take: Take, axes: Axes, before: str) -> str:
     guess = guess_bodies(take, axes)
     if guess is None:
         return ""
-    foot, top, rotor = astuple(guess)
-    return (
-        f". By their distances foot is {foot!r}, top {top!r}, rotor {rotor!r}: "
-        f"write bodies: {{foot: {foot}, top: {top}, rotor: {rotor}}}"
-    )
+    roles = asdict(guess)
+    told = ", ".join(f"{role} is {name!r}" for role, name in roles.items())
+    written = ", ".join(f"{role}: {_in_yaml(name)}" for role, name in roles.items())
+    stop = "" if before.endswith("?") else "."
+    return f"{stop} By their distances {told}: write bodies: {{{written}}}"
+
+
+def _in_yaml(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z][\w -]*\w|[A-Za-z]", name) else json.dumps(name)
 
 
 def _path(take: Take, name: str) -> NDArray[np.float64]:
@@ -147,6 +155,8 @@ def _rotor_turns(
     if top_turns != rotor_turns:
         return rotor_turns
     arm, seen = rotor - top, np.flatnonzero(known(foot + top + rotor))
+    if len(seen) < _LEAST_SAMPLES:
+        return False
     start = np.median(arm[seen[:_LEAST_SAMPLES]], axis=0)
     turned = np.linalg.norm(arm[seen] - start, axis=1) > _TURNED * np.linalg.norm(start)
     if not turned.any():
