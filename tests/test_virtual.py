@@ -101,7 +101,8 @@ def test_hidden_markers_move_no_body(
         told = np.isfinite(off)
         assert told[take.bodies[body.name].seen].all()
         assert np.array_equal(told, body.missing == Missing.SEEN)
-    assert seen.top.bridged.sum() > 5
+    if flavour == "motive":  # row formats give no markers of a body that the tracker lost
+        assert seen.top.bridged.sum() > 5
     assert guess_bodies(take) == BodyNames()
 
 

@@ -19,9 +19,10 @@ def export(tmp_path: Path) -> Path:
     times = np.arange(400) / RATE
     angle = 17 * np.maximum(0.0, times - 1)
     sway = np.column_stack([0.01 * np.sin(angle), 0 * angle, 0 * angle])
-    top = sway + [0.05, 0.28, 0.0]
+    foot = np.array([0.3, 0.02, -0.1])  # at the origin it would be Motive's "not seen yet"
+    top = foot + sway + np.array([0.05, 0.28, 0.0])
     rotor = top + 0.035 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    paths = {"a 1": 0 * top, "plate": 0 * top + [2.0, 0.0, 0.0], "b 2": top, "c 3": rotor}
+    paths = {"a 1": foot + 0 * top, "plate": 0 * top + 2.0, "b 2": top, "c 3": rotor}
     unturned = np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
     none = np.empty((len(times), 0, 3))
     bodies = {

@@ -97,7 +97,7 @@ def test_clutter_does_not_hide_the_robot(new_hop: Any) -> None:
 
 def test_two_feet_that_explain_t_equally_well_give_no_guess(new_hop: Any) -> None:
     take = new_hop(names=UNNAMED).take
-    twin = with_copy(take, "twin", UNNAMED[0], lambda markers: markers + [0.0, 0.0, 0.02])
+    twin = with_copy(take, "twin", UNNAMED[0], lambda markers: markers + np.array([0.0, 0.0, 0.02]))
     assert guess_bodies(twin) is None
 
 
