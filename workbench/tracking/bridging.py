@@ -43,8 +43,7 @@ def bridge(
         about: (n, m, 3) offsets of the markers from the point [m], NaN where not told.
     """
     used = known(about).any(axis=0)
-    cloud, about = (cloud, about) if used.all() else (cloud[:, used], about[:, used])
-    told = known(position)
+    cloud, about, told = cloud[:, used], about[:, used], known(position)
     wanted = np.flatnonzero(~told & known(cloud).any(axis=1))
     anchors = np.flatnonzero(told & known(about).all(axis=1))
     bridged = np.zeros(len(times), dtype=np.bool_)
@@ -61,10 +60,9 @@ def bridge(
     beside = np.minimum(before, after) <= held[0] + 0.5
     share = np.where(inside, before / np.maximum(before + after, 1), before > after)
     carried = _turned(about[anchors[left]], about[anchors[right]], share)
-    point = _mean_of_seen(cloud[wanted] - carried)
     good = inside | beside
-    position = position.copy()
-    position[wanted[good]], bridged[wanted[good]] = point[good], True
+    position, bridged[wanted[good]] = position.copy(), True
+    position[bridged] = _mean_of_seen(cloud[wanted] - carried)[good]
     error = max(held[1] * bool((beside & ~inside).any()), between[1] * bool(inside.any()))
     return Bridge(position, bridged, error)
 

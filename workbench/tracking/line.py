@@ -59,11 +59,15 @@ def point_on_line(
     if lengthwise or np.hypot(told[0], told[2]) < np.linalg.norm(across):
         warnings.append(_uncorrected(name, across))
         return LinePoint(point, None, source, tuple(warnings))
-    turned = np.arctan2(-seen[:, 2], seen[:, 0]) - np.arctan2(-line[2], line[0])
-    pitch = np.arctan2(np.sin(turned), np.cos(turned))
-    point = point - _about_y(across, pitch)
+    pitch = _pitch(seen, line)
     source = "body origin, told by the line of the {} markers, rotation about y assumed"
-    return LinePoint(point, pitch, source, tuple(warnings))
+    return LinePoint(point - _about_y(across, pitch), pitch, source, tuple(warnings))
+
+
+def _pitch(seen: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far directions (n, 3) have turned about +y from a line (3,), (n,) [rad]."""
+    turned = np.arctan2(-seen[:, 2], seen[:, 0]) - np.arctan2(-line[2], line[0])
+    return np.arctan2(np.sin(turned), np.cos(turned))
 
 
 def _uncorrected(name: str, off: NDArray[np.float64]) -> str:

@@ -80,11 +80,7 @@ def place(
     Returns:
         None where the markers tell nothing: no sample shows enough of them.
     """
-    rigid = learn_places(cloud) if places is None else places
-    if rigid is None or on_a_line(rigid[known(rigid)]):
-        fit = _lined(name, cloud, places)
-    else:
-        fit = _posed(name, cloud, rigid, given=places is not None)
+    fit = _fit(name, cloud, places)
     strays = fit.residual > fit.limit
     position = np.where(strays[:, None], np.nan, fit.position)
     if not known(position).any():
@@ -104,6 +100,13 @@ def place(
         source=source,
         warnings=(*fit.warnings, *_told_strays(name, strays, fit.limit)),
     )
+
+
+def _fit(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+    rigid = learn_places(cloud) if places is None else places
+    if rigid is None or on_a_line(rigid[known(rigid)]):
+        return _lined(name, cloud, places)
+    return _posed(name, cloud, rigid, given=places is not None)
 
 
 def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[str, ...]:
