@@ -112,25 +112,19 @@ def test_a_rotor_that_never_turns_gives_no_guess(new_hop: Any) -> None:
 
 def test_a_body_that_turns_about_itself_is_the_rotor(new_hop: Any) -> None:
     hop = new_hop(names=UNNAMED)
-    late = {  # the take starts while the rotor turns, so no first half turn tells
-        name: replace(
-            body,
-            **{
-                key: getattr(body, key)[300:]
-                for key in ("position", "quaternion", "measured", "solved", "missing")
-            },
-        )
-        for name, body in hop.take.bodies.items()
-    }
-    half = hop.truth.angle[300:] / 2
+    # T circles nearly as wide as the rotor and against it, so that T moves more than the rotor
+    arm = np.column_stack([np.cos(hop.truth.angle), 0 * hop.truth.angle, -np.sin(hop.truth.angle)])
+    middle, axes = hop.truth.foot + np.array([0.07, 0.0, 0.28]), Axes()
+    half = hop.truth.angle / 2
     turning = np.column_stack([np.cos(half), 0 * half, np.sin(half), 0 * half])
-    rotor = replace(late["RigidBody 003"], quaternion=Axes().quaternions_to_export(turning))
-    take = replace(
-        hop.take,
-        bodies={**late, "RigidBody 003": rotor},
-        indices=hop.take.indices[300:],
-        times=hop.take.times[300:],
-    )
+    bodies = dict(hop.take.bodies)
+    for name, radius in (("RigidBody 002", -0.03), ("RigidBody 003", 0.005)):
+        path = axes.points_to_export(middle + radius * arm)
+        markers = path[:, None] + np.zeros((1, 2, 3))
+        bodies[name] = replace(bodies[name], position=path, measured=markers, solved=markers)
+    turned = axes.quaternions_to_export(turning)
+    bodies["RigidBody 003"] = replace(bodies["RigidBody 003"], quaternion=turned)
+    take = replace(hop.take, bodies=bodies)
     assert guess_bodies(take) == RIGHT
 
 

@@ -24,6 +24,7 @@ from workbench.tracking import (
     write_row,
 )
 from workbench.tracking.identity import untangle
+from workbench.tracking.template import order_of_places
 
 RECTANGLE = np.array([[120, -110, 12], [120, 110, 12], [-120, -110, 12], [-120, 110, 12]]) * 1e-3
 SAME_SHAPE = [[3, 2, 1, 0], [1, 0, 3, 2], [2, 3, 0, 1]]
@@ -93,6 +94,44 @@ def test_an_exchange_up_to_the_end_is_undone_from_the_shorter_side(slots: list[i
     told = untangle(np.arange(len(cloud)) / 120, mixed)
     np.testing.assert_array_equal(told.cloud, cloud)
     assert np.flatnonzero(told.exchanged)[[0, -1]].tolist() == [700, 959]
+
+
+def test_what_most_samples_have_counts_as_right() -> None:
+    cloud = wandering(4, 1.0, 2)
+    mixed = cloud.copy()
+    for start, stop in ((0, 100), (200, 280)):
+        mixed[start:stop] = mixed[start:stop][:, [3, 2, 1, 0]]
+    told = untangle(np.arange(480) / 120, mixed)
+    np.testing.assert_array_equal(told.cloud, cloud)
+    assert np.flatnonzero(told.exchanged).tolist() == [*range(100), *range(200, 280)]
+
+
+def test_a_quarter_turn_in_a_long_gap_is_no_exchange() -> None:
+    # a slow full turn: after it every marker is where it was, a quarter turn before it none is
+    cloud = wandering(4, 2 * np.pi + 0.6, 3)
+    cloud[20:430, 1] = np.nan
+    cloud[140:145] = wandering(4, 2 * np.pi + 0.6, 3)[140:145]
+    times = np.arange(480) / 120
+    assert untangle(times, cloud).cloud is cloud
+
+
+@pytest.mark.parametrize("seed", [126, 1133])
+def test_turning_bodies_with_many_gaps_come_back_untouched(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    noise, turn = rng.uniform(0, 6e-3), rng.uniform(-8, 8)
+    cloud = wandering(4, turn, seed, noise)
+    for _ in range(rng.integers(0, 15)):
+        start = rng.integers(480)
+        length = rng.integers(1, 100)
+        cloud[start : start + length, rng.permutation(4)[: rng.integers(1, 5)]] = np.nan
+    assert untangle(np.arange(480) / 120, cloud).cloud is cloud
+
+
+def test_of_orders_that_fit_alike_the_one_that_turns_least_is_taken() -> None:
+    cloud = wandering(2, 0.2, 4)
+    given = RECTANGLE[[2, 1, 0, 3]]
+    order = order_of_places(given, cloud, 3e-3, upright=False)
+    np.testing.assert_array_equal(given[order], RECTANGLE)
 
 
 def test_an_exchange_throughout_is_told_by_how_the_foot_stands(hop: Any, foot_markers: Any) -> None:
