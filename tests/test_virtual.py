@@ -12,7 +12,17 @@ from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, 
 from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
 from workbench.sim import Condition, make_robot
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyNames, Missing, make_track
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Missing,
+    guess_bodies,
+    make_track,
+    raw_points,
+    read_take,
+    write_motive,
+    write_row,
+)
 from workbench.virtual import draw_current, film, let_go, move, true_robot
 
 
@@ -26,8 +36,8 @@ def section(bench: BenchFile, **changed: object) -> VirtualSection:
     return bench.virtual.model_copy(update=changed)
 
 
-def seeded() -> np.random.Generator:
-    return np.random.default_rng(3)
+def seeded(seed: int = 3) -> np.random.Generator:
+    return np.random.default_rng(seed)
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +81,33 @@ def test_noise_and_gaps_are_as_the_bench_file_says(bench: BenchFile, motion: Tim
     lost = foot.missing == Missing.LOST
     assert np.isfinite(foot.solved).all()  # frozen while lost, as the tracker leaves them
     assert np.isnan(foot.position[lost]).all()
+
+
+@pytest.mark.parametrize("places_given", [True, False])
+@pytest.mark.parametrize("version", ["row 1.0", "row 1.1", "motive 1.21", "motive 1.25"])
+def test_hidden_markers_move_no_body(
+    bench: BenchFile, motion: TimeSeries, tmp_path: Path, version: str, places_given: bool
+) -> None:
+    cameras = bench.tracking
+    axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
+    places = {name: np.array(p) for name, p in cameras.markers.items()} if places_given else None
+    take = film(motion, cameras, section(bench, gap_share=0.1), seeded(4))
+    flavour, number = version.split()
+    write = write_row if flavour == "row" else write_motive
+    write(take, tmp_path / "x.csv", number)  # type: ignore[arg-type]
+    exact = film(motion, cameras, section(bench, noise=0.0, gap_share=0.0), seeded(4))
+    seen = raw_points(read_take(tmp_path / "x.csv"), BodyNames(), axes, places)
+    true = raw_points(exact, BodyNames(), axes, places)
+    assert seen.warnings == ()
+    for role, body in seen.bodies.items():
+        off = np.linalg.norm(body.position - true.bodies[role].position, axis=1)
+        assert np.nanmax(off) < 1.2e-3, role
+        told = np.isfinite(off)
+        assert told[take.bodies[body.name].seen].all()
+        assert np.array_equal(told, body.missing == Missing.SEEN)
+    if flavour == "motive":  # row formats give no markers of a body that the tracker lost
+        assert seen.top.bridged.sum() > 5
+    assert guess_bodies(take) == BodyNames()
 
 
 def test_the_motor_follows_the_terminals_with_its_lag(motion: TimeSeries) -> None:

@@ -26,7 +26,8 @@ from workbench.motion import (
 )
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
-from workbench.tracking.bodies import BodyNames, MarkerPlaces, raw_points
+from workbench.tracking.bodies import MarkerPlaces, raw_points
+from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.take import Take
