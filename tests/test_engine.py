@@ -86,7 +86,7 @@ def test_a_run_leaves_a_complete_bundle_with_the_output_off(
     assert bench.device.history[-1][1] == 0
     assert events(bundle) == [
         "asked", "prompt", "prepared", "cameras", "output_on",
-        *["voltage"] * 5, "output_off", "complete",
+        *["voltage"] * 5, "output_off", "take_accepted", "complete",
     ]  # fmt: skip
 
 

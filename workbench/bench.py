@@ -5,13 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
-from typing import Protocol
 
-from workbench.errors import HardwareError, InputError, did_you_mean
+from workbench.bundle import Bundle
+from workbench.errors import InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
@@ -24,7 +24,8 @@ from workbench.hw import (
 )
 from workbench.hw.simulated import SimulatedRiden, serve
 from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
-from workbench.tracking import write_motive, write_row
+from workbench.takes import CameraTime, Collector, Operator, TakeFolder
+from workbench.tracking import format_start_time, write_motive, write_row
 from workbench.virtual import draw_current, film, move, true_robot
 
 __all__ = [
@@ -41,18 +42,6 @@ __all__ = [
 WireLog = Callable[[str], None]
 
 _TAIL_S = 0.5  # the cameras run on for a moment after the supply is off
-
-
-class Operator(Protocol):
-    """The person at the bench."""
-
-    def confirm(self, text: str) -> None:
-        """Show a text and return when it is confirmed."""
-        ...
-
-    def ask(self, text: str, default: str) -> str:
-        """Show a question and return the answer."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -78,6 +67,11 @@ class Window:
     stop: float
     began: datetime
 
+    @property
+    def cameras(self) -> CameraTime:
+        """Return what a take of this window has to show."""
+        return CameraTime(self.began, self.stop - self.start)
+
 
 class Bench(ABC):
     """A laboratory that a plan can be carried out on.
@@ -100,8 +94,13 @@ class Bench(ABC):
         """Return when the cameras record."""
 
     @abstractmethod
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
-        """Return the export of what the cameras saw; it may already lie in `folder`."""
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+        """Return the export of what the cameras saw; it may already lie in the bundle."""
+
+    def collector(self, window: Window, bundle: Bundle, operator: Operator) -> Collector:
+        """Return what finds the take of a window and checks that it belongs to it."""
+        tolerance = self.file.tracking.takes_tolerance
+        return Collector(bundle, window.cameras, window.start, operator, self.clock, tolerance)
 
     @property
     def voltage_step(self) -> Decimal:
@@ -122,7 +121,16 @@ class Bench(ABC):
 
 
 class RealBench(Bench):
-    """A bench with a supply on a port and cameras that a person starts."""
+    """A bench with a supply on a port and cameras that a person starts.
+
+    Args:
+        file: its file.
+        clock: everything on the bench is timed and waited with it.
+    """
+
+    def __init__(self, file: BenchFile, clock: Clock) -> None:
+        super().__init__(file, clock)
+        self._folder: TakeFolder | None = None
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -141,29 +149,28 @@ class RealBench(Bench):
         return open_supply(connection, clock=self.clock, wire_log=wire_log)
 
     def start_cameras(self, operator: Operator) -> None:
-        """Ask for it."""
-        operator.confirm("Start recording in the tracking software.")
+        """Ask for it; what lies in the folder of exports before it is not of this run.
 
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
-        """Ask for the export and offer the newest file of the bench's take folder."""
-        newest = self._newest(window.began)
-        answer = operator.ask(
-            "Stop recording, export the take as CSV, then give its path", str(newest or "")
-        )
-        take = Path(answer)
-        if not take.is_file():
-            raise HardwareError(f"{answer!r}: no such export; `workbench ingest` can add it later")
-        return take
+        Raises:
+            HardwareError: when the folder of exports cannot be listed.
+        """
+        takes, text = self.file.tracking.takes, "Start recording in the tracking software."
+        self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
+        if operator.present:
+            operator.confirm(text)
+        else:
+            operator.tell(text)
 
-    def _newest(self, since: datetime) -> Path | None:
-        if self.file.tracking.takes is None:
-            return None
-        found = [
-            (file.stat().st_mtime, file)
-            for file in Path(self.file.tracking.takes).glob("*.csv")
-            if file.stat().st_mtime >= since.timestamp()
-        ]
-        return max(found)[1] if found else None
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+        """Wait for the export in the bench's folder, or ask for its path.
+
+        Raises:
+            HardwareError: when none comes in time.
+        """
+        collector = self.collector(window, bundle, operator)
+        if self._folder is not None:
+            return collector.wait(self._folder, self.file.tracking.takes_timeout)
+        return collector.ask()
 
 
 class VirtualBench(Bench):
@@ -192,7 +199,7 @@ class VirtualBench(Bench):
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         if subject.mode not in ("hop", "clamped"):
             raise InputError(f"mode {subject.mode!r} cannot be run on the virtual bench")
@@ -200,13 +207,14 @@ class VirtualBench(Bench):
         history = [(t - window.start, volts) for t, volts in self.device.history]
         duration = window.stop - window.start + _TAIL_S
         motion = move(robot, subject.mode, history, duration, self.section)
-        take = film(motion, self.file.tracking, self.section)
-        path = folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
+        header = {"Capture Start Time": format_start_time(window.began)}
+        take = replace(film(motion, self.file.tracking, self.section), header=header)
+        path = bundle.take_folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
         if self.section.export == "row-1.0":
             write_row(take, path, version="1.0")
         else:
             write_motive(take, path, version="1.23")
-        return path
+        return self.collector(window, bundle, operator).accept(path)
 
 
 def load_bench(name: str) -> Document[BenchFile]:

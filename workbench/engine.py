@@ -8,7 +8,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -186,7 +186,8 @@ class _Conductor:
                 self._switch_off(supply)
         self._keep_readings()
         window = Window(self.start, self.bench.clock.now(), began)
-        return self.bench.collect(subject, window, self.bundle.take_folder, self.operator)
+        self.bundle.note({"cameras": asdict(window.cameras)})
+        return self.bench.collect(subject, window, self.bundle, self.operator)
 
     def _prepare(self, supply: Supply) -> None:
         section = self.experiment.bench.content.supply
@@ -265,7 +266,10 @@ class _Conductor:
             "confirmed": "the output is off, confirmed",
             "unconfirmed": "OUTPUT MAY BE ON, switch it off by hand",
         }[state]
-        return f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+        if "cameras" in self.bundle.manifest and not self.bundle.has_take():
+            told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
+        return told
 
 
 @contextmanager

@@ -68,5 +68,8 @@ def main() -> None:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End on SIGTERM as on Ctrl-C, so that the output is switched off."""
-    raise KeyboardInterrupt
+    """End on SIGTERM as on Ctrl-C, so that the output is switched off.
+
+    It has a name, which Ctrl-C has not: where Ctrl-C asks, this still ends the program.
+    """
+    raise KeyboardInterrupt(signal.Signals(number).name)

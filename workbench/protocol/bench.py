@@ -83,7 +83,12 @@ class Cameras(Section):
     cleaning: Literal["default", "thesis"] = "default"
     """Recipe that turns a take into a track."""
     takes: str | None = None
-    """Folder where exports appear; the newest one after a run is offered."""
+    """Folder where exports appear: after a run the export is awaited there. Best an absolute path;
+    without it the operator is asked for the path of each export."""
+    takes_timeout: Annotated[float, Quantity("time", above=0)] = 1800.0
+    """Longest wait for an export."""
+    takes_tolerance: Annotated[float, Quantity("time", above=0)] = 60.0
+    """How far the clocks of this computer and of the tracking PC may lie apart."""
 
 
 class VirtualSection(Section):

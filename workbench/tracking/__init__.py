@@ -21,6 +21,7 @@ from workbench.tracking.quality import quality
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, CleaningReport, Recipe
 from workbench.tracking.row_writer import write_row
+from workbench.tracking.start_time import format_start_time
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
 from workbench.tracking.track import Track, make_track
 
@@ -39,6 +40,7 @@ __all__ = [
     "Recipe",
     "Take",
     "Track",
+    "format_start_time",
     "make_track",
     "motor_speed_fft",
     "motor_speed_thesis",
