@@ -25,7 +25,7 @@ from workbench.hw import (
 from workbench.hw.simulated import SimulatedRiden, serve
 from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
 from workbench.takes import CameraTime, Collector, Operator, TakeFolder
-from workbench.tracking import format_start_time, write_motive, write_row
+from workbench.tracking import Recorder, Stream, format_start_time, write_motive, write_row
 from workbench.virtual import draw_current, film, move, true_robot
 
 __all__ = [
@@ -97,6 +97,9 @@ class Bench(ABC):
     def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
         """Return the export of what the cameras saw; it may already lie in the bundle."""
 
+    def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
+        """Leave nothing running, however the run ended."""
+
     def collector(self, window: Window, bundle: Bundle, operator: Operator) -> Collector:
         """Return what finds the take of a window and checks that it belongs to it."""
         tolerance = self.file.tracking.takes_tolerance
@@ -131,6 +134,7 @@ class RealBench(Bench):
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
         self._folder: TakeFolder | None = None
+        self._recorder: Recorder | None = None
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -149,28 +153,46 @@ class RealBench(Bench):
         return open_supply(connection, clock=self.clock, wire_log=wire_log)
 
     def start_cameras(self, operator: Operator) -> None:
-        """Ask for it; what lies in the folder of exports before it is not of this run.
+        """Record the stream, or ask for a recording.
+
+        What lies in the folder of exports before it is not of this run.
 
         Raises:
-            HardwareError: when the folder of exports cannot be listed.
+            HardwareError: when the folder of exports cannot be listed, or no stream comes.
         """
-        takes, text = self.file.tracking.takes, "Start recording in the tracking software."
+        takes, live = self.file.tracking.takes, self.file.tracking.live
+        if live is not None:
+            self._recorder = Recorder(Stream(**live.model_dump()))
+            self._recorder.start()
+            return
         self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
+        text = "Start recording in the tracking software."
         if operator.present:
             operator.confirm(text)
         else:
             operator.tell(text)
 
     def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
-        """Wait for the export in the bench's folder, or ask for its path.
+        """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
         Raises:
-            HardwareError: when none comes in time.
+            HardwareError: when none comes in time, or what was recorded does not show the run.
         """
         collector = self.collector(window, bundle, operator)
+        if self._recorder is not None:
+            self.clock.sleep(_TAIL_S)
+            path = bundle.take_folder / f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
+            write_motive(self._recorder.stop(), path, version="1.24")
+            return collector.accept(path)
         if self._folder is not None:
             return collector.wait(self._folder, self.file.tracking.takes_timeout)
         return collector.ask()
+
+    def stop_cameras(self) -> None:
+        """End a recorder that still runs."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
 
 
 class VirtualBench(Bench):

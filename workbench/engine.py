@@ -135,6 +135,8 @@ class _Conductor:
         except Exception:
             self._end("failed", traceback.format_exc())
             raise
+        finally:
+            self.bench.stop_cameras()
         self._journal("complete")
         self.bundle.finish("complete")
         return self.bundle

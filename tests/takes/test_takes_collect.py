@@ -185,8 +185,8 @@ def test_a_share_that_is_away_for_a_while_is_told_once_and_waited_for(
 def test_ctrl_c_asks_for_a_path_and_nothing_typed_goes_on_watching(
     export: Export, place: Path, bundle: Bundle, wanted: CameraTime, clock: Scripted
 ) -> None:
-    named, person = export("named.csv"), Person()
-    person.answers = ["", f'"{named}"']
+    named = export("named.csv")
+    person = Person("", f'"{named}"')
     clock.script = [(5, interrupt), (10, interrupt)]
     found = collector(bundle, wanted, person, clock).wait(TakeFolder(place, clock), 60)
     assert found == named

@@ -15,7 +15,7 @@ from workbench.ingest import add_take, ingest_sheet
 from workbench.protocol import Sheet, load
 from workbench.tracking import quality, read_take
 
-__all__ = ["ingest"]
+__all__ = ["ingest", "print_quality"]
 
 
 def ingest(
@@ -51,7 +51,7 @@ def ingest(
     if as_json:
         emit(report)
     else:
-        _print_quality(source, report)
+        print_quality(source.name, report)
 
 
 def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
@@ -74,10 +74,11 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
         emit({"bundles": [str(bundle.path) for bundle in done]})
 
 
-def _print_quality(source: Path, report: dict[str, Any]) -> None:
-    kind = {"row": "row format", "motive": "Motive"}[report["format"]]
+def print_quality(source: str, report: dict[str, Any]) -> None:
+    """Print the quality report of one take."""
+    kind = {"row": "row format", "motive": "Motive", "natnet": "NatNet"}[report["format"]]
     title = (
-        f"{source.name}: {kind} {report['version']}, {report['frames']} frames at "
+        f"{source}: {kind} {report['version']}, {report['frames']} frames at "
         f"{report['rate_hz']:.6g} Hz, "
         f"{report['first_time_s']:.3f} s to {report['last_time_s']:.3f} s"
     )
