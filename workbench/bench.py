@@ -100,10 +100,12 @@ class Bench(ABC):
     def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
         """Leave nothing running, however the run ended."""
 
-    def collector(self, window: Window, bundle: Bundle, operator: Operator) -> Collector:
+    def collector(
+        self, window: Window, bundle: Bundle, operator: Operator, used: dict[str, str]
+    ) -> Collector:
         """Return what finds the take of a window and checks that it belongs to it."""
-        tolerance = self.file.tracking.takes_tolerance
-        return Collector(bundle, window.cameras, window.start, operator, self.clock, tolerance)
+        tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
+        return Collector(bundle, wanted, window.start, operator, self.clock, tolerance, used)
 
     @property
     def voltage_step(self) -> Decimal:
@@ -135,6 +137,7 @@ class RealBench(Bench):
         super().__init__(file, clock)
         self._folder: TakeFolder | None = None
         self._recorder: Recorder | None = None
+        self._used: dict[str, str] = {}
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -178,7 +181,7 @@ class RealBench(Bench):
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
-        collector = self.collector(window, bundle, operator)
+        collector = self.collector(window, bundle, operator, self._used)
         if self._recorder is not None:
             self.clock.sleep(_TAIL_S)
             path = bundle.take_folder / f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
@@ -236,7 +239,8 @@ class VirtualBench(Bench):
             write_row(take, path, version="1.0")
         else:
             write_motive(take, path, version="1.23")
-        return self.collector(window, bundle, operator).accept(path)
+        # runs with the same seed have the same takes
+        return self.collector(window, bundle, operator, used={}).accept(path)
 
 
 def load_bench(name: str) -> Document[BenchFile]:

@@ -70,8 +70,15 @@ def place(tmp_path: Path) -> Path:
     return tmp_path / "exports"
 
 
-def collector(bundle: Bundle, wanted: CameraTime, person: Person, clock: Clock) -> Collector:
-    return Collector(bundle, wanted, clock.now(), person, clock, tolerance=60.0)
+def collector(
+    bundle: Bundle,
+    wanted: CameraTime,
+    person: Person,
+    clock: Clock,
+    used: dict[str, str] | None = None,
+) -> Collector:
+    used = {} if used is None else used
+    return Collector(bundle, wanted, clock.now(), person, clock, tolerance=60.0, used=used)
 
 
 def events(bundle: Bundle) -> list[str]:
@@ -230,6 +237,26 @@ def test_the_operator_can_insist_and_the_bundle_says_so(
     assert collector(bundle, wanted, Person(short, "Yes"), clock).ask() == short
     assert "the take lasts 2.0 s" in Bundle.open(bundle.path).manifest["take_forced"][0]
     assert events(bundle) == ["take_wanted", "take_refused", "take_forced"]
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.row.csv"])
+def test_a_recording_shows_one_run_also_when_it_is_exported_again(
+    export: Export,
+    place: Path,
+    bundle: Bundle,
+    wanted: CameraTime,
+    clock: Scripted,
+    name: str,
+) -> None:
+    used: dict[str, str] = {}
+    first = collector(bundle, wanted, Person(), clock, used).accept(export(name))
+    folder, person, again = TakeFolder(place, clock), Person(), export(f"again {name}")
+    right = export(f"right {name}", wanted.began + timedelta(seconds=20), seconds=7)
+    clock.script = [(10, lambda: move(again, place)), (20, lambda: move(right, place))]
+    found = collector(bundle, wanted, person, clock, used).wait(folder, 60)
+    assert first.name == name
+    assert found == place / right.name
+    assert f"this recording shows run {bundle.path.name} already" in person.told[1]
 
 
 def test_without_a_folder_and_without_a_person_it_says_what_to_configure(

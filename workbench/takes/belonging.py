@@ -44,11 +44,14 @@ class Verdict:
         reasons: why it is not the take that is wanted; empty when it is.
         notes: what a user should know of a take that belongs.
         readable: False when it cannot be used at all, whoever insists.
+        recording: the same for every export of one recording: its start, or the file's hash where
+            the export tells none.
     """
 
     reasons: tuple[str, ...]
     notes: tuple[str, ...] = ()
     readable: bool = True
+    recording: str = ""
 
     @property
     def belongs(self) -> bool:
@@ -73,7 +76,9 @@ def judge(path: Path, wanted: CameraTime, tolerance: float = TOLERANCE_S) -> Ver
         return Verdict((f"{path}: cannot be read ({error})",), readable=False)
     reasons = [f"{path}: {reason}" for reason in _cut_short(take, tail)]
     reasons += [f"{path}: {reason}" for reason in _of_another_run(take, wanted, tolerance)]
-    return Verdict(tuple(reasons), () if reasons else tuple(_notes(take, wanted)))
+    recording = take.began[0].isoformat() if take.began else take.sha256
+    notes = () if reasons else tuple(_notes(take, wanted))
+    return Verdict(tuple(reasons), notes, recording=recording)
 
 
 def _cut_short(take: Take, tail: bytes) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -48,6 +49,8 @@ class Collector:
         operator: reads what is waited for, and is asked for a path.
         clock: the waiting is timed with it.
         tolerance: how far the clocks of bench and tracking PC may lie apart [s].
+        used: recordings that showed earlier runs, and which; the one found is added. A recording
+            shows one run, and short runs follow one another within the tolerance.
     """
 
     def __init__(
@@ -58,9 +61,11 @@ class Collector:
         operator: Operator,
         clock: Clock,
         tolerance: float,
+        used: dict[str, str],
     ) -> None:
         self._bundle, self._wanted, self._start = bundle, wanted, start
         self._operator, self._clock, self._tolerance = operator, clock, tolerance
+        self._used = used
 
     def wait(self, folder: TakeFolder, timeout: float) -> Path:
         """Return the export that appears in a folder, or that the operator names.
@@ -157,7 +162,11 @@ class Collector:
 
     def _judged(self, path: Path) -> Verdict:
         verdict = judge(path, self._wanted, self._tolerance)
+        if verdict.belongs and verdict.recording in self._used:
+            reason = f"{path}: this recording shows run {self._used[verdict.recording]} already"
+            verdict = replace(verdict, reasons=(reason,))
         if verdict.belongs:
+            self._used[verdict.recording] = self._bundle.path.name
             self._journal("take_accepted", file=str(path), notes=verdict.notes)
             for note in verdict.notes:
                 self._operator.tell(note)
