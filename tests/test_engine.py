@@ -87,7 +87,7 @@ def test_a_run_leaves_a_complete_bundle_with_the_output_off(
     assert bench.device.history[-1][1] == 0
     assert events(bundle) == [
         "asked", "prompt", "prepared", "cameras", "output_on",
-        *["voltage"] * 5, "output_off", "complete",
+        *["voltage"] * 5, "output_off", "take_accepted", "complete",
     ]  # fmt: skip
 
 
@@ -245,7 +245,15 @@ def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(
 
     monkeypatch.setattr(bench, "supply", opened)
     (bundle,) = runs(tmp_path, bench, DECAY)
-    assert events(bundle) == ["asked", "no_drive", "prompt", "cameras", "prompt", "complete"]
+    assert events(bundle) == [
+        "asked",
+        "no_drive",
+        "prompt",
+        "cameras",
+        "prompt",
+        "take_accepted",
+        "complete",
+    ]
     ready, now = (e for e in bundle.read_journal() if e["event"] == "prompt")
     assert ready["text"].startswith("Clamp the foot. Pull T forward with 0.39 N")
     assert now["text"] == "Burn or cut the thread now, then confirm."

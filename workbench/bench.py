@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
-from workbench.errors import HardwareError, InputError, did_you_mean
+from workbench.bundle import Bundle
+from workbench.errors import InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
@@ -27,8 +27,9 @@ from workbench.hw import (
 from workbench.hw.simulated import SimulatedRiden, serve
 from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
 from workbench.sim import Condition
+from workbench.takes import CameraTime, Collector, Operator, TakeFolder
 from workbench.timeseries import TimeSeries
-from workbench.tracking import write_motive, write_row
+from workbench.tracking import Recorder, Stream, format_start_time, write_motive, write_row
 from workbench.virtual import draw_current, film, let_go, move, true_robot
 
 __all__ = [
@@ -45,18 +46,6 @@ __all__ = [
 WireLog = Callable[[str], None]
 
 _TAIL_S = 0.5  # the cameras run on for a moment after the supply is off
-
-
-class Operator(Protocol):
-    """The person at the bench."""
-
-    def confirm(self, text: str) -> None:
-        """Show a text and return when it is confirmed."""
-        ...
-
-    def ask(self, text: str, default: str) -> str:
-        """Show a question and return the answer."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -88,6 +77,11 @@ class Window:
     began: datetime
     asked: float | None = None
 
+    @property
+    def cameras(self) -> CameraTime:
+        """Return what a take of this window has to show."""
+        return CameraTime(self.began, self.stop - self.start)
+
 
 class Bench(ABC):
     """A laboratory that a plan can be carried out on.
@@ -110,8 +104,18 @@ class Bench(ABC):
         """Return when the cameras record."""
 
     @abstractmethod
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
-        """Return the export of what the cameras saw; it may already lie in `folder`."""
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+        """Return the export of what the cameras saw; it may already lie in the bundle."""
+
+    def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
+        """Leave nothing running, however the run ended."""
+
+    def collector(
+        self, window: Window, bundle: Bundle, operator: Operator, used: dict[str, str]
+    ) -> Collector:
+        """Return what finds the take of a window and checks that it belongs to it."""
+        tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
+        return Collector(bundle, wanted, window.start, operator, self.clock, tolerance, used)
 
     @property
     def voltage_step(self) -> Decimal:
@@ -132,7 +136,18 @@ class Bench(ABC):
 
 
 class RealBench(Bench):
-    """A bench with a supply on a port and cameras that a person starts."""
+    """A bench with a supply on a port and cameras that a person starts.
+
+    Args:
+        file: its file.
+        clock: everything on the bench is timed and waited with it.
+    """
+
+    def __init__(self, file: BenchFile, clock: Clock) -> None:
+        super().__init__(file, clock)
+        self._folder: TakeFolder | None = None
+        self._recorder: Recorder | None = None
+        self._used: dict[str, str] = {}
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -151,29 +166,42 @@ class RealBench(Bench):
         return open_supply(connection, clock=self.clock, wire_log=wire_log)
 
     def start_cameras(self, operator: Operator) -> None:
-        """Ask for it."""
+        """Record the stream, or ask for a recording.
+
+        What lies in the folder of exports before it is not of this run.
+
+        Raises:
+            HardwareError: when the folder of exports cannot be listed, or no stream comes.
+        """
+        takes, live = self.file.tracking.takes, self.file.tracking.live
+        if live is not None:
+            self._recorder = Recorder(Stream(**live.model_dump()))
+            self._recorder.start()
+            return
+        self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
         operator.confirm("Start recording in the tracking software.")
 
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
-        """Ask for the export and offer the newest file of the bench's take folder."""
-        newest = self._newest(window.began)
-        answer = operator.ask(
-            "Stop recording, export the take as CSV, then give its path", str(newest or "")
-        )
-        take = Path(answer)
-        if not take.is_file():
-            raise HardwareError(f"{answer!r}: no such export; `workbench ingest` can add it later")
-        return take
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+        """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
-    def _newest(self, since: datetime) -> Path | None:
-        if self.file.tracking.takes is None:
-            return None
-        found = [
-            (file.stat().st_mtime, file)
-            for file in Path(self.file.tracking.takes).glob("*.csv")
-            if file.stat().st_mtime >= since.timestamp()
-        ]
-        return max(found)[1] if found else None
+        Raises:
+            HardwareError: when none comes in time, or what was recorded does not show the run.
+        """
+        collector = self.collector(window, bundle, operator, self._used)
+        if self._recorder is not None:
+            self.clock.sleep(_TAIL_S)
+            path = bundle.take_folder / f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
+            write_motive(self._recorder.stop(), path, version="1.24")
+            return collector.accept(path)
+        if self._folder is not None:
+            return collector.wait(self._folder, self.file.tracking.takes_timeout)
+        return collector.ask()
+
+    def stop_cameras(self) -> None:
+        """End a recorder that still runs."""
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
 
 
 class VirtualBench(Bench):
@@ -203,17 +231,19 @@ class VirtualBench(Bench):
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
-    def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         self._takes += 1
         rng = np.random.default_rng([self.section.seed, self._takes])
-        take = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
-        path = folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
+        filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
+        take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
+        path = bundle.take_folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
         if self.section.export == "row-1.0":
             write_row(take, path, version="1.0")
         else:
             write_motive(take, path, version="1.23")
-        return path
+        # runs with the same seed have the same takes
+        return self.collector(window, bundle, operator, used={}).accept(path)
 
     def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""

@@ -10,7 +10,8 @@
     compare.rrd, report.html              views, made again from the rest at any time
     checksums.txt     sha256 of every file above
 
-Nothing in it is overwritten once the run is finished, but for the views.
+Nothing in it is overwritten once the run is finished, but for the views. A run whose take is
+missing is not finished: the take can be added later.
 """
 
 from __future__ import annotations
@@ -173,6 +174,11 @@ class Bundle:
             shutil.copyfile(source, target)
         return target
 
+    def has_take(self) -> bool:
+        """Tell whether an export was added."""
+        folder = self.path / _TAKE
+        return folder.is_dir() and any(folder.iterdir())
+
     def take(self) -> Path:
         """Return the raw export.
 
@@ -224,6 +230,10 @@ class Bundle:
     def view(self, kind: View) -> Path:
         """Return the path of a view."""
         return self.path / _VIEWS[kind]
+
+    def is_closed(self) -> bool:
+        """Tell whether checksums were written; a run that was cut off has none."""
+        return (self.path / _CHECKSUMS).exists()
 
     def finish(self, status: Status, **facts: Any) -> None:
         """Write the last status and the checksums; the last thing done to a bundle."""

@@ -11,7 +11,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -152,6 +152,8 @@ class _Conductor:
         except Exception:
             self._end("failed", traceback.format_exc())
             raise
+        finally:
+            self.bench.stop_cameras()
         self._journal("complete")
         self.bundle.finish("complete")
         return self.bundle
@@ -197,7 +199,8 @@ class _Conductor:
             case PlannedRelease() as release:
                 subject = Subject(model, shape, self.run.mode, release.pull, release.height)
                 window = self._measure_release(release)
-        return self.bench.collect(subject, window, self.bundle.take_folder, self.operator)
+        self.bundle.note({"cameras": asdict(window.cameras)})
+        return self.bench.collect(subject, window, self.bundle, self.operator)
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
@@ -316,7 +319,10 @@ class _Conductor:
             "unconfirmed": "OUTPUT MAY BE ON, switch it off by hand",
             "supply not opened": "this mode has no drive, the supply was not opened",
         }[state]
-        return f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+        if "cameras" in self.bundle.manifest and not self.bundle.has_take():
+            told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
+        return told
 
 
 @contextmanager

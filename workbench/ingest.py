@@ -1,4 +1,4 @@
-"""Make bundles of runs that were measured elsewhere, as a sheet lists them."""
+"""Make bundles of runs that were measured elsewhere; add a take to a run that lacks it."""
 
 from __future__ import annotations
 
@@ -7,23 +7,26 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, verify
 from workbench.engine import Progress, versions
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.pairing import pair
 from workbench.protocol import (
+    BenchFile,
     Document,
     ShapeFile,
     Sheet,
     SheetRun,
+    load,
     load_model,
     load_shape,
     parse,
 )
+from workbench.takes import CameraTime, judge
 from workbench.twin import check_twin
 
-__all__ = ["ingest_sheet"]
+__all__ = ["add_take", "ingest_sheet"]
 
 
 def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iterator[Bundle]:
@@ -59,6 +62,57 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
             raise
         bundle.finish("complete")
         yield bundle
+
+
+def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = False) -> None:
+    """Give a run the take that it lacks, pair it with its twin and finish it.
+
+    Args:
+        take: the export; checked as at the bench.
+        bundle: of a run that was measured, but whose take did not come.
+        progress: is told what begins.
+        insist: take it although it does not seem to belong; the bundle says so.
+
+    Raises:
+        InputError: when the run needs no take, was changed, or the take does not belong to it;
+            nothing was written.
+        WorkbenchError: when the take cannot be used; the bundle says why.
+    """
+    wanted = _wanted(bundle)
+    tolerance = load(bundle.document("bench"), BenchFile).content.tracking.takes_tolerance
+    verdict = judge(take, wanted, tolerance)
+    if not verdict.belongs and not (insist and verdict.readable):
+        hint = "\n--insist adds it all the same" if verdict.readable else ""
+        raise InputError("\n".join(verdict.reasons) + hint)
+    since = (datetime.now() - wanted.began).total_seconds()
+    bundle.journal("take_added", since, file=str(take), notes=verdict.notes)
+    if verdict.reasons:
+        bundle.note({"take_forced": verdict.reasons})
+    bundle.add_take(take)
+    progress("track, twin, views")
+    try:
+        pair(bundle)
+    except WorkbenchError as error:
+        bundle.finish("failed", error=str(error))
+        error.args = (f"{error}\nsee {bundle.path}",)
+        raise
+    bundle.finish("complete", error=None)
+
+
+def _wanted(bundle: Bundle) -> CameraTime:
+    """Return what the take of an unfinished run has to show; refuse every other bundle."""
+    cameras = bundle.manifest.get("cameras")
+    if cameras is None:
+        raise InputError(
+            f"{bundle.path}: no take can be added; it is no run that was measured to its end "
+            f"(kind {bundle.manifest['kind']}, status {bundle.manifest['status']})"
+        )
+    if bundle.has_take():
+        raise InputError(f"{bundle.path}: holds a take already, {bundle.take().name}")
+    problems = verify(bundle.path) if bundle.is_closed() else []
+    if problems:
+        raise InputError(f"{bundle.path}: changed since the run: {'; '.join(problems)}")
+    return CameraTime(datetime.fromisoformat(cameras["began"]), cameras["seconds"])
 
 
 def _check(sheet: Document[Sheet]) -> None:

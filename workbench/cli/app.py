@@ -12,6 +12,7 @@ from rich.console import Console
 import workbench
 from workbench.cli.doctor import doctor
 from workbench.cli.ingest import ingest
+from workbench.cli.live import live
 from workbench.cli.modes import modes
 from workbench.cli.review import review
 from workbench.cli.run import run
@@ -31,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, simulate, modes, review, schema, doctor):
+for verb in (run, ingest, live, simulate, modes, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)
@@ -68,5 +69,8 @@ def main() -> None:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End on SIGTERM as on Ctrl-C, so that the output is switched off."""
-    raise KeyboardInterrupt
+    """End on SIGTERM as on Ctrl-C, so that the output is switched off.
+
+    It has a name, which Ctrl-C has not: where Ctrl-C asks, this still ends the program.
+    """
+    raise KeyboardInterrupt(signal.Signals(number).name)

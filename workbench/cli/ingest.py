@@ -10,23 +10,42 @@ import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table, tell
-from workbench.ingest import ingest_sheet
+from workbench.cli.run import describe
+from workbench.errors import InputError
+from workbench.ingest import add_take, ingest_sheet
 from workbench.protocol import Sheet, load
 from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
-__all__ = ["ingest"]
+__all__ = ["ingest", "print_quality"]
 
 
 def ingest(
     source: Annotated[Path, typer.Argument(metavar="SHEET_OR_TAKE", help="Sheet or export.")],
+    into: Annotated[
+        Path | None, typer.Option(metavar="RUN", help="Add the export to this run, which lacks it.")
+    ] = None,
+    insist: Annotated[
+        bool, typer.Option("--insist", help="Add it although it does not seem to belong.")
+    ] = False,
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
-    """Make bundles of a sheet's takes, or tell what one export holds.
+    """Make bundles of a sheet's takes, tell what one export holds, or add it to a run.
+
+    With --into the export is checked as at the bench: whole, begun when the run's cameras began,
+    and as long as the run. Then the run is paired with its twin and complete.
 
     Example: workbench ingest "Take 2026-03-12.csv"
     """
-    if source.suffix in (".yaml", ".yml"):
+    sheet = source.suffix in (".yaml", ".yml")
+    if insist and into is None:
+        raise InputError("--insist goes with --into RUN")
+    if into is not None:
+        if sheet:
+            raise InputError(f"{source}: --into takes one export, not a sheet")
+        _add(source, Bundle.find(into, runs), insist, as_json)
+        return
+    if sheet:
         _ingest_sheet(source, runs, as_json)
         return
     take = read_take(source)
@@ -34,7 +53,16 @@ def ingest(
     if as_json:
         emit({**report, "guess": None if guess is None else asdict(guess)})
     else:
-        _print_quality(source, report, guess)
+        print_quality(source.name, report, guess)
+
+
+def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
+    add_take(source, bundle, tell, insist)
+    if as_json:
+        emit(describe(bundle))
+    else:
+        comparison_table(bundle.manifest)
+        print(f"bundle: {bundle.path}")
 
 
 def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
@@ -48,10 +76,11 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
         emit({"bundles": [str(bundle.path) for bundle in done]})
 
 
-def _print_quality(source: Path, report: dict[str, Any], guess: BodyNames | None) -> None:
-    kind = {"row": "row format", "motive": "Motive"}[report["format"]]
+def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) -> None:
+    """Print the quality report of one take, and which bodies look like the robot's."""
+    kind = {"row": "row format", "motive": "Motive", "natnet": "NatNet"}[report["format"]]
     title = (
-        f"{source.name}: {kind} {report['version']}, {report['frames']} frames at "
+        f"{source}: {kind} {report['version']}, {report['frames']} frames at "
         f"{report['rate_hz']:.6g} Hz, "
         f"{report['first_time_s']:.3f} s to {report['last_time_s']:.3f} s"
     )

@@ -99,25 +99,52 @@ def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
 class TerminalOperator:
     """The person at this terminal."""
 
+    @property
+    def present(self) -> bool:
+        """Whether this is a terminal."""
+        return sys.stdin.isatty()
+
+    def tell(self, text: str) -> None:
+        """Show it among the phases, but not to be overlooked."""
+        people.print(text, style="bold", markup=False)
+
     def confirm(self, text: str) -> None:
         """Wait for Enter."""
         self._require_terminal(text)
-        people.print(f"[bold]{text}[/bold]  (Enter)", end=" ")
-        input()
+        people.print(text, style="bold", markup=False, end="  (Enter) ")
+        _line(text)
 
     def ask(self, text: str, default: str) -> str:
         """Read a line; empty takes the default."""
         self._require_terminal(text)
-        people.print(f"[bold]{text}[/bold] [{default}]", end=" ")
-        return input().strip() or default
+        offered = f" [{default}]" if default else ""
+        people.print(text, style="bold", markup=False, end=f"{offered}: ")
+        return _line(text).strip() or default
 
     def _require_terminal(self, text: str) -> None:
-        if not sys.stdin.isatty():
-            raise InputError(f"nobody to ask at this terminal: {text!r}")
+        if not self.present:
+            raise _nobody(text)
+
+
+def _line(text: str) -> str:
+    try:
+        return input()
+    except EOFError:
+        raise _nobody(text) from None
+
+
+def _nobody(text: str) -> InputError:
+    return InputError(f"nobody to ask at this terminal: {text!r}")
 
 
 class QuietOperator:
     """Answers every prompt itself: on the virtual bench there is nobody to ask."""
+
+    present = False
+
+    def tell(self, text: str) -> None:
+        """Show the text."""
+        tell(text)
 
     def confirm(self, text: str) -> None:
         """Show the text and go on."""

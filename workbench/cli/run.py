@@ -51,6 +51,10 @@ def run(
 ) -> None:
     """Carry out a protocol: drive, track, simulate the twin, compare.
 
+    After each run its export is awaited in the folder `tracking.takes` of the bench file: it is
+    taken when it is whole and belongs to this run. Ctrl-C then asks for a path instead; Ctrl-C
+    again ends, with the output off, and `workbench ingest TAKE --into RUN` adds the take later.
+
     Example: workbench run protocols/hop-17.yaml --bench virtual
     """
     asked, lab = load(protocol, Protocol), load_bench(bench)

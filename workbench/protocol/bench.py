@@ -12,8 +12,17 @@ from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 from workbench.protocol.tracking import Bodies, ExportAxes, Marker
 
-__all__ = ["BenchFile", "Cameras", "Connection", "SupplyLimits", "SupplySection", "VirtualSection"]
+__all__ = [
+    "BenchFile",
+    "Cameras",
+    "Connection",
+    "LiveSection",
+    "SupplyLimits",
+    "SupplySection",
+    "VirtualSection",
+]
 
+Port = Annotated[int, Field(ge=1, le=65535)]
 Probability = Annotated[float, Field(ge=0, lt=0.5)]
 
 
@@ -73,6 +82,22 @@ class SupplySection(Section):
     limits: SupplyLimits
 
 
+class LiveSection(Section):
+    """Motive's NatNet stream, as its streaming pane has it."""
+
+    server: str
+    """Address of the tracking PC."""
+    local: str | None = None
+    """Address of this computer that reaches it; found when left out."""
+    multicast: bool = False
+    """Motive's transmission type; unicast when false."""
+    group: str = "239.255.42.99"
+    """Multicast address."""
+    command_port: Port = 1510
+    data_port: Port = 1511
+    """Of a multicast stream."""
+
+
 class Cameras(Section):
     """The tracking system."""
 
@@ -83,7 +108,20 @@ class Cameras(Section):
     cleaning: Literal["default", "thesis"] = "default"
     """Recipe that turns a take into a track."""
     takes: str | None = None
-    """Folder where exports appear; the newest one after a run is offered."""
+    """Folder where exports appear: after a run the export is awaited there. Best an absolute path;
+    without it the operator is asked for the path of each export."""
+    takes_timeout: Annotated[float, Quantity("time", above=0)] = 1800.0
+    """Longest wait for an export."""
+    takes_tolerance: Annotated[float, Quantity("time", above=0)] = 60.0
+    """How far the clocks of this computer and of the tracking PC may lie apart."""
+    live: LiveSection | None = None
+    """Record this stream during each run; no export is awaited then."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Cameras:
+        if self.live is not None and self.takes is not None:
+            raise ValueError("takes come from the folder `takes` or from `live`, not from both")
+        return self
 
 
 class VirtualSection(Section):

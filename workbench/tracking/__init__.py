@@ -1,8 +1,9 @@
-"""Tracking: OptiTrack exports in, tracks out, and exports written for the virtual bench.
+"""Tracking: OptiTrack exports and streams in, tracks out, exports written for the virtual bench.
 
-Here live the readers of every export flavour, the report on a raw take, the axis mapping, the
-cleaning recipes, and the way from a take to the motion of foot, T and rotor. No instruments, no
-simulation, no bundle folder: this room imports `motion`, `timeseries` and `errors` only.
+Here live the readers of every export flavour, the recorder of a NatNet stream, the report on a raw
+take, the axis mapping, the cleaning recipes, and the way from a take to the motion of foot, T and
+rotor. No instruments, no simulation, no bundle folder: this room imports `motion`, `timeseries` and
+`errors` only.
 
 The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `raw_points`
 (bench axes) -> a recipe of `CLEANING` -> `make_track` -> `Track`.
@@ -16,12 +17,14 @@ from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames, guess_bodies
 from workbench.tracking.cleaning import CLEANING
+from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.quality import quality
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, CleaningReport, Recipe
 from workbench.tracking.row_writer import write_row
+from workbench.tracking.start_time import format_start_time
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
 from workbench.tracking.track import Track, make_track
 
@@ -38,8 +41,11 @@ __all__ = [
     "RawBody",
     "RawPoints",
     "Recipe",
+    "Recorder",
+    "Stream",
     "Take",
     "Track",
+    "format_start_time",
     "guess_bodies",
     "make_track",
     "motor_speed_fft",
@@ -47,6 +53,7 @@ __all__ = [
     "quality",
     "raw_points",
     "read_take",
+    "record",
     "write_motive",
     "write_row",
 ]

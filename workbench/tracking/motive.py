@@ -15,6 +15,7 @@ from workbench.tracking.missing import motive_missing
 from workbench.tracking.motive_header import Entity, Layout, read_layout
 from workbench.tracking.rotations import usable
 from workbench.tracking.source import Source, shown, unique_name
+from workbench.tracking.start_time import parse_start_time
 from workbench.tracking.take import BodyTake, Cloud, Take
 
 __all__ = ["parse_motive"]
@@ -60,6 +61,7 @@ def parse_motive(source: Source) -> Take:
         cloud=cloud,
         header=layout.header,
         warnings=tuple(source.warnings),
+        began=parse_start_time(layout.header.get("Capture Start Time", "")),
     )
 
 

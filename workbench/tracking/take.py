@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from enum import IntEnum
 
 import numpy as np
@@ -104,7 +105,7 @@ class Take:
     Args:
         path: the file's name as the user gave it.
         sha256: of the file's bytes.
-        format: "row" (Tracking Tools) or "motive".
+        format: "row" (Tracking Tools), "motive", or "natnet" (a recorded stream).
         version: the format's version, e.g. "1.1" or "1.23".
         rate_hz: samples per second.
         jitter_s: standard deviation of the file's own time steps about their median [s].
@@ -114,6 +115,8 @@ class Take:
         cloud: the points outside the bodies.
         header: the file's own keys and texts, untouched.
         warnings: what a user should know before trusting the numbers.
+        began: local wall time of frame 0; two where the file leaves morning or afternoon open, none
+            where it tells no start time.
     """
 
     path: str
@@ -128,6 +131,7 @@ class Take:
     cloud: Cloud
     header: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    began: tuple[datetime, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of samples."""

@@ -1,0 +1,14 @@
+"""Takes: from the end of a run to the export that belongs to it.
+
+Here live the waiting for an export (`collect.py`), the folder where exports appear (`folder.py`)
+and the check that an export is whole and of this run (`belonging.py`). What does not: reading an
+export (`tracking`), starting cameras (`bench`), making a track of it (`pairing`).
+
+To add a check: one function in `belonging.py` that returns a reason, and one test.
+"""
+
+from workbench.takes.belonging import CameraTime, Verdict, judge
+from workbench.takes.collect import Collector, Operator
+from workbench.takes.folder import TakeFolder
+
+__all__ = ["CameraTime", "Collector", "Operator", "TakeFolder", "Verdict", "judge"]
