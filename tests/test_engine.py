@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from workbench.bench import VirtualBench, load_bench
@@ -231,3 +232,90 @@ def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
     (motive,) = runs(tmp_path, bench)
     assert motive.take().read_text(encoding="utf-8-sig").startswith("Format Version,1.23")
     assert 0.1 < motive.manifest["error_mm"] < 15
+
+
+DECAY = "  - run: {mode: decay, pull: 0.39 N, rest: 1 s, duration: 3 s}\n"
+
+
+def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(
+    tmp_path: Path, bench: VirtualBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def opened(wire_log: object) -> object:
+        raise AssertionError("the supply was opened")
+
+    monkeypatch.setattr(bench, "supply", opened)
+    (bundle,) = runs(tmp_path, bench, DECAY)
+    assert events(bundle) == ["asked", "no_drive", "prompt", "cameras", "prompt", "complete"]
+    ready, now = (e for e in bundle.read_journal() if e["event"] == "prompt")
+    assert ready["text"].startswith("Clamp the foot. Pull T forward with 0.39 N")
+    assert now["text"] == "Burn or cut the thread now, then confirm."
+    assert now["time_s"] == pytest.approx(1.0)  # after the rest
+    assert bundle.manifest["output_off"] == "supply not opened"
+    assert not {"sent", "supply"} & set(bundle.manifest)
+    assert not (bundle.path / "wire.log").exists()
+    assert not bundle.has("supply")
+    assert [volts for _, volts in bench.device.history] == [0.0]
+    assert verify(bundle.path) == []
+
+
+def test_a_decay_and_its_twin_ring_from_the_moment_of_release(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    (bundle,) = runs(tmp_path, bench, DECAY)
+    facts = bundle.manifest
+    assert 1.2 <= facts["track"]["zero_in_take_s"] <= 2.2  # a person needs a moment
+    assert facts["release"] == {"pull_N": 0.39, "height_m": 0.0, "standard_error": None}
+    for who in ("real", "twin"):
+        assert facts[who]["displacement_m"] == pytest.approx(0.0158, abs=0.0005)
+        assert facts[who]["ring_hz"] == pytest.approx(1.64, abs=0.03)
+    track = bundle.read_series("track")
+    assert track.times[-1] > 3.0  # what was asked for is there after the release
+    held = track.between(-1.0, -0.05)["top_x_m"]
+    assert np.nanstd(held) < 0.0005
+    told = bundle.view("report").read_text(encoding="utf-8")
+    assert "this mode has no drive: the supply was not opened" in told
+    assert "asked for decay-0.39N: 1.0 s rest" in told
+    assert "decay, T pulled forward with 0.39 N" in told
+
+
+def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: VirtualBench) -> None:
+    one, two = runs(tmp_path, bench, DECAY.replace("3 s}", "1 s, repeats: 2}"))
+    assert one.take().read_bytes() != two.take().read_bytes()
+    zeros = [bundle.manifest["track"]["zero_in_take_s"] for bundle in (one, two)]
+    assert abs(zeros[0] - zeros[1]) > 0.01
+
+
+def test_a_drop_falls_by_what_was_asked(tmp_path: Path, bench: VirtualBench) -> None:
+    steps = "  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 3 s}\n"
+    (bundle,) = runs(tmp_path, bench, steps)
+    assert bundle.manifest["real"]["displacement_m"] == pytest.approx(0.0245, abs=0.0005)
+    assert bundle.manifest["twin"]["displacement_m"] == pytest.approx(0.0245, abs=0.0003)
+    assert bundle.manifest["warnings"] == []
+
+
+def test_ctrl_c_in_a_ring_down_says_that_the_supply_was_not_opened(
+    tmp_path: Path, bench: VirtualBench
+) -> None:
+    After(bench, 1.5, interrupt)
+    with pytest.raises(Interrupted, match="this mode has no drive, the supply was not opened"):
+        list(runs(tmp_path, bench, DECAY))
+    assert only_bundle(tmp_path).manifest["status"] == "interrupted"
+
+
+def test_a_robot_that_was_never_let_go_is_found_in_the_take(
+    tmp_path: Path, bench: VirtualBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("workbench.virtual._HAND_S", (30.0, 31.0))
+    with pytest.raises(WorkbenchError, match="T never moves in this take; was it released while"):
+        list(runs(tmp_path, bench, DECAY))
+
+
+def test_a_true_robot_of_forty_increments_rings_like_its_twin_of_sixteen(tmp_path: Path) -> None:
+    file = load_bench("virtual").content
+    assert file.virtual is not None
+    fine = file.virtual.model_copy(update={"increments": 40, "parameters": {}})
+    bench = VirtualBench(file.model_copy(update={"virtual": fine}))
+    (bundle,) = runs(tmp_path, bench, DECAY)
+    real, twin = bundle.manifest["real"]["ring_hz"], bundle.manifest["twin"]["ring_hz"]
+    assert real == pytest.approx(twin, rel=0.01)
+    assert real != pytest.approx(twin, rel=1e-5)

@@ -23,6 +23,12 @@ tracking: {up: y, forward: -z}
 bodies: {foot: Foot, top: T, rotor: Rotor}
 runs:
 """
+MARKED = HEAD.replace(
+    "runs:\n",
+    "markers:\n"
+    "  Foot: [[120, -110, 12], [120, 110, 12], [-120, -110, 12], [-120, 110, 12]]\n"
+    "runs:\n",
+)
 
 
 def quiet(text: str) -> None:
@@ -32,18 +38,35 @@ def quiet(text: str) -> None:
 @pytest.fixture(scope="module")
 def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """An export of a 3 s hop, as a laboratory would hand it over."""
-    folder = tmp_path_factory.mktemp("lab")
+    run = "{mode: hop, speed: 17 rad/s, rest: 1 s, ramp: 0.2 s, duration: 3 s}"
+    return measured(tmp_path_factory.mktemp("lab"), run)
+
+
+@pytest.fixture(scope="module")
+def decay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A ring-down from 0.39 N of a robot that is just the model."""
+    run = "{mode: decay, pull: 0.39 N, rest: 1 s, duration: 5 s}"
+    return measured(tmp_path_factory.mktemp("lab"), run, parameters={})
+
+
+@pytest.fixture(scope="module")
+def drop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drop from 20 mm of a robot that is just the model."""
+    run = "{mode: drop, height: 20 mm, rest: 1 s, duration: 4 s}"
+    return measured(tmp_path_factory.mktemp("lab"), run, parameters={})
+
+
+def measured(folder: Path, run: str, **virtual: object) -> Path:
     path = folder / "p.yaml"
-    path.write_text(
-        "schema: workbench/protocol-1\ntitle: T\nsteps:\n"
-        "  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, ramp: 0.2 s, duration: 3 s}\n"
-    )
+    path.write_text(f"schema: workbench/protocol-1\ntitle: T\nsteps:\n  - run: {run}\n")
     bench = load_bench("virtual")
+    assert bench.content.virtual is not None
+    section = bench.content.virtual.model_copy(update=virtual)
     protocol = load(path, Protocol)
     plan = make_plan(protocol, bench.content, Decimal("0.01"))
     model, shape = load_model("thesis", folder), load_shape("thesis-initial", folder)
     asked = Experiment(protocol, bench, model, shape, plan)
-    device = VirtualBench(bench.content)
+    device = VirtualBench(bench.content.model_copy(update={"virtual": section}))
     (bundle,) = carry_out(asked, device, folder / "runs", QuietOperator(), quiet)
     return bundle.take()
 
@@ -91,14 +114,14 @@ def test_everything_wrong_in_the_sheet_is_told_before_anything_is_written(tmp_pa
     sheet = write_sheet(
         tmp_path,
         "  - {take: gone.csv, mode: hop, omega: 17 rad/s}\n"
-        "  - {take: sheet.yaml, mode: decay, pull: 0.4 N}\n"
+        "  - {take: lost.csv, mode: decay, pull: 0.4 N}\n"
         "  - {take: sheet.yaml, mode: hop, voltage: 12 V}\n",
     )
     with pytest.raises(FileFaults) as caught:
         list(ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet))
     assert [(f.line, f.text.split(";")[0]) for f in caught.value.faults] == [
         (7, "no such file 'gone.csv'"),
-        (8, "mode 'decay' has no twin yet"),
+        (8, "no such file 'lost.csv'"),
         (9, "12 V is outside the range of calibration 'thesis': 1 V to 5.5 V, that is 1.50 rad/s "
             "to 21.30 rad/s"),
     ]  # fmt: skip
@@ -119,3 +142,61 @@ def test_a_take_that_is_none_leaves_a_failed_bundle(tmp_path: Path) -> None:
         list(ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet))
     (bundle,) = (tmp_path / "runs").iterdir()
     assert '"status": "failed"' in (bundle / "manifest.json").read_text()
+
+
+def test_a_pull_that_the_sheet_leaves_out_is_found_in_the_data(tmp_path: Path, decay: Path) -> None:
+    (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
+    sheet = write_sheet(tmp_path, "  - {take: decay.csv, mode: decay}\n", MARKED)
+    (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
+    found = bundle.manifest["release"]
+    assert found["pull_N"] == pytest.approx(0.39, abs=0.003)
+    assert 1e-5 < found["standard_error"] < 0.003
+    assert bundle.manifest["title"] == "decay, decay.csv"
+    assert bundle.manifest["error_top_mm"] < 1.0
+    assert "N, found in the data" in bundle.view("report").read_text(encoding="utf-8")
+
+
+def test_a_height_that_the_sheet_leaves_out_is_found_in_the_data(
+    tmp_path: Path, drop: Path
+) -> None:
+    (tmp_path / "drop.csv").write_bytes(drop.read_bytes())
+    sheet = write_sheet(tmp_path, "  - {take: drop.csv, mode: drop, duration: 4 s}\n", MARKED)
+    (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
+    assert bundle.manifest["release"]["height_m"] == pytest.approx(0.02, abs=0.0003)
+    assert bundle.manifest["error_mm"] < 1.0
+    assert "mm, found in the data" in bundle.view("report").read_text(encoding="utf-8")
+
+
+def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Path) -> None:
+    (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
+    sheet = write_sheet(
+        tmp_path, "  - {take: decay.csv, mode: decay, pull: 0.45 N, duration: 4 s}\n"
+    )
+    (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
+    assert bundle.manifest["release"] == {"pull_N": 0.45, "height_m": 0.0, "standard_error": None}
+    real, twin = (bundle.manifest[who]["displacement_m"] for who in ("real", "twin"))
+    assert twin / real == pytest.approx(0.45 / 0.39, abs=0.02)
+
+
+def test_the_direction_of_a_pull_is_found_in_the_data(tmp_path: Path, decay: Path) -> None:
+    (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
+    turned = HEAD.replace("forward: -z", "forward: z")  # the same take, seen from behind
+    sheet = write_sheet(tmp_path, "  - {take: decay.csv, mode: decay, pull: 0.39 N}\n", turned)
+    (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
+    assert bundle.manifest["release"]["pull_N"] == -0.39
+    assert "T was pulled backwards, and so is the twin's" in bundle.manifest["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("run", "text"),
+    [
+        ("mode: decay, omega: 17 rad/s", "mode decay has no drive; remove omega"),
+        ("mode: drop, ramp: 1 s", "mode drop has no drive; remove ramp"),
+        ("mode: drop, pull: 0.4 N", "mode drop has no pull, only mode decay has; remove it"),
+        ("mode: hop, omega: 17 rad/s, height: 1 cm", "mode hop has no height, only mode drop"),
+        ("mode: hop", "mode hop needs either omega or voltage"),
+    ],
+)
+def test_a_sheet_s_run_has_the_keys_of_its_mode(tmp_path: Path, run: str, text: str) -> None:
+    with pytest.raises(FileFaults, match=text):
+        load(write_sheet(tmp_path, f"  - {{take: x.csv, {run}}}\n"), Sheet)

@@ -1,18 +1,30 @@
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, sosfiltfilt
 
 from workbench.motion import (
     FOOT,
+    RELEASED,
     ROTOR_ANGLE,
     ROTOR_SPEED,
     TOP,
+    Mode,
     first_motion,
     last_motion,
     misfit,
+    position,
+    release,
     rotor_angle,
     rotor_speed,
     summarize,
+    time_zero,
 )
+from workbench.protocol import load_model, load_shape
+from workbench.sim import Condition, make_robot, simulate
 from workbench.timeseries import TimeSeries
 
 RATE = 120.0
@@ -92,3 +104,80 @@ def test_misfit_is_the_root_mean_square_in_millimetres() -> None:
     assert found.foot_mm == pytest.approx(3.0)
     assert found.top_mm == pytest.approx(0.0)
     assert found.both_mm == pytest.approx(3.0 / np.sqrt(2))
+
+
+Path3 = Callable[[np.ndarray], np.ndarray]
+LOCKED = np.zeros(600)
+LOW_PASS = butter(4, 25.0, fs=RATE, output="sos")  # the default recipe's
+
+
+def let_go(held: Condition) -> Path3:
+    """Path of the released point of a simulated robot at any time, the release at zero."""
+    here = Path()
+    robot = make_robot(
+        load_model("thesis", here).content.values(), load_shape("thesis-initial", here).content
+    )
+    moving = simulate(robot, held).motion
+    path = CubicSpline(moving.times, position(moving, RELEASED[held.mode]))
+    return lambda times: np.asarray(path(np.clip(times, 0.0, 4.9)))
+
+
+def seen(path: Path3, start: float, seed: int, noise: float, filtered: bool) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    places = path(np.arange(0, 6, 1 / RATE) - start)
+    places += rng.normal(0, noise, places.shape)
+    return np.asarray(sosfiltfilt(LOW_PASS, places, axis=0)) if filtered else places
+
+
+@pytest.mark.parametrize("filtered", [False, True])
+@pytest.mark.parametrize(
+    ("held", "bias_ms", "scatter_ms"),
+    [
+        (Condition("decay", LOCKED, pull=0.1), 5.0, 14.0),
+        (Condition("decay", LOCKED, pull=0.39), 2.5, 5.0),
+        (Condition("decay", LOCKED, pull=1.2), 2.0, 2.0),
+        (Condition("drop", LOCKED, height=0.01), 2.5, 3.0),
+        (Condition("drop", LOCKED, height=0.05), 2.5, 2.0),
+    ],
+    ids=lambda value: f"{value.mode} {value.pull} N" if isinstance(value, Condition) else None,
+)
+def test_a_release_is_found_as_well_as_the_docstring_says(
+    held: Condition, bias_ms: float, scatter_ms: float, filtered: bool
+) -> None:
+    path, times = let_go(held), np.arange(0, 6, 1 / RATE)
+    starts = 2.0 + np.random.default_rng(5).uniform(0, 1 / RATE, 25)  # anywhere between pictures
+    late = []
+    for seed, start in enumerate(starts):
+        found = release(times, seen(path, start, seed, 0.0003, filtered))
+        assert found is not None
+        late.append(1000 * (found - start))
+    assert abs(np.mean(late)) < bias_ms
+    assert np.std(late) < scatter_ms
+
+
+def test_a_release_survives_a_gap_and_a_later_pick_up() -> None:
+    path, times = let_go(Condition("drop", LOCKED, height=0.02)), np.arange(0, 6, 1 / RATE)
+    places = seen(path, 2.0, 1, 0.0002, False)
+    places[230:236] = np.nan
+    places[times > 5.2] += 0.5  # somebody takes the robot away
+    assert release(times, places) == pytest.approx(2.0, abs=0.005)
+
+
+def test_what_is_held_all_the_time_is_never_released() -> None:
+    times = np.arange(0, 6, 1 / RATE)
+    still = np.random.default_rng(1).normal(0.3, 0.0003, (len(times), 3))
+    assert release(times, still) is None
+    assert release(times, np.full_like(still, np.nan)) is None
+
+
+def test_time_zero_is_what_the_mode_begins_with() -> None:
+    times, turned = spun(1.5, 0.1, 0.0)
+    lifted = np.where(times > 2, -5.0 * (times - 2) ** 2, 0.0).clip(-0.02)
+    pulled = 0.1 + 0.02 * np.cos(10 * np.maximum(times - 2.5, 0))
+    zero = np.zeros(len(times))
+    columns = dict.fromkeys((*FOOT, *TOP), zero)
+    columns |= {FOOT[2]: lifted, TOP[0]: pulled, ROTOR_ANGLE: turned}
+    series = TimeSeries.of(times, columns)
+    begins: dict[Mode, float] = {"hop": 1.5, "clamped": 1.5, "drop": 2.0, "decay": 2.5}
+    for mode, expected in begins.items():
+        assert time_zero(mode, series) == pytest.approx(expected, abs=0.004)

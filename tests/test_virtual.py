@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from workbench.bench import load_bench
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position, release
 from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
-from workbench.sim import make_robot
+from workbench.sim import Condition, make_robot
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyNames, Missing, make_track
-from workbench.virtual import draw_current, film, move
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Missing,
+    guess_bodies,
+    make_track,
+    raw_points,
+    read_take,
+    write_motive,
+    write_row,
+)
+from workbench.virtual import draw_current, film, let_go, move, true_robot
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +36,10 @@ def section(bench: BenchFile, **changed: object) -> VirtualSection:
     return bench.virtual.model_copy(update=changed)
 
 
+def seeded(seed: int = 3) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
 @pytest.fixture(scope="module")
 def motion(bench: BenchFile, tmp_path_factory: pytest.TempPathFactory) -> TimeSeries:
     """A true robot at rest for 1 s, then driven at 4.52 V."""
@@ -34,7 +50,7 @@ def motion(bench: BenchFile, tmp_path_factory: pytest.TempPathFactory) -> TimeSe
 
 
 def test_a_noiseless_take_gives_the_true_motion_back(bench: BenchFile, motion: TimeSeries) -> None:
-    take = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0))
+    take = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0), seeded())
     cameras = bench.tracking
     track = make_track(
         take,
@@ -55,8 +71,8 @@ def test_a_noiseless_take_gives_the_true_motion_back(bench: BenchFile, motion: T
 
 
 def test_noise_and_gaps_are_as_the_bench_file_says(bench: BenchFile, motion: TimeSeries) -> None:
-    quiet = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0))
-    noisy = film(motion, bench.tracking, section(bench, noise=0.0002, gap_share=0.05))
+    quiet = film(motion, bench.tracking, section(bench, noise=0.0, gap_share=0.0), seeded())
+    noisy = film(motion, bench.tracking, section(bench, noise=0.0002, gap_share=0.05), seeded())
     foot, true = noisy.bodies["Foot"], quiet.bodies["Foot"]
     error = foot.measured - true.measured
     assert np.nanstd(error) == pytest.approx(0.0002, rel=0.05)
@@ -65,6 +81,33 @@ def test_noise_and_gaps_are_as_the_bench_file_says(bench: BenchFile, motion: Tim
     lost = foot.missing == Missing.LOST
     assert np.isfinite(foot.solved).all()  # frozen while lost, as the tracker leaves them
     assert np.isnan(foot.position[lost]).all()
+
+
+@pytest.mark.parametrize("places_given", [True, False])
+@pytest.mark.parametrize("version", ["row 1.0", "row 1.1", "motive 1.21", "motive 1.25"])
+def test_hidden_markers_move_no_body(
+    bench: BenchFile, motion: TimeSeries, tmp_path: Path, version: str, places_given: bool
+) -> None:
+    cameras = bench.tracking
+    axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
+    places = {name: np.array(p) for name, p in cameras.markers.items()} if places_given else None
+    take = film(motion, cameras, section(bench, gap_share=0.1), seeded(4))
+    flavour, number = version.split()
+    write = write_row if flavour == "row" else write_motive
+    write(take, tmp_path / "x.csv", number)  # type: ignore[arg-type]
+    exact = film(motion, cameras, section(bench, noise=0.0, gap_share=0.0), seeded(4))
+    seen = raw_points(read_take(tmp_path / "x.csv"), BodyNames(), axes, places)
+    true = raw_points(exact, BodyNames(), axes, places)
+    assert seen.warnings == ()
+    for role, body in seen.bodies.items():
+        off = np.linalg.norm(body.position - true.bodies[role].position, axis=1)
+        assert np.nanmax(off) < 1.2e-3, role
+        told = np.isfinite(off)
+        assert told[take.bodies[body.name].seen].all()
+        assert np.array_equal(told, body.missing == Missing.SEEN)
+    if flavour == "motive":  # row formats give no markers of a body that the tracker lost
+        assert seen.top.bridged.sum() > 5
+    assert guess_bodies(take) == BodyNames()
 
 
 def test_the_motor_follows_the_terminals_with_its_lag(motion: TimeSeries) -> None:
@@ -79,3 +122,20 @@ def test_the_motor_follows_the_terminals_with_its_lag(motion: TimeSeries) -> Non
 def test_no_voltage_draws_no_current() -> None:
     assert draw_current(0.0) == 0.0
     assert 0.2 < draw_current(4.5) < 0.5
+
+
+def test_a_person_lets_go_a_moment_after_being_asked(bench: BenchFile) -> None:
+    here = Path()
+    model, shape = load_model("thesis", here).content, load_shape("thesis-initial", here).content
+    robot = true_robot(model, shape, section(bench, increments=24))
+    assert len(robot.hinges) == 24
+    held = Condition("decay", np.zeros(0), pull=0.39)
+    motion = let_go(robot, held, asked=1.0, duration=4.0, rng=seeded())
+    assert motion.times[-1] == pytest.approx(4.0)
+    way = motion[TOP[0]] - motion[TOP[0]][0]
+    assert np.abs(way[motion.times < 1.2]).max() == 0  # pulled and still
+    assert np.abs(way[motion.times > 2.4]).max() > 0.02
+    again = let_go(robot, held, asked=1.0, duration=4.0, rng=np.random.default_rng(4))
+    found = [release(m.times, position(m, TOP)) or 0.0 for m in (motion, again)]
+    assert all(1.2 < zero < 2.2 for zero in found)
+    assert abs(found[0] - found[1]) > 0.01

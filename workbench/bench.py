@@ -5,11 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
+
+import numpy as np
 
 from workbench.errors import HardwareError, InputError, did_you_mean
 from workbench.hw import (
@@ -24,8 +26,10 @@ from workbench.hw import (
 )
 from workbench.hw.simulated import SimulatedRiden, serve
 from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
+from workbench.sim import Condition
+from workbench.timeseries import TimeSeries
 from workbench.tracking import write_motive, write_row
-from workbench.virtual import draw_current, film, move, true_robot
+from workbench.virtual import draw_current, film, let_go, move, true_robot
 
 __all__ = [
     "Bench",
@@ -62,6 +66,10 @@ class Subject:
     model: ModelFile
     shape: ShapeFile
     mode: Mode
+    pull: float | None = None
+    """Force on T before the release [N], in mode decay."""
+    height: float | None = None
+    """Of the foot above the floor before the release [m], in mode drop."""
 
 
 @dataclass(frozen=True)
@@ -72,11 +80,13 @@ class Window:
         start: by the bench's clock [s].
         stop: by the bench's clock [s].
         began: local wall time of the start.
+        asked: when the operator was asked to let go, by the bench's clock [s]; None with a drive.
     """
 
     start: float
     stop: float
     began: datetime
+    asked: float | None = None
 
 
 class Bench(ABC):
@@ -180,6 +190,7 @@ class VirtualBench(Bench):
             serial=file.supply.serial or 12345678,
             load=draw_current,
         )
+        self._takes = 0
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -194,19 +205,27 @@ class VirtualBench(Bench):
 
     def collect(self, subject: Subject, window: Window, folder: Path, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
-        if subject.mode not in ("hop", "clamped"):
-            raise InputError(f"mode {subject.mode!r} cannot be run on the virtual bench")
-        robot = true_robot(subject.model, subject.shape, self.section)
-        history = [(t - window.start, volts) for t, volts in self.device.history]
-        duration = window.stop - window.start + _TAIL_S
-        motion = move(robot, subject.mode, history, duration, self.section)
-        take = film(motion, self.file.tracking, self.section)
+        self._takes += 1
+        rng = np.random.default_rng([self.section.seed, self._takes])
+        take = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         path = folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
         if self.section.export == "row-1.0":
             write_row(take, path, version="1.0")
         else:
             write_motive(take, path, version="1.23")
         return path
+
+    def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
+        """Return what the true robot did while the cameras ran."""
+        robot = true_robot(subject.model, subject.shape, self.section)
+        duration = window.stop - window.start + _TAIL_S
+        angle = self.section.start_angle
+        if window.asked is not None:
+            zeros = Condition(subject.mode, np.zeros(0), angle)
+            held = replace(zeros, pull=subject.pull or 0.0, height=subject.height or 0.0)
+            return let_go(robot, held, window.asked - window.start, duration, rng)
+        history = [(t - window.start, volts) for t, volts in self.device.history]
+        return move(robot, subject.mode, history, duration, self.section)
 
 
 def load_bench(name: str) -> Document[BenchFile]:

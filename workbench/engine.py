@@ -1,4 +1,7 @@
-"""Carry out a plan on a bench: journal, prompts, one bundle a run, the output always ends off."""
+"""Carry out a plan on a bench: journal, prompts, one bundle a run, the output always ends off.
+
+A run without a drive leaves the supply alone: it is neither opened nor asked anything.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ from workbench.protocol import (
     Document,
     ModelFile,
     Plan,
+    PlannedDrive,
     PlannedPrompt,
+    PlannedRelease,
     PlannedRun,
     Protocol,
     ShapeFile,
@@ -37,6 +42,7 @@ __all__ = ["Experiment", "Progress", "carry_out", "versions"]
 Progress = Callable[[str], None]
 
 _POLL_S = 0.2
+_HAND_S = 1.5  # a person lets go within this time of being asked
 
 
 @dataclass(frozen=True)
@@ -95,6 +101,17 @@ def versions() -> dict[str, str]:
     } | {name: version(name) for name in packages}
 
 
+def _asked(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+    """Return what the manifest says was asked; what a mode does not have is null."""
+    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m")
+    match action:
+        case PlannedDrive():
+            values = (float(action.voltage), action.speed, action.ramp, None, None)
+        case PlannedRelease():
+            values = (None, None, None, action.pull, action.height)
+    return dict(zip(keys, values, strict=True))
+
+
 class _Conductor:
     """One run, from the empty bundle to the finished one."""
 
@@ -150,11 +167,9 @@ class _Conductor:
             "mode": run.mode,
             "role": run.role,
             "repeat": run.repeat,
-            "voltage_V": float(run.voltage),
-            "speed_rad_s": run.speed,
             "rest_s": run.rest,
-            "ramp_s": run.ramp,
             "duration_s": run.duration,
+            **_asked(run.action),
             "bench": self.experiment.bench.content.name,
             "calibration": self.experiment.bench.content.calibration.id,
             "versions": versions(),
@@ -168,25 +183,61 @@ class _Conductor:
             "protocol", experiment.protocol.content.model_dump(by_alias=True)
         )
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
-        self._journal("asked", run=self.run.name, steps=self.run.steps, rest_s=self.run.rest)
+        action = self.run.action
+        steps = action.steps if isinstance(action, PlannedDrive) else ()
+        self._journal("asked", run=self.run.name, rest_s=self.run.rest, steps=steps)
 
     def _measure(self) -> Path:
-        """Drive the robot while the cameras run and return the export."""
-        subject = Subject(
-            self.experiment.model.content, self.experiment.shape.content, self.run.mode
-        )
+        """Let the robot move while the cameras run and return the export."""
+        model, shape = self.experiment.model.content, self.experiment.shape.content
+        match self.run.action:
+            case PlannedDrive() as drive:
+                subject = Subject(model, shape, self.run.mode)
+                window = self._measure_drive(drive)
+            case PlannedRelease() as release:
+                subject = Subject(model, shape, self.run.mode, release.pull, release.height)
+                window = self._measure_release(release)
+        return self.bench.collect(subject, window, self.bundle.take_folder, self.operator)
+
+    def _measure_drive(self, drive: PlannedDrive) -> Window:
+        """Drive the robot while the cameras run."""
         with self.bench.supply(self.bundle.wire) as supply:
             self._prepare(supply)
-            self.bench.start_cameras(self.operator)
-            self.start, began = self.bench.clock.now(), datetime.now()
-            self._journal("cameras", began=began.isoformat())
+            began = self._start_cameras()
             try:
-                self._drive(supply)
+                self._drive(supply, drive)
             finally:
                 self._switch_off(supply)
         self._keep_readings()
-        window = Window(self.start, self.bench.clock.now(), began)
-        return self.bench.collect(subject, window, self.bundle.take_folder, self.operator)
+        return Window(self.start, self.bench.clock.now(), began)
+
+    def _measure_release(self, release: PlannedRelease) -> Window:
+        """Let the operator hold the robot and let go while the cameras run."""
+        self._journal("no_drive")
+        self.bundle.note({"output_off": "supply not opened"})
+        self._confirm(release.ready)
+        began = self._start_cameras()
+        self._rest()
+        asked = self.bench.clock.now()
+        self._confirm(release.now)
+        self.progress(f"{self.run.duration:g} s after the release")
+        self.bench.clock.sleep(self.run.duration + _HAND_S)
+        return Window(self.start, self.bench.clock.now(), began, asked)
+
+    def _confirm(self, text: str) -> None:
+        self.operator.confirm(text)
+        self._journal("prompt", text=text, answer="confirmed")
+
+    def _start_cameras(self) -> datetime:
+        """Start the cameras, and with them the run's time, and return the wall time."""
+        self.bench.start_cameras(self.operator)
+        self.start, began = self.bench.clock.now(), datetime.now()
+        self._journal("cameras", began=began.isoformat())
+        return began
+
+    def _rest(self) -> None:
+        self.progress(f"rest {self.run.rest:g} s")
+        self.bench.clock.sleep(self.run.rest)
 
     def _prepare(self, supply: Supply) -> None:
         section = self.experiment.bench.content.supply
@@ -201,23 +252,22 @@ class _Conductor:
         self.bundle.note({"supply": ready.identity._asdict()})
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
 
-    def _drive(self, supply: Supply) -> None:
-        clock, run = self.bench.clock, self.run
-        self.progress(f"rest {run.rest:g} s")
-        clock.sleep(run.rest)
-        on = clock.now()
-        self._journal("output_on", volts=run.steps[0][1])
-        self.progress(f"drive {run.duration:g} s at {run.voltage} V ({run.speed:.2f} rad/s)")
-        self._note_reading(switch_on(supply, run.steps[0][1]))
-        sent = [(on - self.start, float(run.steps[0][1]))]
-        for after, volts in run.steps[1:]:
+    def _drive(self, supply: Supply, drive: PlannedDrive) -> None:
+        clock, duration = self.bench.clock, self.run.duration
+        self._rest()
+        on, first = clock.now(), drive.steps[0][1]
+        self._journal("output_on", volts=first)
+        self.progress(f"drive {duration:g} s at {drive.voltage} V ({drive.speed:.2f} rad/s)")
+        self._note_reading(switch_on(supply, first))
+        sent = [(on - self.start, float(first))]
+        for after, volts in drive.steps[1:]:
             clock.sleep(on + after - clock.now())
             at = clock.now() - self.start
             applied = supply.set_voltage(volts)
             self._journal("voltage", asked=volts, read_back=applied)
             sent.append((at, float(applied)))
             self._note_reading(watch(supply))
-        while (left := on + run.duration - clock.now()) > 0:
+        while (left := on + duration - clock.now()) > 0:
             clock.sleep(min(_POLL_S, left))
             self._note_reading(watch(supply))
         sent.append((clock.now() - self.start, 0.0))
@@ -264,6 +314,7 @@ class _Conductor:
             None: "the output was never switched on",
             "confirmed": "the output is off, confirmed",
             "unconfirmed": "OUTPUT MAY BE ON, switch it off by hand",
+            "supply not opened": "this mode has no drive, the supply was not opened",
         }[state]
         return f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
 

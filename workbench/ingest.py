@@ -10,7 +10,8 @@ from typing import Any
 from workbench.bundle import Bundle
 from workbench.engine import Progress, versions
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
-from workbench.pairing import check_twin, pair
+from workbench.motion import DRIVEN
+from workbench.pairing import pair
 from workbench.protocol import (
     Document,
     ShapeFile,
@@ -20,10 +21,9 @@ from workbench.protocol import (
     load_shape,
     parse,
 )
+from workbench.twin import check_twin
 
 __all__ = ["ingest_sheet"]
-
-_RUNNABLE = ("hop", "clamped")
 
 
 def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iterator[Bundle]:
@@ -66,10 +66,7 @@ def _check(sheet: Document[Sheet]) -> None:
     for i, run in enumerate(sheet.content.runs):
         if not (sheet.path.parent / run.take).is_file():
             faults.append(sheet.fault(("runs", i, "take"), f"no such file {run.take!r}"))
-        if run.mode not in _RUNNABLE:
-            text = f"mode {run.mode!r} has no twin yet; modes that have: {', '.join(_RUNNABLE)}"
-            faults.append(sheet.fault(("runs", i, "mode"), text))
-        elif run.voltage is not None:
+        if run.voltage is not None:
             try:
                 sheet.content.calibration.speed(run.voltage)
             except InputError as error:
@@ -78,7 +75,10 @@ def _check(sheet: Document[Sheet]) -> None:
         raise FileFaults(faults)
 
 
-def _speed(sheet: Document[Sheet], run: SheetRun) -> float:
+def _speed(sheet: Document[Sheet], run: SheetRun) -> float | None:
+    """Return the rotor's speed that was asked for [rad/s], None where nothing drives it."""
+    if run.mode not in DRIVEN:
+        return None
     if run.omega is not None:
         return run.omega
     return sheet.content.calibration.speed(run.voltage or 0.0)
@@ -89,18 +89,21 @@ def _name(run: SheetRun) -> str:
 
 
 def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]:
+    speed = _speed(sheet, run)
     return {
         "kind": "ingest",
-        "title": f"{run.mode} at {_speed(sheet, run):.2f} rad/s, {run.take}",
+        "title": f"{run.mode}{'' if speed is None else f' at {speed:.2f} rad/s'}, {run.take}",
         "sheet": sheet.path.name,
         "number": number,
         "of": len(sheet.content.runs),
         "mode": run.mode,
         "role": run.role,
         "voltage_V": run.voltage,
-        "speed_rad_s": _speed(sheet, run),
+        "speed_rad_s": speed,
+        "pull_N": run.pull,
+        "height_m": run.height,
         "rest_s": run.rest,
-        "ramp_s": run.ramp or 0.0,
+        "ramp_s": None if speed is None else run.ramp or 0.0,
         "duration_s": run.duration,
         "calibration": sheet.content.calibration.id,
         "versions": versions(),

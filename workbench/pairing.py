@@ -5,58 +5,49 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from workbench.bundle import Bundle, sha256
-from workbench.errors import InputError, WorkbenchError
-from workbench.motion import ROTOR_ANGLE, first_motion, last_motion, misfit, summarize
+from workbench.errors import WorkbenchError
+from workbench.motion import (
+    DRIVEN,
+    Mode,
+    Summary,
+    last_motion,
+    misfit,
+    summarize,
+    time_zero,
+)
 from workbench.protocol import (
     BenchFile,
     Calibration,
     Cameras,
-    Mode,
     ModelFile,
     ShapeFile,
     Sheet,
     load,
 )
 from workbench.review import Comparison, Figure, Phase, write_recording, write_report
-from workbench.sim import (
-    Condition,
-    Robot,
-    make_robot,
-    require_stable,
-    sample_times,
-    settle,
-    simulate,
-    staircase,
-    unloaded,
-)
+from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
+from workbench.twin import Command, Release, find_release, make_twin
 
-__all__ = ["check_twin", "make_twin", "pair"]
+__all__ = ["pair"]
 
-_LEAST_REST_S = 0.6  # what first_motion needs to know the rotor at rest
-_MOST_REST_S = 5.0
-_AFTER_S = 0.5
-
-
-@dataclass(frozen=True)
-class Command:
-    """What the motor was told.
-
-    Args:
-        steps: (time since the output came on [s], rotor speed [rad/s]), ending with speed 0.
-        duration: time with the output on [s].
-    """
-
-    steps: tuple[tuple[float, float], ...]
-    duration: float
+_STILL: dict[Mode, str] = {
+    "decay": "T never moves in this take; was it released while the cameras recorded, and is the "
+    "body name of T right?",
+    "drop": "the foot never moves in this take; was it let go while the cameras recorded, and is "
+    "the body name of the foot right?",
+}
+_NOT_DRIVEN = (
+    "the rotor never moves in this take; was the motor connected, and is the body name "
+    "of the rotor right?"
+)
 
 
 def pair(bundle: Bundle) -> Comparison:
@@ -65,14 +56,16 @@ def pair(bundle: Bundle) -> Comparison:
     Raises:
         TakeError: when the take cannot be read.
         InputError: when a body or a file is missing, or the robot cannot be simulated.
-        WorkbenchError: when the rotor never moved in the take.
+        WorkbenchError: when what the mode begins with never happened in the take.
     """
     cameras, calibration = _settings(bundle)
     model = load(bundle.document("model"), ModelFile).content
     shape = load(bundle.document("shape"), ShapeFile).content
     track = _track(bundle, cameras)
     command = _command(bundle, calibration, track)
-    twin, outcome = make_twin(bundle.manifest["mode"], model, shape, command, track)
+    mode: Mode = bundle.manifest["mode"]
+    release = _release(bundle, track, command, model, shape)
+    twin, outcome = make_twin(mode, model, shape, command, track, release)
     made_from = {
         "take": track.take_sha256,
         "model": sha256(bundle.document("model")),
@@ -80,63 +73,11 @@ def pair(bundle: Bundle) -> Comparison:
     }
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
-    comparison = _compare(bundle, track, twin, command, model, shape, outcome)
-    _note(bundle, comparison, track, outcome)
+    comparison = _compare(bundle, track, twin, command, release, model, shape, outcome)
+    _note(bundle, comparison, track, release, outcome)
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
     return comparison
-
-
-def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> None:
-    """Find out before anything is switched whether this robot can be simulated.
-
-    Raises:
-        InputError: when it cannot be built, does not stand, has effects, or its step is too long.
-    """
-    for mode in sorted(set(modes)):
-        foot = Condition(_driven(mode), np.zeros(1)).foot
-        require_stable(*settle(unloaded(_robot(model, shape)), foot, np.pi / 2))
-
-
-def make_twin(
-    mode: Mode,
-    model: ModelFile,
-    shape: ShapeFile,
-    command: Command,
-    track: Track,
-) -> tuple[TimeSeries, str]:
-    """Simulate exactly the run that was measured.
-
-    The twin gets the same commands and starts with the rotor where the track saw it; its time zero
-    is found by the same estimator as the track's.
-
-    Returns:
-        The motion with time zero at the first rotor motion, and the simulation's outcome.
-
-    Raises:
-        InputError: when the model has effects, which cannot be simulated yet, or does not stand.
-    """
-    rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
-    speed = staircase(sample_times(command.duration + _AFTER_S), command.steps)
-    condition = Condition(_driven(mode), speed, track.start_angle_rad, rest)
-    result = simulate(_robot(model, shape), condition)
-    zero = first_motion(result.motion.times, result.motion[ROTOR_ANGLE]) or 0.0
-    return result.motion.shifted(-zero), result.outcome
-
-
-def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
-    if model.effects:
-        names = ", ".join(effect.name for effect in model.effects)
-        raise InputError(
-            f"model {model.name!r} has effects ({names}); they cannot be simulated yet"
-        )
-    return make_robot(model.values(), shape)
-
-
-def _driven(mode: Mode) -> Literal["hop", "clamped"]:
-    if mode not in ("hop", "clamped"):
-        raise InputError(f"mode {mode!r} has no twin yet; modes that have: hop, clamped")
-    return mode
 
 
 def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:
@@ -155,18 +96,17 @@ def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:
 
 
 def _track(bundle: Bundle, cameras: Cameras) -> Track:
+    mode: Mode = bundle.manifest["mode"]
     track = make_track(
         read_take(bundle.take()),
         bodies=BodyNames(cameras.bodies.foot, cameras.bodies.top, cameras.bodies.rotor),
         axes=Axes(up=cameras.axes.up, forward=cameras.axes.forward),
         markers={name: np.array(places) for name, places in cameras.markers.items()},
         recipe=cameras.cleaning,
+        mode=mode,
     )
-    if first_motion(track.motion.times, track.motion[ROTOR_ANGLE]) is None:
-        raise WorkbenchError(
-            f"{bundle.take().name}: the rotor never moves in this take; "
-            "was the motor connected, and is the body name of the rotor right?"
-        )
+    if time_zero(mode, track.motion) is None:
+        raise WorkbenchError(f"{bundle.take().name}: {_STILL.get(mode, _NOT_DRIVEN)}")
     return track
 
 
@@ -178,6 +118,8 @@ def _command(bundle: Bundle, calibration: Calibration, track: Track) -> Command:
         steps = tuple((t - on, calibration.speed(volts)) for t, volts in sent)
         return Command(steps, sent[-1][0] - on)
     asked = bundle.manifest
+    if asked["mode"] not in DRIVEN:
+        return Command((), asked["duration_s"] or float(track.motion.times[-1]))
     duration = asked["duration_s"] or last_motion(track.motion)
     speed, ramp = asked["speed_rad_s"], asked["ramp_s"]
     count = max(1, round(ramp / 0.1))
@@ -185,26 +127,53 @@ def _command(bundle: Bundle, calibration: Calibration, track: Track) -> Command:
     return Command((*(rise if ramp else ()), (ramp, speed), (duration, 0.0)), duration)
 
 
+def _release(
+    bundle: Bundle, track: Track, command: Command, model: ModelFile, shape: ShapeFile
+) -> Release | None:
+    """Return from where the robot was let go: as told, else as the data have it."""
+    mode: Mode = bundle.manifest["mode"]
+    if mode in DRIVEN:
+        return None
+    pull, height = bundle.manifest["pull_N"], bundle.manifest["height_m"]
+    if pull is None and height is None:
+        return find_release(mode, model, shape, command, track)
+    if pull is None:
+        return Release(height=height)
+    held = summarize_release(track.motion, mode, command.duration).displacement_m
+    return Release(pull=-pull if held < 0 else pull)
+
+
+def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | RingDown:
+    if mode in DRIVEN:
+        return summarize(motion, duration)
+    return summarize_release(motion, mode, duration)
+
+
 def _compare(
     bundle: Bundle,
     track: Track,
     twin: TimeSeries,
     command: Command,
+    release: Release | None,
     model: ModelFile,
     shape: ShapeFile,
     outcome: str,
 ) -> Comparison:
-    values = model.values()
+    values, mode = model.values(), bundle.manifest["mode"]
     warnings = list(track.warnings)
+    if release is not None and release.pull < 0:
+        warnings.append("T was pulled backwards, and so is the twin's")
     if outcome != "completed":
         warnings.append(f"the twin {outcome} after {twin.times[-1]:.2f} s")
     return Comparison(
         title=bundle.manifest["title"],
         run=bundle.manifest["id"],
+        mode=mode,
         real=track.motion,
         twin=twin,
         duration_s=command.duration,
-        phases=_phases(track, command),
+        phases=_phases(mode, track, command),
+        floor_m=-release.height if release is not None else 0.0,
         figure=Figure(
             foot_length=values["foot_length"],
             foot_width=values["foot_width"],
@@ -212,18 +181,20 @@ def _compare(
             beam_root=values["beam_root"],
             rotor_radius=values["rotor_radius"],
         ),
-        real_summary=summarize(track.motion, command.duration),
-        twin_summary=summarize(twin, command.duration),
+        real_summary=_summary(mode, track.motion, command.duration),
+        twin_summary=_summary(mode, twin, command.duration),
         misfit=misfit(track.motion, twin, command.duration),
         supply=_supply(bundle),
-        facts=_table(bundle, track, model, shape),
-        log=_log(bundle),
+        facts=_table(bundle, track, release, model, shape),
+        log=_log(bundle, track),
         warnings=tuple(warnings),
     )
 
 
-def _phases(track: Track, command: Command) -> tuple[Phase, ...]:
+def _phases(mode: Mode, track: Track, command: Command) -> tuple[Phase, ...]:
     begin = float(track.motion.times[0])
+    if mode not in DRIVEN:
+        return (Phase(begin, "rest"), Phase(0.0, "ring-down" if mode == "decay" else "drop"))
     ramp_end = command.steps[-2][0] if len(command.steps) > 1 else 0.0
     ramp = (
         (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
@@ -238,10 +209,11 @@ def _supply(bundle: Bundle) -> TimeSeries | None:
     return bundle.read_series("supply").shifted(-bundle.manifest["sent"][0][0])
 
 
-def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
-    on = bundle.manifest.get("sent", [[0.0]])[0][0]
+def _log(bundle: Bundle, track: Track) -> tuple[tuple[float, str], ...]:
+    sent = bundle.manifest.get("sent")
+    zero = track.zero_in_take_s if sent is None else sent[0][0]
     return tuple(
-        (event["time_s"] - on, _sentence(event))
+        (event["time_s"] - zero, _sentence(event))
         for event in bundle.read_journal()
         if event["event"] != "reading"
     )
@@ -252,6 +224,10 @@ def _sentence(event: Mapping[str, Any]) -> str:
     match event:
         case {"event": "asked", "run": run, "rest_s": rest, "steps": [[_, first], *_, [_, last]]}:
             return f"asked for {run}: {rest} s rest, then {first} V to {last} V"
+        case {"event": "asked", "run": run, "rest_s": rest}:
+            return f"asked for {run}: {rest} s rest"
+        case {"event": "no_drive"}:
+            return "this mode has no drive: the supply was not opened"
         case {"event": "prompt", "text": text, "answer": answer}:
             return f"operator {answer}: {text}"
         case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
@@ -267,14 +243,13 @@ def _sentence(event: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
 
 
-def _table(bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile) -> dict[str, str]:
+def _table(
+    bundle: Bundle, track: Track, release: Release | None, model: ModelFile, shape: ShapeFile
+) -> dict[str, str]:
     """Return the rows of the report that say what the run was made with."""
     facts = bundle.manifest
-    asked = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
-    if facts.get("voltage_V") is not None:
-        asked += f" = {facts['voltage_V']:g} V by calibration {facts['calibration']}"
     return {
-        "asked": asked,
+        "condition": _told(facts, release),
         "role": facts["role"],
         "model": f"{model.name} ({sha256(bundle.document('model'))[:12]})",
         "shape": f"{shape.name}, angles of the {shape.state} beam",
@@ -287,9 +262,29 @@ def _table(bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile) -> 
     }
 
 
-def _note(bundle: Bundle, comparison: Comparison, track: Track, outcome: str) -> None:
+def _told(facts: Mapping[str, Any], release: Release | None) -> str:
+    """Return in words what the robot was put through."""
+    if release is None:
+        told = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
+        if facts["voltage_V"] is None:
+            return told
+        return f"{told} = {facts['voltage_V']:g} V by calibration {facts['calibration']}"
+    pull, height, error = release
+    if facts["mode"] == "decay":
+        found = "" if error is None else f" \N{PLUS-MINUS SIGN} {error:.2g} N, found in the data"
+        return f"decay, T pulled forward with {pull:.3g} N{found}"
+    found = (
+        "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
+    )
+    return f"drop from {1000 * height:.3g} mm{found}"
+
+
+def _note(
+    bundle: Bundle, comparison: Comparison, track: Track, release: Release | None, outcome: str
+) -> None:
     bundle.note(
         {
+            "release": None if release is None else release.as_json(),
             "real": comparison.real_summary.as_json(),
             "twin": comparison.twin_summary.as_json() | {"outcome": outcome},
             "error_mm": comparison.misfit.both_mm,

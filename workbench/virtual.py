@@ -7,14 +7,15 @@ leaves a genuine export on disk, which is then read like any other. The twin kno
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import Cameras, ModelFile, ShapeFile, VirtualSection
+from workbench.protocol import Cameras, Mode, ModelFile, ShapeFile, VirtualSection
 from workbench.sim import (
     SAMPLE_RATE_HZ,
     Condition,
@@ -29,7 +30,10 @@ from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take
 
 _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
-__all__ = ["draw_current", "film", "move", "true_robot"]
+_HAND_S = (0.2, 1.2)  # a person lets go so long after being asked
+_LEAST_S = 0.5  # a motion shorter than this has no rotor speed
+
+__all__ = ["draw_current", "film", "let_go", "move", "true_robot"]
 
 _PLACE = np.array([-0.4, 0.15, 0.02])
 """Where the robot stands in the cameras' volume, along the bench axes [m]."""
@@ -45,12 +49,13 @@ def draw_current(volts: float) -> float:
 
 def true_robot(model: ModelFile, shape: ShapeFile, section: VirtualSection) -> Robot:
     """Return the robot that stands on the virtual bench."""
-    return make_robot(model.values() | section.parameters, shape)
+    robot = make_robot(model.values() | section.parameters, shape)
+    return replace(robot, increments=section.increments)
 
 
 def move(
     robot: Robot,
-    mode: Literal["hop", "clamped"],
+    mode: Mode,
     history: Sequence[tuple[float, float]],
     duration: float,
     section: VirtualSection,
@@ -76,9 +81,33 @@ def move(
     return _lying_still(motion, len(times))
 
 
-def film(motion: TimeSeries, cameras: Cameras, section: VirtualSection) -> Take:
+def let_go(
+    robot: Robot, held: Condition, asked: float, duration: float, rng: np.random.Generator
+) -> TimeSeries:
+    """Return what the robot did that a person held, and let go a moment after being asked.
+
+    Args:
+        robot: the true one.
+        held: mode, pull or height, and start angle; its command is not used.
+        asked: when the person was asked, zero where the cameras start [s].
+        duration: how long the cameras run [s].
+        rng: gives the moment, anywhere between two pictures of the cameras.
+    """
+    times = sample_times(duration)
+    released = asked + rng.uniform(*_HAND_S)
+    left = max(duration - released, _LEAST_S)  # they may let go too late
+    locked = np.zeros(len(sample_times(left)) + 1)
+    motion = simulate(robot, replace(held, command=locked)).motion
+    motion = _lying_still(motion, len(locked))
+    since = np.maximum(times - released, 0.0)
+    values = CubicSpline(motion.times, motion.values)(since)
+    return TimeSeries(times, values, motion.names, np.isfinite(values))
+
+
+def film(
+    motion: TimeSeries, cameras: Cameras, section: VirtualSection, rng: np.random.Generator
+) -> Take:
     """Return what the cameras see: noisy markers, with gaps, in the export's axes."""
-    rng = np.random.default_rng(section.seed)
     axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
     tip = motion[PITCH] + sum(motion[n] for n in motion.names if n.startswith("hinge_"))
     poses = {

@@ -100,6 +100,44 @@ def test_a_dry_run_writes_nothing_and_prints_every_step(
     assert "4.52" in workbench("run", protocol, "--dry-run").out
 
 
+def test_a_decay_is_planned_run_and_told_by_its_ringing(
+    workbench: Command, protocol: Path, tmp_path: Path
+) -> None:
+    drive = "{mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}"
+    protocol.write_text(PROTOCOL.replace(drive, "{mode: decay, pull: 0.39 N, duration: 3 s}"))
+    assert "pull 0.39 N" in workbench("run", protocol, "--dry-run").out
+    (run,) = workbench("run", protocol, "--dry-run", "--json").json["runs"]
+    assert (run["mode"], run["pull_N"], run["height_m"]) == ("decay", 0.39, None)
+    assert run["prompts"][1] == "Burn or cut the thread now, then confirm."
+    answer = workbench("run", protocol, "--runs", tmp_path / "r")
+    assert answer.code == 0
+    assert "ring frequency [Hz]" in answer.out
+    assert "prompt: Burn or cut the thread now" in answer.err
+    assert "distance" not in answer.out
+    (listed,) = workbench("runs", "list", "--runs", tmp_path / "r", "--json").json["runs"]
+    assert set(listed["real"]) == {"displacement_m", "ring_hz", "damping_ratio"}
+    assert workbench("runs", "list", "--runs", tmp_path / "r").code == 0
+    assert "damping ratio" in workbench("runs", "show", listed["bundle"]).out
+
+
+@pytest.mark.parametrize(
+    ("words", "displacement_m", "title"),
+    [
+        (["--mode", "decay", "--pull", "0.39"], 0.0157, "decay pulled with 0.39 N for 5 s"),
+        (["--mode", "drop", "--height", "20"], 0.0245, "drop from 20 mm for 5 s"),
+    ],
+)
+def test_a_release_is_simulated(
+    workbench: Command, words: list[str], displacement_m: float, title: str
+) -> None:
+    found = workbench("simulate", *words, "--duration", 5, "--json").json
+    assert found["displacement_m"] == pytest.approx(displacement_m, abs=0.0003)
+    assert found["outcome"] == "completed"
+    told = workbench("simulate", *words, "--duration", 5).out
+    assert title in " ".join(told.split())
+    assert "rotor speed" not in told
+
+
 def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protocol: Path) -> None:
     protocol.write_text(PROTOCOL.replace("speed", "sped").replace("title", "titel"))
     answer = workbench("run", protocol)
@@ -120,6 +158,7 @@ def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protoc
         (["review", "gone"], 2, "gone: not a bundle"),
         (["simulate", "--model", "tesis"], 2, "no model named 'tesis'; did you mean 'thesis'?"),
         (["simulate", "--mode", "fly"], 2, "mode 'fly' cannot be simulated"),
+        (["simulate", "--mode", "decay", "--pull", "90"], 2, "this robot does not stand"),
         (["simulate", "--omega", "1e9"], 2, "omega 1e+09 rad/s is outside -60 to 60 rad/s"),
         (["modes", "--driven", "--hold", "1"], 2, "1 s at each speed are too short for twice 5"),
         (["ingest", "gone.csv"], 2, "gone.csv"),

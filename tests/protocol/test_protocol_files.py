@@ -79,6 +79,19 @@ def test_the_caret_stands_under_the_offending_key(tmp_path: Path) -> None:
         (GOOD.replace("17 rad/s", "17 V"), "unknown unit 'V' in '17 V'; known units: rad/s"),
         (GOOD.replace("speed: 17 rad/s", "rest: 1 s"), "needs either speed or voltage, found 0"),
         (GOOD.replace("mode: hop,", "mode: decay,"), "mode decay has no drive; remove speed"),
+        (
+            GOOD.replace("hop, speed: 17 rad/s", "decay"),
+            "mode decay needs pull, for example 'pull:",
+        ),
+        (GOOD.replace("hop, speed: 17 rad/s", "drop"), "mode drop needs height, for example"),
+        (
+            GOOD.replace("hop, speed: 17 rad/s", "drop, pull: 1 N"),
+            "mode drop has no pull, only mode decay has; remove it",
+        ),
+        (
+            GOOD.replace("hop, speed: 17 rad/s", "decay, pull: 1 N, ramp: 1 s"),
+            "mode decay has no drive; remove ramp",
+        ),
         ("a: \t\x01\n", "1:1: not valid YAML: "),
     ],
 )

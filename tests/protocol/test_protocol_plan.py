@@ -5,7 +5,16 @@ import pytest
 
 from workbench.bench import load_bench
 from workbench.errors import FileFaults, InputError
-from workbench.protocol import Calibration, Plan, PlannedPrompt, Protocol, load, make_plan
+from workbench.protocol import (
+    Calibration,
+    Plan,
+    PlannedDrive,
+    PlannedPrompt,
+    PlannedRelease,
+    Protocol,
+    load,
+    make_plan,
+)
 
 STEP = Decimal("0.01")
 
@@ -16,15 +25,19 @@ def plan_of(folder: Path, steps: str, head: str = "") -> Plan:
     return make_plan(load(path, Protocol), load_bench("virtual").content, STEP)
 
 
+def drives(plan: Plan) -> list[PlannedDrive]:
+    return [run.action for run in plan.runs if isinstance(run.action, PlannedDrive)]
+
+
 @pytest.mark.parametrize(
     ("speed", "volts"),
     [(8.2, "2.52"), (10.4, "3.02"), (12.5, "3.50"), (16, "4.30"), (17, "4.52"), (18, "4.75"),
      (19, "4.98"), (19.9, "5.18"), (20, "5.20"), (21, "5.43")],
 )  # fmt: skip
 def test_speeds_of_the_thesis_become_its_voltages(tmp_path: Path, speed: float, volts: str) -> None:
-    run = plan_of(tmp_path, f"  - run: {{mode: hop, speed: {speed} rad/s}}\n").runs[0]
-    assert run.voltage == Decimal(volts)
-    assert run.speed == pytest.approx(4.4 * float(volts) - 2.9)
+    (drive,) = drives(plan_of(tmp_path, f"  - run: {{mode: hop, speed: {speed} rad/s}}\n"))
+    assert drive.voltage == Decimal(volts)
+    assert drive.speed == pytest.approx(4.4 * float(volts) - 2.9)
 
 
 def test_a_speed_beyond_the_calibration_is_refused_and_not_extrapolated(tmp_path: Path) -> None:
@@ -49,21 +62,36 @@ def test_limits_of_the_protocol_and_the_bench_hold(tmp_path: Path) -> None:
         plan_of(tmp_path, "  - run: {mode: hop, speed: 17 rad/s}\n", "limits: {current: 3 A}\n")
 
 
-def test_modes_that_cannot_run_yet_say_so(tmp_path: Path) -> None:
-    with pytest.raises(FileFaults, match="mode 'decay' cannot be run yet; modes that run: hop"):
-        plan_of(tmp_path, "  - run: {mode: decay, pull: 0.4 N}\n")
+def test_a_decay_is_a_release_that_tells_the_operator_what_to_do(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, "  - run: {mode: decay, pull: 390 mN, rest: 1 s, repeats: 3}\n")
+    assert [(run.name, run.repeat, run.rest) for run in plan.runs] == [
+        ("decay-0.39N", repeat, 1.0) for repeat in (1, 2, 3)
+    ]
+    release = plan.runs[0].action
+    assert isinstance(release, PlannedRelease)
+    assert (release.pull, release.height) == (0.39, None)
+    assert "Pull T forward with 0.39 N" in release.ready
+    assert "a weight of 40 g" in release.ready  # 0.39 N / 9.81 m/s^2
+    assert release.now == "Burn or cut the thread now, then confirm."
+
+
+def test_a_drop_is_a_release_from_a_height(tmp_path: Path) -> None:
+    (run,) = plan_of(tmp_path, "  - run: {mode: drop, height: 2 cm}\n").runs
+    assert isinstance(run.action, PlannedRelease)
+    assert (run.name, run.action.pull, run.action.height) == ("drop-20mm", None, 0.02)
+    assert "20 mm above the floor" in run.action.ready
 
 
 def test_the_ramp_rises_in_even_steps_from_the_lowest_voltage(tmp_path: Path) -> None:
-    run = plan_of(tmp_path, "  - run: {mode: hop, voltage: 4.5 V, ramp: 0.5 s}\n").runs[0]
-    assert [f"{t:.1f} {v}" for t, v in run.steps] == [
+    (drive,) = drives(plan_of(tmp_path, "  - run: {mode: hop, voltage: 4.5 V, ramp: 0.5 s}\n"))
+    assert [f"{t:.1f} {v}" for t, v in drive.steps] == [
         "0.0 1.00", "0.1 1.70", "0.2 2.40", "0.3 3.10", "0.4 3.80", "0.5 4.50",
     ]  # fmt: skip
 
 
 def test_the_slew_of_the_bench_lengthens_a_ramp_that_is_too_fast(tmp_path: Path) -> None:
-    run = plan_of(tmp_path, "  - run: {mode: hop, voltage: 5 V, ramp: 0 s}\n").runs[0]
-    assert run.ramp == pytest.approx(4 / 20)
+    (drive,) = drives(plan_of(tmp_path, "  - run: {mode: hop, voltage: 5 V, ramp: 0 s}\n"))
+    assert drive.ramp == pytest.approx(4 / 20)
 
 
 def test_a_ramp_longer_than_the_drive_is_refused(tmp_path: Path) -> None:
@@ -78,8 +106,9 @@ def test_a_random_order_is_the_seed_s_and_keeps_every_run(tmp_path: Path) -> Non
         " order: random, seed: 4}\n"
     )
     plan = plan_of(tmp_path, steps)
-    order = [(run.voltage, run.repeat) for run in plan.runs]
-    assert order == [(run.voltage, run.repeat) for run in plan_of(tmp_path, steps).runs]
+    order = [(d.voltage, run.repeat) for d, run in zip(drives(plan), plan.runs, strict=True)]
+    again = plan_of(tmp_path, steps)
+    assert order == [(d.voltage, r.repeat) for d, r in zip(drives(again), again.runs, strict=True)]
     assert sorted(order) == [(Decimal(v), r) for v in "2345" for r in (1, 2, 3)]
     assert order != sorted(order)
     assert [run.number for run in plan.runs] == list(range(1, 13))

@@ -77,6 +77,7 @@ def make_comparison(title: str = "Initial shape at 17 rad/s") -> Comparison:
     return Comparison(
         title=title,
         run="2026-11-21_0001_hop-17",
+        mode="hop",
         real=real,
         twin=twin,
         duration_s=DURATION_S,

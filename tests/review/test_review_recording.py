@@ -4,12 +4,16 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from rerun.chunk import Chunk, RrdReader
 
 from workbench.review import Comparison, write_recording
+from workbench.review.layout import layout
+from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
 ROBOTS = ["foot", "top", "rotor", "arm"]
@@ -104,7 +108,8 @@ def test_properties_tell_run_and_distances(chunks: list[Chunk], comparison: Comp
     (run,) = [c for c in chunks if c.entity_path == "/__properties/run"]
     row = run.to_record_batch().to_pylist()[0]
     assert row["run"] == [comparison.run]
-    assert row["real_distance_m"] == [comparison.real_summary.distance_m]
+    assert row["real_distance_m"] == [comparison.real_summary.as_json()["distance_m"]]
+    assert row["time_zero"] == ["the rotor's first motion"]
     assert row["rerun_version"]
 
 
@@ -148,3 +153,34 @@ def test_a_robot_that_was_never_seen_is_not_drawn(comparison: Comparison, tmp_pa
     chunks = RrdReader(tmp_path / "blind.rrd").stream().to_chunks()
     assert not any(scalars(chunks, "/plots/foot_x/real"))
     assert rrd("verify", tmp_path / "blind.rrd").returncode == 0
+
+
+def test_a_drop_has_its_floor_below_and_no_view_of_the_rotor_s_speed(
+    comparison: Comparison, tmp_path: Path
+) -> None:
+    numbers = RingDown(0.0245, 2.8, 0.03)
+    fallen = replace(
+        comparison, mode="drop", floor_m=-0.02, real_summary=numbers, twin_summary=numbers
+    )
+    write_recording(fallen, tmp_path / "drop.rrd")
+    chunks = RrdReader(tmp_path / "drop.rrd").stream().to_chunks()
+    (floor,) = [c for c in chunks if c.entity_path == "/floor/scale"]
+    batch = floor.to_record_batch()
+    (name,) = [n for n in batch.schema.names if "strips" in n]
+    heights = {point[2] for strip in batch.column(name).to_pylist()[0] for point in strip}
+    assert list(heights) == pytest.approx([-0.024])  # the foot is 8 mm thick
+    (run,) = [c for c in chunks if c.entity_path == "/__properties/run"]
+    row = run.to_record_batch().to_pylist()[0]
+    assert (row["mode"], row["time_zero"]) == (["drop"], ["the release"])
+    assert row["real_ring_hz"] == [2.8]
+    names = [view.name for view in _views(layout(fallen).root_container)]
+    assert "Foot height z [m]" in names
+    assert "Rotor speed [rad/s]" not in names
+    assert "Rotor speed [rad/s]" in [v.name for v in _views(layout(comparison).root_container)]
+
+
+def _views(part: Any) -> list[Any]:
+    inner = getattr(part, "contents", None)
+    if not isinstance(part, rrb.Container) or inner is None:
+        return [part]
+    return [view for child in inner for view in _views(child)]

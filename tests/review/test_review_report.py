@@ -9,7 +9,9 @@ import pytest
 
 from workbench.motion import Summary
 from workbench.review import Comparison, write_report
+from workbench.review.headline import verdict
 from workbench.review.plots import trajectory_plot
+from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -140,3 +142,32 @@ def test_a_robot_that_was_never_seen_has_a_report(comparison: Comparison, tmp_pa
     unseen = TimeSeries(real.times, real.values, real.names, np.zeros_like(real.valid))
     write_report(replace(comparison, real=unseen), tmp_path / "report.html")
     assert parse((tmp_path / "report.html").read_text(encoding="utf-8")).open == []
+
+
+def released(comparison: Comparison) -> Comparison:
+    """The same motions as if they were a ring-down."""
+    return replace(
+        comparison,
+        mode="decay",
+        supply=None,
+        floor_m=-0.02,
+        real_summary=RingDown(0.0158, 1.626, 0.0039),
+        twin_summary=RingDown(0.0157, 1.643, 0.0036),
+    )
+
+
+def test_a_ring_down_is_told_by_its_own_numbers(comparison: Comparison, tmp_path: Path) -> None:
+    write_report(released(comparison), tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Let go, the robot rang at 1.626 Hz and its twin at 1.643 Hz" in page
+    for text in ("15.8 mm", "0.39 %", "time since the release [s]", "Path of T, the tip"):
+        assert text in page
+    for text in ("Distance</th>", "Rotor speed", "rotor's first motion", "of drive"):
+        assert text not in page
+    assert parse(page).open == []
+
+
+def test_summaries_of_two_kinds_are_refused(comparison: Comparison) -> None:
+    mixed = replace(comparison, twin_summary=RingDown(0.1, 1.0, 0.1))
+    with pytest.raises(TypeError, match="summarized in different ways"):
+        verdict(mixed)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.tracking.pose import fit_poses, pitch_from_matrices
@@ -31,6 +32,27 @@ def test_the_fit_is_that_of_scipy() -> None:
         turn, misfit = Rotation.align_vectors(seen - seen.mean(0), PLACES - PLACES.mean(0))[:2]
         np.testing.assert_allclose(poses.matrix[i], turn.as_matrix(), atol=1e-9)
         assert abs(poses.rmsd[i] - misfit / 2) < 1e-9
+
+
+def test_the_weighted_fit_is_that_of_scipy() -> None:
+    cloud, _, _ = moved(20, 2e-3)
+    weights = np.array([1.0, 0.2, 3.0, 0.5])
+    share = weights / weights.sum()
+    poses = fit_poses(PLACES, cloud, weights)
+    for i, seen in enumerate(cloud):
+        turn, misfit = Rotation.align_vectors(
+            seen - share @ seen, PLACES - share @ PLACES, weights=weights
+        )[:2]
+        np.testing.assert_allclose(poses.matrix[i], turn.as_matrix(), atol=1e-9)
+        assert abs(poses.rmsd[i] - misfit / np.sqrt(weights.sum())) < 1e-9
+
+
+@pytest.mark.parametrize("flatness", [1.0, 0.1, 0.02])
+def test_half_turns_and_narrow_bodies_are_fitted_as_well(flatness: float) -> None:
+    places = PLACES * [1, flatness, 1] + [[0, 0, 0.01 * flatness * k] for k in range(4)]
+    turn = Rotation.from_rotvec(np.pi * np.vstack([np.eye(3), -np.eye(3), np.zeros(3)]))
+    cloud = np.einsum("nij,mj->nmi", turn.as_matrix(), places)
+    np.testing.assert_allclose(fit_poses(places, cloud).matrix, turn.as_matrix(), atol=1e-8)
 
 
 def test_a_hidden_marker_does_not_move_the_origin() -> None:

@@ -12,7 +12,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.tracking import Take, quality, read_take
+from workbench.tracking.identity import untangle
 from workbench.tracking.missing import gaps
+from workbench.tracking.placing import place
 from workbench.tracking.take import known
 
 A = "a_rowformat_v1.1_rigidbody.csv"
@@ -109,6 +111,27 @@ def test_every_marker_of_the_motive_file_has_the_known_numbers(
         )
         if told["mean_position"] is not None:
             assert paths[name][seen].mean(axis=0).round(7).tolist() == told["mean_position"]
+
+
+def test_the_point_of_the_row_file_does_not_jump_when_markers_drop_out(
+    takes: dict[str, Take],
+) -> None:
+    take = takes[A]
+    (body,) = take.bodies.values()  # markers 4 and 5 are visible half of the time each
+    told = place(body.name, take.times, untangle(take.times, body.measured).cloud, None)
+    assert told is not None
+    assert known(told.position)[body.seen].all()
+    turn = Rotation.from_quat(body.quaternion[body.seen], scalar_first=True).inv()
+
+    def wander(points: np.ndarray) -> float:
+        """Return how far points get from their usual place in the tracker's own pose [m]."""
+        local = turn.apply((points - body.position)[body.seen])
+        return float(np.linalg.norm(local - np.median(local, axis=0), axis=1).max())
+
+    centroid = np.ma.masked_invalid(body.measured).mean(axis=1).filled(np.nan)
+    assert wander(centroid) > 10e-3
+    assert wander(told.position) < 1.5e-3
+    assert told.strays.sum() == 0
 
 
 def test_the_quaternion_turns_the_definition_into_the_model_markers(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +12,7 @@ from workbench.bundle import Bundle
 from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table, tell
 from workbench.ingest import ingest_sheet
 from workbench.protocol import Sheet, load
-from workbench.tracking import quality, read_take
+from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
 __all__ = ["ingest"]
 
@@ -28,11 +29,12 @@ def ingest(
     if source.suffix in (".yaml", ".yml"):
         _ingest_sheet(source, runs, as_json)
         return
-    report = quality(read_take(source))
+    take = read_take(source)
+    report, guess = quality(take), guess_bodies(take)
     if as_json:
-        emit(report)
+        emit({**report, "guess": None if guess is None else asdict(guess)})
     else:
-        _print_quality(source, report)
+        _print_quality(source, report, guess)
 
 
 def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
@@ -46,7 +48,7 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
         emit({"bundles": [str(bundle.path) for bundle in done]})
 
 
-def _print_quality(source: Path, report: dict[str, Any]) -> None:
+def _print_quality(source: Path, report: dict[str, Any], guess: BodyNames | None) -> None:
     kind = {"row": "row format", "motive": "Motive"}[report["format"]]
     title = (
         f"{source.name}: {kind} {report['version']}, {report['frames']} frames at "
@@ -60,6 +62,8 @@ def _print_quality(source: Path, report: dict[str, Any]) -> None:
     ]  # fmt: skip
     head = ["body", "missing", "gaps", "longest gap", "mean position [m]"]
     show_table(title, head, rows)
+    if guess is not None:
+        print(f"looks like: foot {guess.foot}, top {guess.top}, rotor {guess.rotor}")
     for warning in report["warnings"]:
         print(f"note: {warning}")
 

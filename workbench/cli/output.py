@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from workbench.errors import InputError
+from workbench.review import QUANTITIES
 
 __all__ = [
     "JsonFlag",
@@ -23,6 +24,7 @@ __all__ = [
     "emit",
     "people",
     "show_table",
+    "summary_rows",
     "tell",
 ]
 
@@ -72,19 +74,26 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
     """Print what the robot and its twin did, side by side."""
     real, twin = manifest["real"], manifest["twin"]
     rows = [
-        [name, *(f"{factor * source[key]:{form}}" for source in (real, twin)),
-         f"{factor * (twin[key] - real[key]):+{form}}"]
-        for name, key, factor, form in (
-            ("distance [m]", "distance_m", 1, ".3f"),
-            ("hop height [mm]", "hop_height_m", 1000, ".1f"),
-            ("rotor speed [rad/s]", "speed_rad_s", 1, ".3f"),
-        )
+        [f"{name.lower()} [{unit}]",
+         *(f"{factor * source[key]:.{digits}f}" for source in (real, twin)),
+         f"{factor * (twin[key] - real[key]):+.{digits}f}"]
+        for key, (name, unit, factor, digits) in QUANTITIES.items()
+        if key in real
     ]  # fmt: skip
     show_table(manifest["title"], ["", "real", "twin", "twin - real"], rows)
     Console(highlight=False).print(
         f"error of the twin: {manifest['error_mm']:.1f} mm rms "
         f"(foot {manifest['error_foot_mm']:.1f}, T {manifest['error_top_mm']:.1f})"
     )
+
+
+def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Return the numbers of a summary as rows of name and value with unit."""
+    return [
+        (name.lower(), f"{factor * summary[key]:.{digits}f} {unit}")
+        for key, (name, unit, factor, digits) in QUANTITIES.items()
+        if key in summary
+    ]
 
 
 class TerminalOperator:

@@ -22,11 +22,12 @@ from workbench.cli.output import (
     tell,
 )
 from workbench.engine import Experiment, carry_out
-from workbench.pairing import check_twin
 from workbench.protocol import (
     BenchFile,
     Document,
     Plan,
+    PlannedDrive,
+    PlannedRelease,
     PlannedRun,
     Protocol,
     load,
@@ -34,6 +35,7 @@ from workbench.protocol import (
     load_shape,
     make_plan,
 )
+from workbench.twin import check_twin
 
 __all__ = ["describe", "run"]
 
@@ -117,23 +119,19 @@ def _print_plan(experiment: Experiment, as_json: bool) -> None:
     show_table(
         f"{plan.title} (runs: {len(plan.runs)}, about {plan.seconds:.0f} s, "
         f"current limit {plan.current_limit:g} A)",
-        [
-            "run",
-            "mode",
-            "speed [rad/s]",
-            "voltage [V]",
-            "rest [s]",
-            "ramp [s]",
-            "drive [s]",
-            "role",
-        ],
+        ["run", "mode", "asked", "rest [s]", "ramp [s]", "duration [s]", "role"],
         [_plan_row(run) for run in plan.runs],
     )
 
 
 def _plan_row(run: PlannedRun) -> list[str]:
-    numbers = (f"{run.rest:g}", f"{run.ramp:g}", f"{run.duration:g}")
-    return [str(run.number), run.mode, f"{run.speed:.3f}", str(run.voltage), *numbers, run.role]
+    match run.action:
+        case PlannedDrive() as drive:
+            asked, ramp = f"{drive.voltage} V, {drive.speed:.3f} rad/s", f"{drive.ramp:g}"
+        case PlannedRelease() as release:
+            asked, ramp = release.asked, ""
+    times = [f"{run.rest:g}", ramp, f"{run.duration:g}"]
+    return [str(run.number), run.mode, asked, *times, run.role]
 
 
 def _plan_object(plan: Plan) -> dict[str, Any]:
@@ -145,13 +143,22 @@ def _plan_object(plan: Plan) -> dict[str, Any]:
             {
                 "number": run.number,
                 "mode": run.mode,
-                "speed_rad_s": run.speed,
-                "voltage_V": float(run.voltage),
-                "steps": [{"time_s": t, "voltage_V": float(v)} for t, v in run.steps],
                 "rest_s": run.rest,
                 "duration_s": run.duration,
                 "role": run.role,
             }
+            | _action_object(run.action)
             for run in plan.runs
         ],
     }
+
+
+def _action_object(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+    match action:
+        case PlannedDrive():
+            steps = [{"time_s": t, "voltage_V": float(v)} for t, v in action.steps]
+            numbers = {"speed_rad_s": action.speed, "voltage_V": float(action.voltage)}
+            return {**numbers, "steps": steps}
+        case PlannedRelease():
+            prompts = [action.ready, action.now]
+            return {"pull_N": action.pull, "height_m": action.height, "prompts": prompts}

@@ -11,11 +11,12 @@ from typing import Annotated, cast, get_args
 import numpy as np
 import typer
 
-from workbench.cli.output import JsonFlag, emit, show_table
+from workbench.cli.output import JsonFlag, emit, show_table, summary_rows
 from workbench.errors import InputError
-from workbench.motion import summarize
-from workbench.protocol import Mode, load_model, load_shape
-from workbench.sim import LIMITS, Condition, gait, make_robot, sample_times
+from workbench.motion import DRIVEN, Mode, summarize
+from workbench.protocol import load_model, load_shape
+from workbench.ringdown import summarize_release
+from workbench.sim import LIMITS, Condition, Simulation, gait, make_robot, sample_times
 from workbench.sim import simulate as simulate_robot
 
 __all__ = ["simulate"]
@@ -27,7 +28,7 @@ _REST_S = 0.6
 
 def simulate(
     omega: Annotated[float, typer.Option(help="Rotor speed [rad/s]; negative turns back.")] = 17.0,
-    duration: Annotated[float, typer.Option(help="Driven time [s].", min=0.1, max=600)] = 10.0,
+    duration: Annotated[float, typer.Option(help="From time zero [s].", min=0.1, max=600)] = 10.0,
     model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
     shape: Annotated[str, typer.Option(help="Shape name or file.")] = "thesis-initial",
     mode: Annotated[str, typer.Option(help=f"One of {', '.join(MODES)}.")] = "hop",
@@ -35,52 +36,69 @@ def simulate(
         float, typer.Option(help="Rotor at rest [deg] from forward, 90 is down.")
     ] = 90.0,
     pull: Annotated[float, typer.Option(help="Force on T before its release [N], decay.")] = 0.39,
-    height: Annotated[float, typer.Option(help="Height of the fall [m], drop.")] = 0.02,
+    height: Annotated[
+        float, typer.Option(help="Height of the fall [mm], drop.", min=0, max=1000)
+    ] = 20.0,
     increments: Annotated[int, typer.Option(help="Of the beam.", min=4, max=128)] = 16,
     slope: Annotated[float, typer.Option(help="Of the floor, rising forward [deg].")] = 0.0,
     as_json: JsonFlag = False,
 ) -> None:
-    """Simulate one run and tell distance, hop height and whether the robot fell.
+    """Simulate one run and tell how far it went and how it rang, and whether the robot fell.
 
     Example: workbench simulate --omega 17 --duration 10
+    Example: workbench simulate --mode decay --pull 0.39
     """
-    if mode not in MODES:
-        raise InputError(f"mode {mode!r} cannot be simulated; it must be one of {', '.join(MODES)}")
-    if not abs(omega) <= FASTEST:
-        raise InputError(f"omega {omega:g} rad/s is outside -{FASTEST:g} to {FASTEST:g} rad/s")
+    _require(mode, omega)
     begin = time.perf_counter()
     robot = make_robot(
         load_model(model, Path()).content.values(), load_shape(shape, Path()).content
     )
     robot = replace(robot, increments=increments, slope=math.radians(slope))
-    command = np.full(len(sample_times(duration)), omega if mode in ("hop", "clamped") else 0.0)
+    command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
     condition = Condition(
-        cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height
+        cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000
     )
     result = simulate_robot(robot, condition)
-    wall = time.perf_counter() - begin
-    summary = summarize(result.motion, duration)
-    hops = gait(result, duration)
-    found = {
-        "distance_m": summary.distance_m,
-        "hop_height_m": summary.hop_height_m,
-        "speed_rad_s": summary.speed_rad_s,
+    found = _numbers(condition.mode, result, duration)
+    end = {
         "fell": result.outcome == "fell",
         "outcome": result.outcome,
         "simulated_s": float(result.motion.times[-1]),
-        "wall_s": wall,
-    } | hops._asdict()
+        "wall_s": time.perf_counter() - begin,
+    }
     if as_json:
-        emit(found)
+        emit(found | end)
         return
-    shown = (
-        ("distance", f"{summary.distance_m:.3f} m"),
-        ("hop height", f"{1000 * summary.hop_height_m:.1f} mm"),
-        ("hops", f"{hops.hops} of {1000 * hops.stride_m:.1f} mm, in the air {hops.airborne:.0%}"),
-        ("slip", f"{1000 * hops.slip_per_hop_m:.1f} mm a hop"),
-        ("mean power", f"{1000 * hops.mean_power_W:.1f} mW"),
-        ("cost of transport", f"{hops.cost_of_transport:.2f}"),
-        ("outcome", result.outcome),
-        ("wall time", f"{wall:.2f} s"),
-    )
-    show_table(f"{mode} at {omega:g} rad/s for {duration:g} s", ["", ""], shown)
+    words = {"decay": f"pulled with {pull:g} N", "drop": f"from {height:g} mm"}
+    asked = words.get(mode, f"at {omega:g} rad/s")
+    last = [("outcome", result.outcome), ("wall time", f"{end['wall_s']:.2f} s")]
+    show_table(f"{mode} {asked} for {duration:g} s", ["", ""], [*_rows(found), *last])
+
+
+def _require(mode: str, omega: float) -> None:
+    if mode not in MODES:
+        raise InputError(f"mode {mode!r} cannot be simulated; it must be one of {', '.join(MODES)}")
+    if not abs(omega) <= FASTEST:
+        raise InputError(f"omega {omega:g} rad/s is outside -{FASTEST:g} to {FASTEST:g} rad/s")
+
+
+def _numbers(mode: Mode, result: Simulation, duration: float) -> dict[str, float]:
+    """Return what the robot did under names with units."""
+    if mode in DRIVEN:
+        hops = gait(result, duration)
+        return summarize(result.motion, duration).as_json() | hops._asdict()
+    return summarize_release(result.motion, mode, duration).as_json()
+
+
+def _rows(found: dict[str, float]) -> list[tuple[str, str]]:
+    rows = summary_rows(found)
+    if "hops" not in found:
+        return rows
+    hop = f"{found['hops']} of {1000 * found['stride_m']:.1f} mm"
+    return [
+        *rows,
+        ("hops", f"{hop}, in the air {found['airborne']:.0%}"),
+        ("slip", f"{1000 * found['slip_per_hop_m']:.1f} mm a hop"),
+        ("mean power", f"{1000 * found['mean_power_W']:.1f} mW"),
+        ("cost of transport", f"{found['cost_of_transport']:.2f}"),
+    ]

@@ -11,7 +11,8 @@ from workbench.protocol.experiment import Mode, Protocol, Role
 from workbench.protocol.files import Document, load, parse
 from workbench.protocol.library import load_model, load_shape
 from workbench.protocol.model import UNITS, ModelFile, value_fault
-from workbench.protocol.plan import Plan, PlannedPrompt, PlannedRun, make_plan
+from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
+from workbench.protocol.release import PlannedRelease
 from workbench.protocol.section import Section
 from workbench.protocol.shape import ShapeFile
 from workbench.protocol.sheet import Sheet, SheetRun
@@ -36,7 +37,9 @@ __all__ = [
     "Mode",
     "ModelFile",
     "Plan",
+    "PlannedDrive",
     "PlannedPrompt",
+    "PlannedRelease",
     "PlannedRun",
     "Protocol",
     "Role",

@@ -100,6 +100,8 @@ class VirtualSection(Section):
     """First-order lag of the motor behind the voltage."""
     start_angle: Annotated[float, Quantity("angle")] = 1.5707963267948966
     """Where the rotor stands before the run; 90 deg is straight down."""
+    increments: Annotated[int, Field(ge=4, le=128)] = 16
+    """How many the true beam has; the twin's has 16."""
     noise: Annotated[float, Quantity("length", low=0, high=0.01)] = 0.0002
     """Standard deviation of a marker's coordinate."""
     gap_share: Probability = 0.0

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from workbench.motion import DRIVEN, Mode
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 
-__all__ = ["Mode", "Protocol", "ProtocolLimits", "Role", "Run", "Step", "Sweep"]
+__all__ = ["Mode", "Protocol", "ProtocolLimits", "Role", "Run", "Step", "Sweep", "wrong_release"]
 
-Mode = Literal["hop", "clamped", "decay", "drop"]
 Role = Literal["train", "held_out"]
 Speed = Annotated[float, Quantity("speed", above=0)]
 Volts = Annotated[float, Quantity("voltage", above=0)]
 
-_DRIVEN = ("hop", "clamped")
+_RELEASE_KEYS: dict[str, tuple[Mode, str]] = {
+    "pull": ("decay", "0.39 N"),
+    "height": ("drop", "20 mm"),
+}
+"""Key -> the one mode it belongs to, an example."""
+
+
+def wrong_release(mode: Mode, given: Mapping[str, float | None]) -> str | None:
+    """Return what is wrong with `pull` and `height` beside a mode, or None."""
+    for key, value in given.items():
+        owner = _RELEASE_KEYS[key][0]
+        if value is not None and mode != owner:
+            return f"mode {mode} has no {key}, only mode {owner} has; remove it"
+    return None
 
 
 class _Condition(Section):
@@ -24,11 +38,11 @@ class _Condition(Section):
 
     mode: Mode
     rest: Annotated[float, Quantity("time", low=0.5, high=60)] = 2.0
-    """Still time before the motor starts, in which the cameras see the robot at rest."""
+    """Still time before the motor starts or the robot is let go, in which the cameras see it."""
     ramp: Annotated[float, Quantity("time", low=0, high=60)] = 0.5
     """Time from the lowest voltage to the one asked for."""
     duration: Annotated[float, Quantity("time", above=0, high=3600)] = 10.0
-    """Time from switching the output on to switching it off."""
+    """Time from switching the output on to switching it off, or from the release to the end."""
     role: Role = "train"
     """Whether a later diagnosis may fit this run or only test on it."""
     repeats: Annotated[int, Field(ge=1, le=1000)] = 1
@@ -36,6 +50,18 @@ class _Condition(Section):
     """Force on T before the release, in mode decay."""
     height: Annotated[float, Quantity("length", above=0, high=1)] | None = None
     """Height of the fall, in mode drop."""
+
+    def _require_release(self) -> None:
+        """Refuse a release that the mode does not have or that is not told."""
+        given = {"pull": self.pull, "height": self.height}
+        wrong = wrong_release(self.mode, given)
+        if wrong is not None:
+            raise ValueError(wrong)
+        for key, (owner, example) in _RELEASE_KEYS.items():
+            if self.mode == owner and given[key] is None:
+                raise ValueError(f"mode {owner} needs {key}, for example '{key}: {example}'")
+        if self.mode not in DRIVEN and "ramp" in self.model_fields_set:
+            raise ValueError(f"mode {self.mode} has no drive; remove ramp")
 
 
 class Run(_Condition):
@@ -48,10 +74,11 @@ class Run(_Condition):
     @model_validator(mode="after")
     def _drive(self) -> Run:
         given = [name for name in ("speed", "voltage") if getattr(self, name) is not None]
-        if self.mode in _DRIVEN and len(given) != 1:
+        if self.mode in DRIVEN and len(given) != 1:
             raise ValueError(f"mode {self.mode} needs either speed or voltage, found {len(given)}")
-        if self.mode not in _DRIVEN and given:
+        if self.mode not in DRIVEN and given:
             raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
+        self._require_release()
         return self
 
 
@@ -66,10 +93,11 @@ class Sweep(_Condition):
 
     @model_validator(mode="after")
     def _drive(self) -> Sweep:
-        if self.mode not in _DRIVEN:
+        if self.mode not in DRIVEN:
             raise ValueError(f"mode {self.mode} has no drive; use the step 'run' with repeats")
         if (self.speeds is None) == (self.voltages is None):
             raise ValueError("a sweep needs either speeds or voltages")
+        self._require_release()
         return self
 
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Decimal
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
 from workbench.protocol.experiment import Mode, Protocol, Role, Run, Step, Sweep
 from workbench.protocol.files import Document, Location
+from workbench.protocol.release import PlannedRelease, drop, pull
 
-__all__ = ["Plan", "PlannedPrompt", "PlannedRun", "make_plan"]
+__all__ = ["Plan", "PlannedDrive", "PlannedPrompt", "PlannedRun", "make_plan"]
 
 RAMP_STEP_S = 0.1
 """Time between two voltages of a ramp: a supply on a serial line takes some 20 a second."""
-RUNNABLE: tuple[Mode, ...] = ("hop", "clamped")
 
 
 @dataclass(frozen=True)
@@ -28,26 +28,47 @@ class PlannedPrompt:
 
 
 @dataclass(frozen=True)
+class PlannedDrive:
+    """What the supply gives.
+
+    Args:
+        voltage: final voltage [V], as the supply can set it.
+        speed: rotor speed [rad/s] that the calibration gives for `voltage`.
+        steps: (time since the output is switched on [s], voltage [V]), first at 0.
+    """
+
+    voltage: Decimal
+    speed: float
+    steps: tuple[tuple[float, Decimal], ...]
+
+    @property
+    def name(self) -> str:
+        """Return a short name for folders and tables, `16.99`."""
+        return f"{self.speed:.2f}"
+
+    @property
+    def ramp(self) -> float:
+        """Return the time from switching on to the final voltage [s]."""
+        return self.steps[-1][0]
+
+
+@dataclass(frozen=True)
 class PlannedRun:
     """One condition, ready to be carried out.
 
     Args:
         number: place in the plan, from 1.
         mode: what the robot does.
-        voltage: final voltage [V], as the supply can set it.
-        speed: rotor speed [rad/s] that the calibration gives for `voltage`.
-        steps: (time since the output is switched on [s], voltage [V]), first at 0.
+        action: what follows the rest: the supply drives it, or the operator lets it go.
         rest: still time before [s].
-        duration: time with the output on [s].
+        duration: time with the output on, or after the release [s].
         role: use in a later diagnosis.
         repeat: number of this repetition, from 1.
     """
 
     number: int
     mode: Mode
-    voltage: Decimal
-    speed: float
-    steps: tuple[tuple[float, Decimal], ...]
+    action: PlannedDrive | PlannedRelease
     rest: float
     duration: float
     role: Role
@@ -56,12 +77,7 @@ class PlannedRun:
     @property
     def name(self) -> str:
         """Return a short name for folders and tables, `hop-16.99`."""
-        return f"{self.mode}-{self.speed:.2f}"
-
-    @property
-    def ramp(self) -> float:
-        """Return the time from switching on to the final voltage [s]."""
-        return self.steps[-1][0]
+        return f"{self.mode}-{self.action.name}"
 
 
 @dataclass(frozen=True)
@@ -111,8 +127,22 @@ def _numbered(items: list[PlannedPrompt | PlannedRun]) -> Iterator[PlannedPrompt
     for item in items:
         if isinstance(item, PlannedRun):
             number += 1
-            item = PlannedRun(**{**item.__dict__, "number": number})
+            item = replace(item, number=number)
         yield item
+
+
+def _planned(
+    condition: Run | Sweep, action: PlannedDrive | PlannedRelease, repeat: int
+) -> PlannedRun:
+    return PlannedRun(
+        number=0,
+        mode=condition.mode,
+        action=action,
+        rest=condition.rest,
+        duration=condition.duration,
+        role=condition.role,
+        repeat=repeat,
+    )
 
 
 class _Planner:
@@ -143,25 +173,30 @@ class _Planner:
         return bench if asked is None else asked
 
     def _run(self, run: Run, at: Location) -> Iterator[PlannedRun]:
-        if run.mode not in RUNNABLE:
-            text = f"mode {run.mode!r} cannot be run yet; modes that run: {', '.join(RUNNABLE)}"
-            self._fault((*at, "mode"), text)
-            return
-        key = "speed" if run.speed is not None else "voltage"
-        voltage = self._voltage(run.speed, run.voltage, (*at, key))
-        if voltage is not None:
+        action = self._action(run, at)
+        if action is not None:
             for repeat in range(1, run.repeats + 1):
-                yield self._planned(run, voltage, repeat, at)
+                yield _planned(run, action, repeat)
+
+    def _action(self, run: Run, at: Location) -> PlannedDrive | PlannedRelease | None:
+        """Return what follows the rest, or note the fault."""
+        if run.pull is not None:
+            return pull(run.pull)
+        if run.height is not None:
+            return drop(run.height)
+        key = "speed" if run.speed is not None else "voltage"
+        return self._drive(run, self._voltage(run.speed, run.voltage, (*at, key)), at)
 
     def _sweep(self, sweep: Sweep, at: Location) -> list[PlannedRun]:
         speeds, voltages = sweep.speeds or (), sweep.voltages or ()
         found = [self._voltage(s, None, (*at, "speeds", i)) for i, s in enumerate(speeds)]
         found += [self._voltage(None, v, (*at, "voltages", i)) for i, v in enumerate(voltages)]
+        drives = [self._drive(sweep, voltage, at) for voltage in found]
         runs = [
-            self._planned(sweep, voltage, repeat, at)
+            _planned(sweep, drive, repeat)
             for repeat in range(1, sweep.repeats + 1)
-            for voltage in found
-            if voltage is not None
+            for drive in drives
+            if drive is not None
         ]
         if sweep.order == "random":
             random.Random(sweep.seed).shuffle(runs)
@@ -187,24 +222,20 @@ class _Planner:
                 return None
         return rounded
 
-    def _planned(
-        self, condition: Run | Sweep, voltage: Decimal, repeat: int, at: Location
-    ) -> PlannedRun:
+    def _drive(
+        self, condition: Run | Sweep, voltage: Decimal | None, at: Location
+    ) -> PlannedDrive | None:
+        if voltage is None:
+            return None
         if condition.ramp >= condition.duration:
             text = (
                 f"ramp {condition.ramp:g} s is not shorter than duration {condition.duration:g} s"
             )
             self._fault((*at, "ramp"), text)
-        return PlannedRun(
-            number=0,
-            mode=condition.mode,
+        return PlannedDrive(
             voltage=voltage,
             speed=self.bench.calibration.speed(float(voltage)),
             steps=self._ramp(voltage, condition.ramp),
-            rest=condition.rest,
-            duration=condition.duration,
-            role=condition.role,
-            repeat=repeat,
         )
 
     def _ramp(self, voltage: Decimal, ramp: float) -> tuple[tuple[float, Decimal], ...]:

@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from workbench.motion import DRIVEN
 from workbench.protocol.calibration import Calibration
-from workbench.protocol.experiment import Mode, Role
+from workbench.protocol.experiment import Mode, Role, wrong_release
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 from workbench.protocol.tracking import Bodies, ExportAxes, Marker
@@ -28,18 +29,29 @@ class SheetRun(Section):
     voltage: Annotated[float, Quantity("voltage", above=0)] | None = None
     """Supply voltage; the calibration turns it into a speed."""
     pull: Annotated[float, Quantity("force", above=0)] | None = None
-    """Force on T before the release, in mode decay."""
+    """Force on T before the release, in mode decay; found in the data if absent."""
+    height: Annotated[float, Quantity("length", above=0, high=1)] | None = None
+    """Height of the fall, in mode drop; found in the data if absent."""
     rest: Annotated[float, Quantity("time", low=0)] | None = None
     """Still time before the motor starts or the tip is released; found in the data if absent."""
     ramp: Annotated[float, Quantity("time", low=0)] | None = None
     duration: Annotated[float, Quantity("time", above=0)] | None = None
-    """Driven time; to the end of the take if absent."""
+    """Driven time, or time after the release; to the end of the take if absent."""
     role: Role = "train"
 
     @model_validator(mode="after")
     def _drive(self) -> SheetRun:
-        if self.mode in ("hop", "clamped") and (self.omega is None) == (self.voltage is None):
+        driven = {"omega": self.omega, "voltage": self.voltage}
+        given = [name for name, value in driven.items() if value is not None]
+        if self.mode in DRIVEN and len(given) != 1:
             raise ValueError(f"mode {self.mode} needs either omega or voltage")
+        if self.mode not in DRIVEN and self.ramp is not None:
+            given.append("ramp")
+        if self.mode not in DRIVEN and given:
+            raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
+        wrong = wrong_release(self.mode, {"pull": self.pull, "height": self.height})
+        if wrong is not None:
+            raise ValueError(wrong)
         return self
 
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, TOP, Misfit, Summary, position
+from workbench.motion import DRIVEN, FOOT, TOP, Misfit, Mode, Summary, position
+from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
 __all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Figure", "Phase"]
@@ -48,20 +49,22 @@ class Phase(NamedTuple):
 class Comparison:
     """One run and its twin, ready to be shown.
 
-    All times lie on one axis whose zero is the rotor's first motion.
+    All times lie on one axis whose zero is the rotor's first motion, or the release.
 
     Args:
         title: headline in people's words.
         run: the run's id; also the recording's.
+        mode: what the robot was put through.
         real: the track, channels of `workbench.motion`; the pitch may be missing.
         twin: the same channels and `hinge_0_rad` to `hinge_{N-1}_rad`.
-        duration_s: end of the drive [s].
+        duration_s: end of the drive, or of the time after the release [s].
         phases: steps of the protocol in order of time.
         figure: the robot's dimensions.
         real_summary: what the robot did.
         twin_summary: what the twin did.
         misfit: root mean square distance between the two.
         supply: `set_voltage_V`, `voltage_V`, `current_A`, or None when nothing was recorded.
+        floor_m: height of the floor against the foot at rest [m]; below zero before a drop.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
         warnings: what a reader must know before believing the numbers.
@@ -69,18 +72,35 @@ class Comparison:
 
     title: str
     run: str
+    mode: Mode
     real: TimeSeries
     twin: TimeSeries
     duration_s: float
     phases: tuple[Phase, ...]
     figure: Figure
-    real_summary: Summary
-    twin_summary: Summary
+    real_summary: Summary | RingDown
+    twin_summary: Summary | RingDown
     misfit: Misfit
     supply: TimeSeries | None
     facts: Mapping[str, str]
     log: tuple[tuple[float, str], ...]
     warnings: tuple[str, ...]
+    floor_m: float = 0.0
+
+    @property
+    def driven(self) -> bool:
+        """Return whether the motor turned."""
+        return self.mode in DRIVEN
+
+    @property
+    def time_zero(self) -> str:
+        """Return in words what happened at time zero."""
+        return "the rotor's first motion" if self.driven else "the release"
+
+    @property
+    def mover(self) -> tuple[str, str, str]:
+        """Return the point whose path tells most: the foot where it hops, else T."""
+        return FOOT if self.mode == "hop" else TOP
 
     def error(self) -> TimeSeries:
         """Return the distance between robot and twin over the robot's times.

@@ -5,13 +5,49 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from workbench.motion import Misfit
+from workbench.motion import Misfit, Summary
 from workbench.review.comparison import Comparison
+from workbench.ringdown import RingDown
 
-__all__ = ["HEADINGS", "HeadlineRow", "headline", "misfit_rows", "verdict"]
+__all__ = [
+    "HEADINGS",
+    "QUANTITIES",
+    "HeadlineRow",
+    "Quantity",
+    "headline",
+    "misfit_rows",
+    "verdict",
+]
 
 HEADINGS = ("", "Real", "Twin", "Difference")
 _UNKNOWN = "not measured"
+
+
+class Quantity(NamedTuple):
+    """How a number of a summary is shown.
+
+    Args:
+        name: in people's words.
+        unit: that it is shown in; empty for a ratio.
+        factor: from SI to that unit.
+        digits: after the point.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    digits: int
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "distance_m": Quantity("Distance", "m", 1.0, 3),
+    "hop_height_m": Quantity("Hop height", "mm", 1e3, 1),
+    "speed_rad_s": Quantity("Rotor speed", "rad/s", 1.0, 2),
+    "displacement_m": Quantity("Displacement", "mm", 1e3, 1),
+    "ring_hz": Quantity("Ring frequency", "Hz", 1.0, 3),
+    "damping_ratio": Quantity("Damping ratio", "%", 1e2, 2),
+}
+"""Name of a number in a summary -> how it is shown."""
 
 
 class HeadlineRow(NamedTuple):
@@ -24,12 +60,12 @@ class HeadlineRow(NamedTuple):
 
 
 def headline(comparison: Comparison) -> list[HeadlineRow]:
-    """Return distance, hop height and rotor speed of robot and twin."""
-    real, twin = comparison.real_summary, comparison.twin_summary
+    """Return the numbers of robot and twin: those of a drive or those of a release."""
+    real, twin = comparison.real_summary.as_json(), comparison.twin_summary.as_json()
     return [
-        _row("Distance", real.distance_m, twin.distance_m, "m", digits=3),
-        _row("Hop height", 1e3 * real.hop_height_m, 1e3 * twin.hop_height_m, "mm", digits=1),
-        _row("Rotor speed", real.speed_rad_s, twin.speed_rad_s, "rad/s", digits=2),
+        _row(quantity, quantity.factor * real[key], quantity.factor * twin[key])
+        for key, quantity in QUANTITIES.items()
+        if key in real
     ]
 
 
@@ -43,18 +79,24 @@ def misfit_rows(misfit: Misfit) -> list[tuple[str, str]]:
 
 
 def verdict(comparison: Comparison) -> str:
-    """Say in one sentence how far the robot and its twin went and how far apart they were."""
-    real, twin = comparison.real_summary.distance_m, comparison.twin_summary.distance_m
+    """Say in one sentence what the robot and its twin did and how far apart they were."""
+    match comparison.real_summary, comparison.twin_summary:
+        case (Summary(distance_m=real), Summary(distance_m=twin)):
+            told = f"In {comparison.duration_s:g} s the robot travelled {_quantity(real, 'm', 3)} "
+            told += f"and its twin {_quantity(twin, 'm', 3)}"
+        case (RingDown(ring_hz=real), RingDown(ring_hz=twin)):
+            told = f"Let go, the robot rang at {_quantity(real, 'Hz', 3)} "
+            told += f"and its twin at {_quantity(twin, 'Hz', 3)}"
+        case _:
+            raise TypeError("robot and twin are summarized in different ways")
     if not math.isfinite(real + twin + comparison.misfit.both_mm):
         return "Too little of the run was seen to compare the robot with its twin."
-    return (
-        f"In {comparison.duration_s:g} s the robot travelled {_quantity(real, 'm', 3)} and its "
-        f"twin {_quantity(twin, 'm', 3)}; over that time they were "
-        f"{_quantity(comparison.misfit.both_mm, 'mm', 1)} apart (root mean square of foot and T)."
-    )
+    apart = _quantity(comparison.misfit.both_mm, "mm", 1)
+    return f"{told}; over that time they were {apart} apart (root mean square of foot and T)."
 
 
-def _row(name: str, real: float, twin: float, unit: str, digits: int) -> HeadlineRow:
+def _row(quantity: Quantity, real: float, twin: float) -> HeadlineRow:
+    name, unit, _, digits = quantity
     gap = twin - real
     share = f" ({100 * gap / abs(real):+.0f} %)" if _comparable(real, gap) else ""
     difference = f"{gap:+.{digits}f} {unit}{share}" if math.isfinite(gap) else "-"

@@ -14,7 +14,7 @@ from workbench.review import palette
 from workbench.review.columns import TIMELINE
 from workbench.review.comparison import Comparison
 from workbench.review.palette import rgb
-from workbench.review.scene import FLOOR_Z
+from workbench.review.scene import floor_height
 
 __all__ = ["layout"]
 
@@ -41,18 +41,23 @@ def layout(comparison: Comparison) -> rrb.Blueprint:
 
 def _scenes(comparison: Comparison) -> list[rrb.Spatial3DView]:
     """Return the robot, the twin and both, all seen by the same eye."""
-    eye = _eye(comparison)
+    eye, floor = _eye(comparison), floor_height(comparison)
     return [
-        _scene("Real", ["/real/**"], eye),
-        _scene("Twin", ["/sim/**"], eye),
+        _scene("Real", ["/real/**"], eye, floor),
+        _scene("Twin", ["/sim/**"], eye, floor),
         # Two solid feet in one place would flicker, so the twin's is an outline here.
-        _scene("Real (orange) and twin (blue)", ["/real/**", "/sim/**"], eye, ["sim/foot"]),
+        _scene("Real (orange) and twin (blue)", ["/real/**", "/sim/**"], eye, floor, ["sim/foot"]),
     ]
 
 
 def _scene(
-    name: str, contents: Sequence[str], eye: rrb.EyeControls3D, outlined: Sequence[str] = ()
+    name: str,
+    contents: Sequence[str],
+    eye: rrb.EyeControls3D,
+    floor_z: float,
+    outlined: Sequence[str] = (),
 ) -> rrb.Spatial3DView:
+    floor = rr.components.Plane3D(normal=(0, 0, 1), distance=floor_z)
     outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
     return rrb.Spatial3DView(
         origin="/",
@@ -62,7 +67,7 @@ def _scene(
         line_grid=rrb.LineGrid3D(
             visible=True,
             spacing=0.1,
-            plane=rr.components.Plane3D(normal=(0, 0, 1), distance=FLOOR_Z),
+            plane=floor,
             stroke_width=1.0,
             color=rgb(palette.SHADES["grid"]),
         ),
@@ -80,7 +85,7 @@ def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     room = 0.6 * comparison.figure.beam_length
     left, right = start - room / 2, end + room / 2
     seen = max(_HEIGHT, (right - left) / _ASPECT)
-    target = np.array([(left + right) / 2, 0.0, 0.29 * _HEIGHT])
+    target = np.array([(left + right) / 2, 0.0, comparison.floor_m + 0.29 * _HEIGHT])
     return rrb.EyeControls3D(
         kind="Orbital",
         position=target + seen * _DISTANCE * np.array([0.12, -0.93, 0.34]),
@@ -93,6 +98,7 @@ def _traces(comparison: Comparison) -> list[rrb.Container]:
     def trace(plot: str, channel: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
         return _curves(plot, name, legend, _range(comparison, channel))
 
+    speed = [rrb.Vertical(_curves("rotor_speed", "Rotor speed [rad/s]"))]
     return [
         rrb.Vertical(
             trace("foot_x", FOOT[0], "Foot forward x [m]", legend=True),
@@ -101,7 +107,7 @@ def _traces(comparison: Comparison) -> list[rrb.Container]:
         rrb.Vertical(
             trace("top_x", TOP[0], "T forward x [m]"), trace("top_z", TOP[2], "T height z [m]")
         ),
-        rrb.Vertical(_curves("rotor_speed", "Rotor speed [rad/s]")),
+        *(speed if comparison.driven else ()),
     ]
 
 

@@ -52,16 +52,17 @@ _STYLE: dict[Any, Any] = {
 
 
 def trajectory_plot(comparison: Comparison) -> str:
-    """Draw the foot's path in x-z, the robot above and the twin below, on the same axes.
+    """Draw the path of the foot, or of T, in x-z, the robot above and the twin below.
 
-    The form of the thesis' figures 6.5 to 6.7; the limits fit both paths.
+    The form of the thesis' figures 6.5 to 6.7; both have the same axes, which fit both paths.
     """
+    x, _, z = comparison.mover
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(2, 1, sharex=True, sharey=True)
         for ax, motion, name, color in zip(axes, *_pair(comparison), strict=True):
-            driven = motion.between(0.0, comparison.duration_s)
-            ax.plot(_seen(driven, FOOT[0]), _seen(driven, FOOT[2]), color=color)
+            moving = motion.between(0.0, comparison.duration_s)
+            ax.plot(_seen(moving, x), _seen(moving, z), color=color)
             ax.set(title=name, ylabel="z [m]")
         axes[1].set_xlabel("x [m]")
 
@@ -78,7 +79,7 @@ def motion_plot(comparison: Comparison) -> str:
         for ax, (label, channel) in zip(axes, channels.items(), strict=True):
             _both(ax, comparison, channel, label)
         _legend(axes[0])
-        _time_axis(axes[-1])
+        _time_axis(axes[-1], comparison.time_zero)
 
     return _svg(draw, 6.0, "motion")
 
@@ -90,7 +91,7 @@ def speed_plot(comparison: Comparison) -> str:
         ax = figure.subplots()
         _both(ax, comparison, ROTOR_SPEED, "rotor speed [rad/s]")
         _legend(ax)
-        _time_axis(ax)
+        _time_axis(ax, comparison.time_zero)
 
     return _svg(draw, 2.2, "speed")
 
@@ -107,12 +108,12 @@ def error_plot(comparison: Comparison) -> str:
             ax.plot(error.times, _seen(error, column), color=color, label=name)
         ax.set(ylabel="distance [mm]", ylim=(0, None))
         _legend(ax)
-        _time_axis(ax)
+        _time_axis(ax, comparison.time_zero)
 
     return _svg(draw, 2.2, "error")
 
 
-def supply_plot(supply: TimeSeries) -> str:
+def supply_plot(supply: TimeSeries, time_zero: str) -> str:
     """Draw what was asked of the supply and what it read back."""
     panels = {
         "voltage [V]": {"set": ("set_voltage_V", "set_volts"), "read": ("voltage_V", "volts")},
@@ -125,7 +126,7 @@ def supply_plot(supply: TimeSeries) -> str:
             _supply_panel(ax, supply, lines)
             ax.set(ylabel=label, ylim=(0, None))
         _legend(axes[0])
-        _time_axis(axes[-1])
+        _time_axis(axes[-1], time_zero)
 
     return _svg(draw, 2.8, "supply")
 
@@ -164,8 +165,8 @@ def _legend(ax: Axes) -> None:
     ax.legend(loc="lower right", bbox_to_anchor=(1, 0.98), ncols=3, borderaxespad=0.2)
 
 
-def _time_axis(ax: Axes) -> None:
-    ax.set_xlabel("time since the rotor's first motion [s]")
+def _time_axis(ax: Axes, time_zero: str) -> None:
+    ax.set_xlabel(f"time since {time_zero} [s]")
 
 
 def _svg(draw: Callable[[Figure], None], height_in: float, name: str) -> str:

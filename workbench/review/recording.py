@@ -1,8 +1,8 @@
 """One rerun recording of a run beside its twin.
 
 `/real/**` and `/sim/**` hold the two robots, `/plots/**` the curves, `/phase`, `/log` and `/notes`
-the story, all on the timeline `t` [s] whose zero is the rotor's first motion. Every entity is sent
-as whole columns, styles once.
+the story, all on the timeline `t` [s] whose zero is the rotor's first motion or the release. Every
+entity is sent as whole columns, styles once.
 
 The recording is a view: it is made from a `Comparison` alone and can be made again.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -65,19 +66,24 @@ def write_recording(comparison: Comparison, path: Path) -> None:
 
 
 def _describe(stream: rr.RecordingStream, comparison: Comparison) -> None:
-    real, twin = comparison.real_summary, comparison.twin_summary
+    summaries = {"real": comparison.real_summary, "twin": comparison.twin_summary}
+    numbers: dict[str, Any] = {
+        f"{who}_{name}": value
+        for who, summary in summaries.items()
+        for name, value in summary.as_json().items()
+    }
     stream.send_recording_name(comparison.title)
     stream.send_property(
         "run",
         rr.AnyValues(
             title=comparison.title,
             run=comparison.run,
-            time_zero="first motion of the rotor",
+            mode=comparison.mode,
+            time_zero=comparison.time_zero,
             duration_s=comparison.duration_s,
-            real_distance_m=real.distance_m,
-            twin_distance_m=twin.distance_m,
             misfit_mm=comparison.misfit.both_mm,
             rerun_version=rr.__version__,
+            **numbers,
         ),
     )
 

@@ -14,27 +14,30 @@ from workbench.review.geometry import beam_points, beam_root, foot_pitch, pitch_
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["FLOOR_Z", "draw_floor", "draw_real", "draw_twin"]
+__all__ = ["draw_floor", "draw_real", "draw_twin", "floor_height"]
 
-FLOOR_Z = -0.004
-"""Height of the drawn floor [m]; bench zero is the foot's centre at rest, the foot 8 mm thick."""
-
-_FOOT_THICKNESS = -2 * FLOOR_Z
+_FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
 
 
+def floor_height(comparison: Comparison) -> float:
+    """Return the height of the drawn floor [m]: half a foot's thickness below its centre."""
+    return comparison.floor_m - _FOOT_THICKNESS / 2
+
+
 def draw_floor(stream: rr.RecordingStream, comparison: Comparison) -> None:
     """Draw a scale along the track, a tick every 0.1 m; the grid itself belongs to the views."""
+    z = floor_height(comparison)
     y = -0.5 * comparison.figure.foot_width - 0.04
     last = max(3, int(np.ceil(10 * comparison.reach()[1])))
-    rail = [[0, y, FLOOR_Z], [last / 10, y, FLOOR_Z]]
-    ticks = [[[k / 10, y, FLOOR_Z], [k / 10, y - 0.02, FLOOR_Z]] for k in range(last + 1)]
+    rail = [[0, y, z], [last / 10, y, z]]
+    ticks = [[[k / 10, y, z], [k / 10, y - 0.02, z]] for k in range(last + 1)]
     named = [k for k in range(last + 1) if k % 5 == 0 or k == last]
     lines = rr.LineStrips3D([rail, *ticks], radii=_THIN_RADIUS, colors=rgb(palette.SHADES["scale"]))
     marks = rr.Points3D(
-        [[k / 10, y - 0.02, FLOOR_Z] for k in named],
+        [[k / 10, y - 0.02, z] for k in named],
         labels=[f"{k / 10:g} m" for k in named],
         radii=0.0001,
         colors=rgb(palette.SHADES["marks"]),

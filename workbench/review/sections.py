@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
+from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
 from workbench.review.headline import HEADINGS, headline, misfit_rows
 from workbench.review.plots import (
@@ -54,10 +55,11 @@ def _misfit(comparison: Comparison) -> Markup:
 
 
 def _trajectory(comparison: Comparison) -> Markup:
+    who = "the foot's centre" if comparison.mover == FOOT else "T, the tip of the beam,"
+    when = "of drive" if comparison.driven else "after the release"
     return _figure(
         trajectory_plot(comparison),
-        f"Path of the foot's centre during the {comparison.duration_s:g} s of drive. "
-        "The height is stretched.",
+        f"Path of {who} during the {comparison.duration_s:g} s {when}. The height is stretched.",
     )
 
 
@@ -66,6 +68,8 @@ def _motion(comparison: Comparison) -> Markup:
 
 
 def _speed(comparison: Comparison) -> Markup:
+    if not comparison.driven:
+        return Markup()
     return _figure(
         speed_plot(comparison), "Speed of the rotor, as measured and as the twin was driven."
     )
@@ -74,7 +78,10 @@ def _speed(comparison: Comparison) -> Markup:
 def _supply(comparison: Comparison) -> Markup:
     if comparison.supply is None:
         return Markup()
-    return _figure(supply_plot(comparison.supply), "What was set on the supply and read back.")
+    return _figure(
+        supply_plot(comparison.supply, comparison.time_zero),
+        "What was set on the supply and read back.",
+    )
 
 
 def _facts(comparison: Comparison) -> Markup:
@@ -98,7 +105,7 @@ def _recording(comparison: Comparison) -> Markup:
 SECTIONS = (
     Section("Warnings", _warnings),
     Section("Result", _headline),
-    Section("Path of the foot", _trajectory),
+    Section("Path", _trajectory),
     Section("Error of the twin", _misfit),
     Section("Motion over time", _motion),
     Section("Rotor speed", _speed),

@@ -13,7 +13,8 @@ own, one entry in `CLEANING`, one test.
 """
 
 from workbench.tracking.axes import Axes
-from workbench.tracking.bodies import BodyNames, MarkerPlaces, RawBody, RawPoints, raw_points
+from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
+from workbench.tracking.body_names import BodyNames, guess_bodies
 from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
@@ -39,6 +40,7 @@ __all__ = [
     "Recipe",
     "Take",
     "Track",
+    "guess_bodies",
     "make_track",
     "motor_speed_fft",
     "motor_speed_thesis",

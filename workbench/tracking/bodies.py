@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError
 from workbench.tracking.axes import Axes
-from workbench.tracking.pose import fit_poses, pitch_from_matrices
+from workbench.tracking.body_names import BodyNames, check_names
+from workbench.tracking.identity import told_exchanges, untangle
+from workbench.tracking.placing import POOR_FIT_M, Placed, place
+from workbench.tracking.pose import pitch_from_matrices
 from workbench.tracking.take import BodyTake, Missing, Take, known
+from workbench.tracking.template import order_of_places
 
-__all__ = ["BodyNames", "MarkerPlaces", "RawBody", "RawPoints", "raw_points"]
+__all__ = ["MarkerPlaces", "RawBody", "RawPoints", "raw_points"]
 
 MarkerPlaces = Mapping[str, NDArray[np.float64] | Sequence[Sequence[float]]]
 """By body name: (m, 3) places of its markers on the body, forward, left, up [mm]."""
 
-_POOR_FIT_M = 3e-3
-_WORTH = 0.5  # share of seen samples that show all markers
-_OFF_CENTRE_MM = 1.0
-
-
-@dataclass(frozen=True)
-class BodyNames:
-    """What the export calls the robot's three bodies."""
-
-    foot: str = "Foot"
-    top: str = "T"
-    rotor: str = "Rotor"
+_WORTH = 0.5  # share of seen samples in which the measured markers tell the body's place
+_MM = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +36,16 @@ class RawBody:
         position: (n, 3) in bench axes [m], NaN where not seen.
         solved: (n, 3) centroid of the solved markers [m], with what the file holds while the body
             is lost; the pose position where the file has no solved markers.
-        pitch: (n,) rotation about +y [rad], NaN where unknown; None when the file cannot tell.
-        missing: (n,) values of `Missing`.
+        pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers tell none, of
+            the foot where the file's pose tells none either. From given marker places it is
+            absolute, else relative to the take's first half second.
+        missing: (n,) values of `Missing`; SEEN wherever `position` is told, GLITCH where the
+            markers do not fit the body.
         source: which numbers `position` was made of, for the report.
         solved_source: the same for `solved`.
+        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where none is told.
+        bridged: (n,) True where only some markers were visible and how they lie about the point was
+            carried over from the samples beside: less accurate by what `source` says.
     """
 
     name: str
@@ -55,6 +55,8 @@ class RawBody:
     missing: NDArray[np.int8]
     source: str
     solved_source: str
+    residual: NDArray[np.float64]
+    bridged: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,126 +85,183 @@ class RawPoints:
         return {"foot": self.foot, "top": self.top, "rotor": self.rotor}
 
 
+@dataclass(frozen=True, eq=False)
+class _Marked:
+    """A body of the take with its markers in bench axes, (n, m, 3) [m], and which ones they are."""
+
+    body: BodyTake
+    cloud: NDArray[np.float64]
+    kind: str
+
+
 def raw_points(
     take: Take, names: BodyNames, axes: Axes, markers: MarkerPlaces | None = None
 ) -> RawPoints:
     """Take foot, T and rotor out of a take.
 
-    A body is where the centroid of its measured markers is, in samples that show them all: the
-    centroid of some of them jumps when a marker drops out. Where the file has no measured markers,
-    or seldom shows all of them, it is the centroid of the solved ones, else the pose position. With
-    `markers` a body with three or more visible ones is placed by a least-squares fit, and its point
-    is the body's origin.
+    Exchanged markers are put back first, within each body and between T and rotor. Three or more
+    markers then give a pose; with `markers` the body's point is its origin, else the centroid of
+    the rigid body that the take itself shows. Two markers give a point and a direction. Neither
+    jumps when a marker is hidden. Where the file has no measured markers, or they seldom tell the
+    place, the solved ones are used, else the pose position.
 
     Args:
         take: the export.
         names: what it calls the bodies.
         axes: how its axes lie.
-        markers: where markers sit on the bodies [mm], in the order of the file's markers.
+        markers: where markers sit on the bodies [mm]; best in the order of the file's markers,
+            another order is noticed.
 
     Raises:
         InputError: a body is not in the take, or marker places do not fit its markers.
     """
-    places = markers or {}
-    _check_names(take, names, places)
+    places = {name: np.asarray(given, dtype=float) for name, given in (markers or {}).items()}
+    check_names(take, names, places, axes)
     warnings: list[str] = []
+    marked = {role: _marked(take.bodies[name], axes) for role, name in asdict(names).items()}
+    marked = _untangled(take, marked, warnings)
     found = {
-        field.name: _raw_body(take, getattr(names, field.name), axes, places, warnings)
-        for field in fields(names)
+        role: _raw_body(take, role, each, axes, places.get(each.body.name), warnings)
+        for role, each in marked.items()
     }
     return RawPoints(take.times, take.rate_hz, **found, warnings=tuple(warnings))
 
 
-def _check_names(take: Take, names: BodyNames, places: MarkerPlaces) -> None:
-    roles = {field.name: getattr(names, field.name) for field in fields(names)}
-    for role, name in roles.items():
-        if name not in take.bodies:
-            raise InputError(f"{take.path}: the {role} {_unknown(name, list(take.bodies))}")
-    if len(set(roles.values())) < len(roles):
-        raise InputError(f"foot, top and rotor need three bodies; named are {roles}")
-    for name in places:
-        if name not in take.bodies:
-            raise InputError(f"{take.path}: markers: body {_unknown(name, list(take.bodies))}")
+def _marked(body: BodyTake, axes: Axes) -> _Marked:
+    if np.isfinite(body.measured).any():
+        return _Marked(body, _to_bench(body.measured, axes), "measured")
+    return _solved_marked(body, axes)
 
 
-def _unknown(name: str, names: list[str]) -> str:
-    hint = did_you_mean(name, names, likeness=0.4)
-    return f"{name!r} is not in the take; there are {', '.join(map(repr, names))}{hint}"
+def _solved_marked(body: BodyTake, axes: Axes) -> _Marked:
+    believed = np.where(body.seen[:, None, None], body.solved, np.nan)
+    return _Marked(body, _to_bench(believed, axes), "solved")
+
+
+def _to_bench(cloud: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
+    return axes.points_to_bench(cloud.reshape(-1, 3)).reshape(cloud.shape)
+
+
+def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> dict[str, _Marked]:
+    """Undo exchanges within each body, then those between T and rotor."""
+    out = dict(marked)
+    for role, each in marked.items():
+        if each.kind != "measured":
+            continue
+        mine = untangle(take.times, each.cloud)
+        _warn(warnings, told_exchanges(take.times, mine.exchanged, repr(each.body.name)))
+        out[role] = replace(each, cloud=mine.cloud)
+    top, rotor = out["top"], out["rotor"]
+    if top.kind == rotor.kind == "measured":
+        both = untangle(take.times, np.concatenate([top.cloud, rotor.cloud], axis=1), partly=False)
+        whose = f"{top.body.name!r} and {rotor.body.name!r}"
+        _warn(warnings, told_exchanges(take.times, both.exchanged, whose))
+        count = top.cloud.shape[1]
+        out["top"] = replace(top, cloud=both.cloud[:, :count])
+        out["rotor"] = replace(rotor, cloud=both.cloud[:, count:])
+    return out
 
 
 def _raw_body(
-    take: Take, name: str, axes: Axes, places: MarkerPlaces, warnings: list[str]
+    take: Take,
+    role: str,
+    marked: _Marked,
+    axes: Axes,
+    places: NDArray[np.float64] | None,
+    warnings: list[str],
 ) -> RawBody:
-    body = take.bodies[name]
+    body = marked.body
     solved, solved_source = _solved(body)
-    pitch: NDArray[np.float64] | None = None
-    if name in places and len(np.asarray(places[name])) >= 3:
-        position, pitch, source = _fitted(body, np.asarray(places[name]), axes, warnings)
-    else:
-        position, source = _centroid(body, solved, solved_source)
-        position = axes.points_to_bench(position)
-        pitch = _pose_pitch(body, axes)
-        _warn_of_unused(name, places, warnings)
-    missing = body.missing.copy()
-    position = np.where(body.seen[:, None], position, np.nan)
-    missing[body.seen & ~known(position)] = Missing.BLANK
-    if not np.isfinite(position).any():
-        raise InputError(f"{take.path}: body {name!r} is never seen; nothing can be made of it")
     solved = axes.points_to_bench(solved)
-    return RawBody(name, position, solved, pitch, missing, source, solved_source)
+    told = _told(take, role, marked, axes, places, warnings)
+    if told is None:
+        position = np.where(body.seen[:, None], solved, np.nan)
+        never = np.zeros(len(position), dtype=np.bool_)
+        unknown = np.full(len(position), np.nan)
+        told = Placed(position, None, unknown, never, never, solved_source)
+    warnings.extend(told.warnings)
+    given = known(told.position)
+    if not given.any():
+        raise InputError(
+            f"{take.path}: body {body.name!r} is never seen; nothing can be made of it"
+        )
+    missing = body.missing.copy()
+    missing[body.seen] = Missing.BLANK
+    missing[told.strays] = Missing.GLITCH
+    missing[given] = Missing.SEEN
+    return RawBody(
+        name=body.name,
+        position=told.position,
+        solved=solved,
+        pitch=_pose_pitch(body, axes) if told.pitch is None and role == "foot" else told.pitch,
+        missing=missing,
+        source=told.source,
+        solved_source=solved_source,
+        residual=told.residual,
+        bridged=told.bridged,
+    )
+
+
+def _told(
+    take: Take,
+    role: str,
+    marked: _Marked,
+    axes: Axes,
+    places: NDArray[np.float64] | None,
+    warnings: list[str],
+) -> Placed | None:
+    """Return what the measured markers tell, or the solved ones where those seldom do."""
+    body = marked.body
+    if places is not None and len(places):
+        places = _ordered(take, role, marked, places * _MM, warnings)
+    else:
+        places = None
+    told = _placed(take, marked, places)
+    if marked.kind == "solved":
+        return told
+    share = 0.0 if told is None else float(known(told.position[body.seen]).mean())
+    if share >= _WORTH or not np.isfinite(body.solved).any():
+        return told
+    solved = _placed(take, _solved_marked(body, axes), places)
+    why = f"the measured ones tell its place in {100 * share:.0f} % only"
+    return solved and replace(solved, source=f"{solved.source} ({why})")
+
+
+def _placed(take: Take, marked: _Marked, places: NDArray[np.float64] | None) -> Placed | None:
+    if not np.isfinite(marked.cloud).any():
+        return None
+    told = place(marked.body.name, take.times, marked.cloud, places)
+    return told and replace(told, source=told.source.format(marked.kind))
+
+
+def _ordered(
+    take: Take, role: str, marked: _Marked, places: NDArray[np.float64], warnings: list[str]
+) -> NDArray[np.float64]:
+    """Return the places in the order of the take's markers."""
+    body, count = marked.body, marked.cloud.shape[1]
+    if places.shape != (count, 3):
+        raise InputError(
+            f"{take.path}: markers of {body.name!r}: {len(places)} places are given, "
+            f"the take has {count} markers ({', '.join(body.marker_names)})"
+        )
+    order = order_of_places(places, marked.cloud, POOR_FIT_M, upright=role == "foot")
+    if (order != np.arange(count)).any():
+        warnings.append(
+            f"the marker places of {body.name!r} are in another order than the take's markers; "
+            f"used are the places number {', '.join(str(i + 1) for i in order)}, in this order"
+        )
+    return places[order]
+
+
+def _warn(warnings: list[str], text: str | None) -> None:
+    if text is not None:
+        warnings.append(text)
 
 
 def _solved(body: BodyTake) -> tuple[NDArray[np.float64], str]:
     if np.isfinite(body.centroid_solved).any():
         return body.centroid_solved, "centroid of the solved markers"
     return body.position, "pose position"
-
-
-def _centroid(
-    body: BodyTake, solved: NDArray[np.float64], solved_source: str
-) -> tuple[NDArray[np.float64], str]:
-    whole = known(body.centroid_measured[body.seen])
-    if not whole.any():
-        return solved, solved_source
-    if whole.mean() < _WORTH and body.solved.shape[1]:
-        share = f"all measured ones visible in {100 * whole.mean():.0f} % only"
-        return solved, f"{solved_source} ({share})"
-    return body.centroid_measured, "centroid of the measured markers, all visible"
-
-
-def _warn_of_unused(name: str, places: MarkerPlaces, warnings: list[str]) -> None:
-    if name not in places or len(np.asarray(places[name])) == 0:
-        return
-    middle = np.asarray(places[name], dtype=float).mean(axis=0)
-    if np.linalg.norm(middle) > _OFF_CENTRE_MM:
-        warnings.append(
-            f"the markers of {name!r} have their centroid {np.linalg.norm(middle):.1f} mm off the "
-            "body's point; fewer than 3 markers define no pose, so this is not corrected"
-        )
-
-
-def _fitted(
-    body: BodyTake, places_mm: NDArray[np.float64], axes: Axes, warnings: list[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], str]:
-    measured = known(body.measured).any()
-    cloud = body.measured if measured else body.solved
-    if places_mm.shape != (cloud.shape[1], 3):
-        raise InputError(
-            f"markers of {body.name!r}: {len(places_mm)} places are given, "
-            f"the take has {cloud.shape[1]} markers ({', '.join(body.marker_names)})"
-        )
-    poses = fit_poses(places_mm * 1e-3, axes.points_to_bench(cloud))
-    if not np.isfinite(poses.rmsd).any():
-        raise InputError(f"markers of {body.name!r}: no sample shows 3 of them that span a plane")
-    rmsd = float(np.nanmedian(poses.rmsd))
-    if rmsd > _POOR_FIT_M:
-        warnings.append(
-            f"the marker places of {body.name!r} fit the take only to {1e3 * rmsd:.1f} mm; "
-            "check their order, unit (mm) and the tracking axes"
-        )
-    kind = "measured" if measured else "solved"
-    source = f"body origin, fitted to the {kind} markers (median misfit {1e3 * rmsd:.2f} mm)"
-    return poses.origin, pitch_from_matrices(poses.matrix), source
 
 
 def _pose_pitch(body: BodyTake, axes: Axes) -> NDArray[np.float64] | None:

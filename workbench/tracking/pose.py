@@ -1,7 +1,9 @@
-"""The pose of a body from its markers: least squares over rotations (Kabsch).
+"""The pose of a body from its markers: weighted least squares over rotations (Kabsch, Wahba).
 
-Solved for all samples with the same visible markers at once; `Rotation.align_vectors`, which takes
-one sample at a time, is the tests' cross-check.
+Solved for all samples with the same visible markers at once by Markley's FOAM (J. Astronaut. Sci.
+41, 1993, "Attitude determination using vector observations: a fast optimal matrix algorithm"): ten
+times as fast as a stack of singular value decompositions. `Rotation.align_vectors`, which takes one
+sample at a time, is the tests' cross-check.
 """
 
 from __future__ import annotations
@@ -13,9 +15,11 @@ from numpy.typing import NDArray
 
 from workbench.tracking.take import known
 
-__all__ = ["Poses", "fit_poses", "pitch_from_matrices"]
+__all__ = ["Poses", "fit_poses", "on_a_line", "pitch_from_matrices"]
 
-_FLAT = 1e-3  # second singular value over the first; below it the markers are on a line
+_FLAT = 1e-2  # second singular value over the first; below it the markers are on a line
+_MOST_STEPS = 30  # Newton's; three or four are usual
+_CONVERGED = 1e-14
 
 
 class Poses(NamedTuple):
@@ -26,25 +30,35 @@ class Poses(NamedTuple):
     rmsd: NDArray[np.float64]
 
 
-def fit_poses(places: NDArray[np.float64], cloud: NDArray[np.float64]) -> Poses:
+def fit_poses(
+    places: NDArray[np.float64],
+    cloud: NDArray[np.float64],
+    weights: NDArray[np.float64] | None = None,
+) -> Poses:
     """Fit a body's pose to its visible markers, sample by sample.
 
     Args:
-        places: (m, 3) markers in the body's frame [m].
+        places: (m, 3) markers in the body's frame [m]; a marker whose place is NaN is left out.
         cloud: (n, m, 3) the same markers seen [m], NaN where not.
+        weights: (m,) above 0, how much each marker counts; all the same if None.
 
     Returns:
-        Poses, NaN where fewer than three markers are visible or they lie on a line.
+        Poses, NaN where fewer than three markers are visible or they lie on a line. The misfit is
+        the weighted root mean square distance of the visible markers to their places.
     """
-    n = len(cloud)
+    n, m = cloud.shape[:2]
     poses = Poses(np.full((n, 3), np.nan), np.full((n, 3, 3), np.nan), np.full(n, np.nan))
-    visible = known(cloud)
-    for pattern in np.unique(visible, axis=0):
-        if np.count_nonzero(pattern) < 3 or _on_a_line(places[pattern]):
+    weights = np.ones(m) if weights is None else weights
+    visible = known(cloud) & known(places)
+    pattern = visible @ (1 << np.arange(m))
+    for code in np.unique(pattern):
+        shown = np.flatnonzero(code >> np.arange(m) & 1)
+        if on_a_line(places[shown]):
             continue
-        samples = np.flatnonzero((visible == pattern).all(axis=1))
-        fitted = _fit(places[pattern], cloud[np.ix_(samples, np.flatnonzero(pattern))])
-        for kept, new in zip(poses, fitted, strict=True):
+        samples = np.flatnonzero(pattern == code)
+        whole = len(samples) == n and len(shown) == m  # the usual take needs no copy
+        seen = cloud if whole else cloud[np.ix_(samples, shown)]
+        for kept, new in zip(poses, _fit(places[shown], seen, weights[shown]), strict=True):
             kept[samples] = new
     return poses
 
@@ -54,16 +68,74 @@ def pitch_from_matrices(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.arctan2(-matrix[:, 2, 0], matrix[:, 0, 0])
 
 
-def _fit(places: NDArray[np.float64], seen: NDArray[np.float64]) -> Poses:
-    body, bench = places - places.mean(axis=0), seen - seen.mean(axis=1, keepdims=True)
-    u, _, vt = np.linalg.svd(np.swapaxes(bench, 1, 2) @ body)  # (n, 3, 3)
-    u[:, :, 2] *= np.sign(np.linalg.det(u @ vt))[:, None]  # a rotation, never a mirror image
-    matrix = u @ vt
-    misfit = bench - body @ np.swapaxes(matrix, 1, 2)
-    rmsd = np.sqrt(np.mean(np.sum(misfit**2, axis=2), axis=1))
-    return Poses(seen.mean(axis=1) - matrix @ places.mean(axis=0), matrix, rmsd)
-
-
-def _on_a_line(places: NDArray[np.float64]) -> bool:
+def on_a_line(places: NDArray[np.float64]) -> bool:
+    """Tell whether places (m, 3) span no plane: too few of them, or all along one line."""
+    if len(places) < 3:
+        return True
     singular = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return bool(singular[1] <= _FLAT * singular[0])
+
+
+def _fit(
+    places: NDArray[np.float64], seen: NDArray[np.float64], weights: NDArray[np.float64]
+) -> Poses:
+    """Fit all samples at once; samples run along the last axis, which is the fast one."""
+    share = weights / weights.sum()
+    middle = share @ places
+    body = places - middle  # (m, 3)
+    bench = np.ascontiguousarray(np.moveaxis(seen, 0, -1))  # (m, 3, n)
+    centre = np.einsum("m,min->in", share, bench)
+    bench -= centre
+    moment = np.einsum("min,mj->ijn", bench, share[:, None] * body)
+    size = np.sqrt((share @ _square(bench)) * (share @ np.sum(body**2, axis=1)))
+    matrix = _rotations(moment, size)
+    bench -= np.einsum("ijn,mj->min", matrix, body)
+    origin = centre - np.einsum("ijn,j->in", matrix, middle)
+    rmsd = np.sqrt(share @ _square(bench))
+    return Poses(origin.T, np.moveaxis(matrix, -1, 0), rmsd)
+
+
+def _square(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the squared lengths (..., n) of vectors (..., 3, n)."""
+    return np.einsum("...in,...in->...n", vectors, vectors)
+
+
+def _rotations(moment: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotations (3, 3, n) that maximise the trace of their product with the moments.
+
+    Args:
+        moment: (3, 3, n) sums of weighted outer products, bench times body.
+        size: (n,) upper bounds of that trace, where Newton's iteration starts.
+    """
+    cofactors = np.stack([_cross(moment[i - 2], moment[i - 1]) for i in range(3)])
+    determinant = np.einsum("in,in->n", moment[0], cofactors[0])
+    square = _square(moment).sum(axis=0)
+    trace = _largest_root(size, square, determinant, _square(cofactors).sum(axis=0))
+    half = (trace**2 - square) / 2
+    gram = np.einsum("ijn,kjn->ikn", moment, moment)
+    top = (half + square) * moment + trace * cofactors - np.einsum("ikn,kjn->ijn", gram, moment)
+    with np.errstate(divide="ignore", invalid="ignore"):  # markers that all coincide
+        return top / (half * trace - determinant)
+
+
+def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.stack([a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)])
+
+
+def _largest_root(
+    start: NDArray[np.float64],
+    square: NDArray[np.float64],
+    determinant: NDArray[np.float64],
+    cofactor_square: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the largest root (n,) of FOAM's quartic by Newton's iteration from above."""
+    root = start
+    for _ in range(_MOST_STEPS):
+        over = root**2 - square
+        value = over**2 - 8 * root * determinant - 4 * cofactor_square
+        slope = 4 * root * over - 8 * determinant
+        step = np.divide(value, slope, out=np.zeros_like(root), where=slope > 0)
+        root = root - step
+        if np.all(np.abs(step) <= _CONVERGED * root):
+            break
+    return root

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,18 +12,22 @@ from workbench.errors import InputError
 from workbench.motion import (
     FOOT,
     PITCH,
+    RELEASED,
     ROTOR,
     ROTOR_ANGLE,
     ROTOR_SPEED,
     TOP,
+    Mode,
     first_motion,
+    release,
     rotor_angle,
     rotor_speed,
     seen_median,
 )
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
-from workbench.tracking.bodies import BodyNames, MarkerPlaces, raw_points
+from workbench.tracking.bodies import MarkerPlaces, raw_points
+from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.take import Take
@@ -34,6 +38,7 @@ _LONGEST_REST_S = 2.0
 _STILL_M = 3e-3
 _LEAST_REST_S = 0.1
 _HINT_APART_S = 0.5
+_POINTS = {TOP: "T", FOOT: "the foot"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +47,8 @@ class Track:
 
     Args:
         motion: channels of `workbench.motion`, evenly sampled; a sample is valid where every body
-            it needs was really seen. Origin: the foot at rest. Time zero: the rotor's first motion.
+            it needs was really seen. Origin: the foot at rest, in a drop still held. Time zero: the
+            rotor's first motion, or the release in decay and drop.
         start_angle_rad: the rotor's angle at rest [rad].
         rest_s: how long foot and T stood still before time zero [s].
         zero_in_take_s: time zero on the take's clock [s].
@@ -70,6 +76,7 @@ def make_track(
     markers: MarkerPlaces | None = None,
     recipe: str = "default",
     start_hint: float | None = None,
+    mode: Mode = "hop",
 ) -> Track:
     """Make the track of a take.
 
@@ -79,7 +86,8 @@ def make_track(
         axes: how its axes lie.
         markers: their places on the bodies: forward, left, up [mm].
         recipe: a name of `CLEANING`.
-        start_hint: time zero where the rotor never moves, from the take's first sample [s].
+        start_hint: time zero where nothing moves, from the take's first sample [s].
+        mode: tells what begins at time zero: the rotor turns, T is released or the foot falls.
 
     Raises:
         InputError: a body, marker place or recipe does not fit the take.
@@ -88,10 +96,9 @@ def make_track(
     columns, report = recipe_named(recipe)(points)
     warnings = [*take.warnings, *points.warnings, *report.warnings]
     angle, seen = _angle(columns)
-    zero = _zero(columns.times, angle, start_hint, warnings)
+    zero = _zero(columns.times, _onset(mode, columns, angle), start_hint, warnings)
     rest, rest_s = _rest(columns, zero, warnings)
     motion = _motion(columns, (angle, seen), rest, report.origin_m).shifted(-(zero or 0.0))
-    warnings.extend(implausible(motion))
     return Track(
         motion=motion,
         start_angle_rad=seen_median(angle[rest]),
@@ -100,7 +107,7 @@ def make_track(
         recipe=recipe,
         report=report.as_json(),
         take_sha256=take.sha256,
-        warnings=tuple(dict.fromkeys(warnings)),
+        warnings=tuple(dict.fromkeys([*warnings, *implausible(motion)])),
     )
 
 
@@ -117,26 +124,37 @@ def _angle(columns: TimeSeries) -> tuple[NDArray[np.float64], NDArray[np.bool_]]
     return angle, seen
 
 
+class _Onset(NamedTuple):
+    """What begins at time zero, and when it did on the take's clock [s], None if never."""
+
+    who: str
+    found: float | None
+
+
+def _onset(mode: Mode, columns: TimeSeries, angle: NDArray[np.float64]) -> _Onset:
+    if mode not in RELEASED:
+        return _Onset("the rotor", first_motion(columns.times, angle))
+    point = RELEASED[mode]
+    return _Onset(_POINTS[point], release(columns.times, _path(columns, point)))
+
+
 def _zero(
-    times: NDArray[np.float64],
-    angle: NDArray[np.float64],
-    hint: float | None,
-    warnings: list[str],
+    times: NDArray[np.float64], onset: _Onset, hint: float | None, warnings: list[str]
 ) -> float | None:
-    """Return the first rotor motion on the take's clock [s], else the hint, else None."""
-    found = first_motion(times, angle)
+    """Return the onset on the take's clock [s], else the hint, else None."""
+    who, found = onset
     hinted = None if hint is None else float(times[0]) + hint
     if found is not None:
         if hinted is not None and abs(found - hinted) > _HINT_APART_S:
             warnings.append(
-                f"the rotor first moves {found - times[0]:.2f} s into the take, {hint:g} s were "
+                f"{who} first moves {found - times[0]:.2f} s into the take, {hint:g} s were "
                 "expected; the measured time is used"
             )
         return float(np.clip(found, times[0], times[-1]))
     if hinted is not None and times[0] <= hinted <= times[-1]:
-        warnings.append(f"the rotor never moves; time zero is {hint:g} s into the take, as given")
+        warnings.append(f"{who} never moves; time zero is {hint:g} s into the take, as given")
         return hinted
-    warnings.append("the rotor never moves; times are those of the take")
+    warnings.append(f"{who} never moves; times are those of the take")
     return None
 
 

@@ -1,0 +1,226 @@
+"""Which marker is which: exchanges of slots found by continuity and undone.
+
+A tracker labels markers anew in every frame and sometimes exchanges two of them for a while. An
+exchange is a step in which markers leave their places and others arrive there. Shape alone does not
+show it: a rectangle fits itself in four ways. So samples are compared with those just before them,
+about the markers' common centroid, and a stretch gets another order only where that order continues
+the motion and the order of the file does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from workbench.tracking.take import known
+
+__all__ = ["Untangled", "told_exchanges", "untangle"]
+
+_LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to another's place
+_ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
+_SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
+_LONGEST_S = 0.2
+_TRIED = 500  # samples that tell how far markers usually move
+_LAGS = 8
+_LOOK_BACK = 3  # stretches; one or two of strays may lie between
+
+
+class Untangled(NamedTuple):
+    """(n, m, 3) markers, each in its own slot; (n, m) the file's slot that each came from."""
+
+    cloud: NDArray[np.float64]
+    slots: NDArray[np.intp]
+
+    @property
+    def exchanged(self) -> NDArray[np.bool_]:
+        """(n,) True where an exchange was undone."""
+        return (self.slots != np.arange(self.slots.shape[1])).any(axis=1)
+
+
+def untangle(
+    times: NDArray[np.float64], cloud: NDArray[np.float64], *, partly: bool = True
+) -> Untangled:
+    """Find exchanges of markers and undo them.
+
+    Among samples that can be compared the order that most of them have counts as right. What cannot
+    be told, after a gap in which the body may have turned, stays as the file has it.
+
+    Args:
+        times: (n,) [s].
+        cloud: (n, m, 3) markers in the file's slots [m], NaN where not seen.
+        partly: whether samples that show only some markers are compared too, with paths between
+            samples at most 0.2 s apart that show all.
+
+    Returns:
+        The markers; the cloud itself where there was nothing to undo.
+    """
+    n, m = cloud.shape[:2]
+    unchanged = np.broadcast_to(np.arange(m), (n, m))
+    whole = known(cloud.reshape(n, 3 * m))
+    rows = np.flatnonzero(whole)
+    if len(rows) < 2 or m < 2:
+        return Untangled(cloud, unchanged)
+    full = cloud[rows] if len(rows) < n else cloud
+    nearest = _least_distance(full)
+    slots = _by_continuity(times[rows], full, nearest)
+    if slots is None and (not partly or len(rows) == n):
+        return Untangled(cloud, unchanged)
+    order = unchanged.copy()
+    if slots is not None:
+        order[rows] = slots
+        full = np.take_along_axis(full, slots[:, :, None], axis=1)
+    if partly:
+        some = np.flatnonzero(~whole)
+        for row, slot in _by_paths(times, cloud, some, rows, full, nearest).items():
+            order[row] = slot
+    if (order == unchanged).all():
+        return Untangled(cloud, unchanged)
+    return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
+
+
+def told_exchanges(
+    times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str
+) -> str | None:
+    """Return a sentence on the exchanges undone, or None where there were none."""
+    count = int(np.count_nonzero(exchanged))
+    if not count:
+        return None
+    stretches = int(np.count_nonzero(np.diff(exchanged.astype(np.int8), prepend=0) == 1))
+    first = float(times[np.argmax(exchanged)])
+    return (
+        f"{whose}: markers exchanged in {count} samples ({stretches} stretches, the first at "
+        f"{first:.3f} s); undone"
+    )
+
+
+def _least_distance(full: NDArray[np.float64]) -> float:
+    """Return the usual distance of the two markers that are nearest to each other [m]."""
+    some = full[:: max(1, len(full) // _TRIED)]
+    first, second = np.triu_indices(full.shape[1], k=1)
+    return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
+
+
+def _by_continuity(
+    times: NDArray[np.float64], full: NDArray[np.float64], nearest: float
+) -> NDArray[np.intp] | None:
+    """Return slots (k, m) of samples that show all markers, None where all stay as they are."""
+    shape = full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
+    step = np.diff(shape, axis=0)
+    far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
+    if not far.any():
+        return None
+    cuts = np.flatnonzero(far.any(axis=1)) + 1
+    starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
+    orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
+    for name in np.unique(group):
+        members = np.flatnonzero(group == name)
+        kinds, kind = np.unique(orders[members], axis=0, return_inverse=True)
+        weights = (stops - starts)[members]
+        usual = kinds[np.argmax(np.bincount(kind.ravel(), weights=weights))]
+        orders[members] = orders[members][:, np.argsort(usual)]
+    return np.repeat(orders, stops - starts, axis=0)
+
+
+def _linked(
+    motion: _Motion, starts: NDArray[np.intp], stops: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the slots (p, m) of each piece against the first of its group, and its group (p,)."""
+    count, m = len(starts), motion.shape.shape[1]
+    orders, group = np.tile(np.arange(m), (count, 1)), np.arange(count)
+    for i in range(1, count):
+        for j in range(i - 1, max(-1, i - 1 - _LOOK_BACK), -1):
+            last, first = int(stops[j]) - 1, int(starts[i])
+            if not motion.comparable(last, first):
+                break
+            before = motion.shape[last][orders[j]]
+            order = _continued(before, motion.shape[first], motion.nearest)
+            if order is not None:
+                group[i], orders[i] = group[j], order
+                break
+    return orders, group
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Markers (k, m, 3) about their centroid at (k,) times, and their least distance [m]."""
+
+    times: NDArray[np.float64]
+    shape: NDArray[np.float64]
+    nearest: float
+
+    def comparable(self, last: int, first: int) -> bool:
+        """Tell whether the markers keep their places over the time between two samples."""
+        gap = float(self.times[first] - self.times[last])
+        return (
+            gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest
+        )
+
+    @cached_property
+    def _step(self) -> float:
+        return float(np.median(np.diff(self.times)))
+
+    @cached_property
+    def _usual_moves(self) -> dict[int, float]:
+        return {}
+
+    def _usual_move(self, lag: int) -> float:
+        """Return how far the marker that moves most usually gets within a lag [m]."""
+        if lag >= len(self.shape):
+            return np.inf
+        if lag not in self._usual_moves:
+            # a body that has turned once is where it was: shorter lags count as well
+            tried = np.unique(np.linspace(1, lag, _LAGS).astype(np.intp))
+            self._usual_moves[lag] = max(self._median_move(int(each)) for each in tried)
+        return self._usual_moves[lag]
+
+    def _median_move(self, lag: int) -> float:
+        some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
+        moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
+        return float(np.median(moved.max(axis=1)))
+
+
+def _continued(
+    before: NDArray[np.float64], after: NDArray[np.float64], nearest: float
+) -> NDArray[np.intp] | None:
+    """Return the slot of `after` that continues each marker of `before`; None if not all do."""
+    apart = cdist(before, after)
+    marker, slot = linear_sum_assignment(apart**2)
+    return slot if (apart[marker, slot] <= _ARRIVED * nearest).all() else None
+
+
+def _by_paths(
+    times: NDArray[np.float64],
+    cloud: NDArray[np.float64],
+    some: NDArray[np.intp],
+    rows: NDArray[np.intp],
+    full: NDArray[np.float64],
+    nearest: float,
+) -> dict[int, NDArray[np.intp]]:
+    """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths."""
+    after = np.searchsorted(rows, some)
+    inside = (after > 0) & (after < len(rows))
+    some, after = some[inside], after[inside]
+    t, t0, t1 = times[some], times[rows[after - 1]], times[rows[after]]
+    close = t1 - t0 <= _LONGEST_S
+    share = ((t - t0) / (t1 - t0))[:, None, None]
+    paths = full[after - 1] * (1 - share) + full[after] * share
+    off = np.linalg.norm(cloud[some] - paths, axis=2)
+    suspect = close & (off > _LEFT * nearest).any(axis=1)
+    found: dict[int, NDArray[np.intp]] = {}
+    for i in np.flatnonzero(suspect):
+        shown = np.flatnonzero(known(cloud[some[i]]))
+        apart = cdist(cloud[some[i], shown], paths[i])
+        slot, marker = linear_sum_assignment(apart**2)
+        if (apart[slot, marker] <= _ARRIVED * nearest).all():
+            order = np.full(cloud.shape[1], -1)
+            order[marker] = shown[slot]
+            order[order < 0] = np.setdiff1d(np.arange(cloud.shape[1]), shown)
+            if (order != np.arange(len(order))).any():
+                found[int(some[i])] = order
+    return found

@@ -1,0 +1,197 @@
+"""Where one body is, from its markers: a pose where they span a plane, else a point on a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from workbench.tracking.bridging import bridge
+from workbench.tracking.line import point_on_line
+from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_from_matrices
+from workbench.tracking.take import known
+from workbench.tracking.template import learn_places, marker_weights
+
+__all__ = ["POOR_FIT_M", "Placed", "place"]
+
+POOR_FIT_M = 3e-3
+"""A misfit above this is none of measured marker places [m]."""
+_USUAL_TIMES = 8.0  # a misfit this many times the usual one is none of noise
+_REST_SAMPLES = 60  # half a second or so
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """One body's path as its markers tell it, n samples, bench axes.
+
+    Args:
+        position: (n, 3) the body's point [m], NaN where its markers do not tell it.
+        pitch: (n,) rotation about +y [rad], NaN where unknown; None where no pose is told.
+        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where none is told.
+        bridged: (n,) True where the point was carried on from some of the markers.
+        strays: (n,) True where the markers do not fit the body; `position` is NaN there.
+        source: what the point is and what it rests on; {} stands for measured or solved.
+        warnings: what the user should know.
+    """
+
+    position: NDArray[np.float64]
+    pitch: NDArray[np.float64] | None
+    residual: NDArray[np.float64]
+    bridged: NDArray[np.bool_]
+    strays: NDArray[np.bool_]
+    source: str
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """What pose or line tell: as in `Placed`, and how the markers' (n, m, 3) offsets are found."""
+
+    position: NDArray[np.float64]
+    pitch: NDArray[np.float64] | None
+    residual: NDArray[np.float64]
+    limit: float
+    about: Callable[[], NDArray[np.float64]]
+    source: str
+    warnings: tuple[str, ...]
+
+
+def place(
+    name: str,
+    times: NDArray[np.float64],
+    cloud: NDArray[np.float64],
+    places: NDArray[np.float64] | None,
+) -> Placed | None:
+    """Place a body by its markers.
+
+    Three or more visible markers that span a plane give a weighted least-squares pose; without
+    places the rigid body is learned from the take, and its point is the markers' centroid. Other
+    markers give a point where all are visible. Where too few are, `bridge` carries the point on.
+
+    Args:
+        name: of the body, for messages.
+        times: (n,) [s].
+        cloud: (n, m, 3) its markers, exchanges undone [m], NaN where not seen.
+        places: (m, 3) on the body, forward, left, up [m]; None if not given.
+
+    Returns:
+        None where the markers tell nothing: no sample shows enough of them.
+    """
+    fit = _fit(name, cloud, places)
+    strays = fit.residual > fit.limit
+    position = np.where(strays[:, None], np.nan, fit.position)
+    if not known(position).any():
+        return None
+    source, bridged = fit.source, np.zeros(len(times), dtype=np.bool_)
+    if (~known(position) & ~strays).any():
+        usable = np.where(strays[:, None, None], np.nan, cloud)
+        position, bridged, error = bridge(times, usable, position, fit.about())
+        told = f"; {np.count_nonzero(bridged)} samples from some of them"
+        source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
+    return Placed(
+        position=position,
+        pitch=None if fit.pitch is None else np.where(strays, np.nan, fit.pitch),
+        residual=fit.residual,
+        bridged=bridged,
+        strays=strays,
+        source=source,
+        warnings=(*fit.warnings, *_told_strays(name, strays, fit.limit)),
+    )
+
+
+def _fit(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+    rigid = learn_places(cloud) if places is None else places
+    if rigid is None or on_a_line(rigid[known(rigid)]):
+        return _lined(name, cloud, places)
+    return _posed(name, cloud, rigid, given=places is not None)
+
+
+def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[str, ...]:
+    count = int(np.count_nonzero(strays))
+    if not count:
+        return ()
+    return (
+        f"the markers of {name!r} do not fit the rigid body in {count} samples (misfit above "
+        f"{1e3 * limit:.1f} mm); these samples are left out",
+    )
+
+
+def _posed(
+    name: str, cloud: NDArray[np.float64], places: NDArray[np.float64], *, given: bool
+) -> _Fit:
+    weights = marker_weights(places, cloud)
+    poses = fit_poses(places, cloud, weights)
+    usual = _median(poses.rmsd)
+    limit = max(POOR_FIT_M, _USUAL_TIMES * usual)
+    if (poses.rmsd > limit).any():
+        poses = _without_one_marker(poses, limit, places, cloud, weights)
+    warnings = ()
+    if usual > POOR_FIT_M:
+        warnings = (
+            f"the marker places of {name!r} fit the take only to {1e3 * usual:.1f} mm; check their "
+            "order, unit (mm) and the tracking axes",
+        )
+    point = "body origin" if given else "centroid of the rigid body that the take shows"
+    used = int(np.count_nonzero(known(places)))
+    if used < len(places):
+        point += f" ({used} of its {len(places)} markers)"
+    return _Fit(
+        position=poses.origin,
+        pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),
+        residual=poses.rmsd,
+        limit=limit,
+        about=lambda: np.einsum("nij,mj->nmi", poses.matrix, places),
+        source=f"{point}, fitted to the {{}} markers (median misfit {1e3 * usual:.2f} mm)",
+        warnings=warnings,
+    )
+
+
+def _without_one_marker(
+    poses: Poses,
+    limit: float,
+    places: NDArray[np.float64],
+    cloud: NDArray[np.float64],
+    weights: NDArray[np.float64],
+) -> Poses:
+    """Fit samples with one stray marker to the others, where these agree within the limit."""
+    kept = Poses(*(values.copy() for values in poses))
+    strays = np.flatnonzero(poses.rmsd > limit)
+    for k in range(len(places)):
+        others = cloud[strays].copy()
+        others[:, k] = np.nan
+        fitted = fit_poses(places, others, weights)
+        better = fitted.rmsd < np.minimum(limit, kept.rmsd[strays])
+        for old, new in zip(kept, fitted, strict=True):
+            old[strays[better]] = new[better]
+    return kept
+
+
+def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rotations (n, 3, 3) relative to their mean over the first half second or so."""
+    posed = np.flatnonzero(np.isfinite(matrix[:, 0, 0]))[:_REST_SAMPLES]
+    rest = Rotation.from_matrix(matrix[posed]).mean().as_matrix()
+    return np.einsum("nij,kj->nik", matrix, rest)
+
+
+def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+    point = point_on_line(name, cloud, places)
+    spread = np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1) / 2
+    residual = np.abs(spread - _median(spread))
+    return _Fit(
+        position=point.position,
+        pitch=point.pitch,
+        residual=residual,
+        limit=max(POOR_FIT_M, _USUAL_TIMES * _median(residual)),
+        about=lambda: cloud - point.position[:, None],
+        source=point.source,
+        warnings=point.warnings,
+    )
+
+
+def _median(values: NDArray[np.float64]) -> float:
+    """Return the median of the finite values, NaN if there are none."""
+    finite = values[np.isfinite(values)]
+    return float(np.median(finite)) if len(finite) else float("nan")
