@@ -79,6 +79,7 @@ def pair(bundle: Bundle) -> Comparison:
         "shape": sha256(bundle.document("shape")),
     }
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
+    bundle.write_series("raw", track.raw, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
     comparison = _compare(bundle, track, twin, command, model, shape, outcome)
     _note(bundle, comparison, track, outcome)
