@@ -6,6 +6,6 @@ minimum is worth, `identification` the answer. The room simulates and fits; it o
 """
 
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
-from workbench.identify.measured import MeasuredRun
+from workbench.identify.measured import MeasuredRun, measured_run
 
-__all__ = ["BEAM", "Estimate", "Identification", "MeasuredRun", "identify"]
+__all__ = ["BEAM", "Estimate", "Identification", "MeasuredRun", "identify", "measured_run"]

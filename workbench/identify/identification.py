@@ -131,9 +131,9 @@ def identify(
         if name in members:
             continue
         stated = model.values()[name]
-        at = (stated * float(np.exp(v)) for v in (solution.x[k], low[k], high[k]))
+        value, least, most = (stated * float(np.exp(v)) for v in (solution.x[k], low[k], high[k]))
         tolerance = getattr(model.parameters, name).tolerance
-        estimates[name] = Estimate(*at, UNITS[name], stated, tolerance)
+        estimates[name] = Estimate(value, least, most, UNITS[name], stated, tolerance)
     return Identification(
         estimates=estimates,
         not_determined=open_,

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, ROTOR_ANGLE, TOP
-from workbench.protocol import Mode
+from workbench.bundle import Bundle
+from workbench.errors import InputError
+from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Mode
 from workbench.timeseries import TimeSeries
 
-__all__ = ["DRIVEN", "PLACES", "MeasuredRun"]
+__all__ = ["PLACES", "MeasuredRun", "measured_run"]
 
-DRIVEN: tuple[Mode, ...] = ("hop", "clamped")
 PLACES: dict[Mode, tuple[str, ...]] = {
     "clamped": (TOP[0], TOP[2]),
     "decay": (TOP[0], TOP[2]),
@@ -93,6 +93,28 @@ class MeasuredRun:
             found.append(max(sigma, floor) if np.isfinite(sigma) else floor)
         return np.array(found)
 
-    def with_steps(self, steps: tuple[tuple[float, float], ...]) -> MeasuredRun:
-        """Return the run with another command."""
-        return replace(self, steps=steps)
+
+def measured_run(bundle: Bundle) -> MeasuredRun:
+    """Return what a fit sees of a bundle: its raw samples up to the end of what was asked.
+
+    Raises:
+        InputError: when the run did not succeed, so that nobody knows what its data mean.
+    """
+    facts = bundle.manifest
+    if facts.get("status") != "complete" or "command" not in facts:
+        raise InputError(
+            f"{bundle.path}: status {facts.get('status')}; only a complete run can be fitted. "
+            "`workbench runs list` shows which are"
+        )
+    release = facts["release"] or {}
+    duration = facts["command"]["duration_s"]
+    return MeasuredRun(
+        name=facts["id"],
+        mode=facts["mode"],
+        motion=bundle.read_series("raw").between(-np.inf, duration),
+        steps=tuple((t, speed) for t, speed in facts["command"]["steps"]),
+        start_angle=facts["track"]["start_angle_rad"],
+        pull=release.get("pull_N", 0.0),
+        height=release.get("height_m", 0.0),
+        role=facts["role"],
+    )

@@ -148,12 +148,17 @@ class _Fitter:
         self.progress(f"fit {words}, beam of {problem.robot.increments} increments")
         reach = np.full(len(x), _REACH)
         reach[: len(problem.names)] = np.log(BOUND)
-        inside = np.clip(x, -0.999 * reach, 0.999 * reach)
         found = least_squares(
-            problem.residuals, inside, problem.jacobian, bounds=(-reach, reach),
-            loss="soft_l1" if whole else "linear", f_scale=ROBUST,
-            ftol=1e-6 if whole else 1e-3, xtol=1e-7, max_nfev=25 if whole else 8,
-        )  # fmt: skip
+            problem.residuals,
+            np.clip(x, -0.999 * reach, 0.999 * reach),
+            jac=problem.jacobian,  # pyright: ignore[reportArgumentType]  # the stub omits functions
+            bounds=(-reach, reach),
+            loss="soft_l1" if whole else "linear",
+            f_scale=ROBUST,
+            ftol=1e-6 if whole else 1e-3,
+            xtol=1e-7,
+            max_nfev=25 if whole else 8,
+        )
         self.evaluations += int(found.nfev)
         return np.asarray(found.x)
 
