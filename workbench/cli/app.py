@@ -11,6 +11,7 @@ from rich.console import Console
 
 import workbench
 from workbench.cli.doctor import doctor
+from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
 from workbench.cli.modes import modes
 from workbench.cli.review import review
@@ -31,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, simulate, modes, review, schema, doctor):
+for verb in (run, ingest, simulate, modes, identify, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

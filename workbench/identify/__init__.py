@@ -7,5 +7,14 @@ minimum is worth, `identification` the answer. The room simulates and fits; it o
 
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
 from workbench.identify.measured import MeasuredRun, measured_run
+from workbench.identify.new_model import write_model
 
-__all__ = ["BEAM", "Estimate", "Identification", "MeasuredRun", "identify", "measured_run"]
+__all__ = [
+    "BEAM",
+    "Estimate",
+    "Identification",
+    "MeasuredRun",
+    "identify",
+    "measured_run",
+    "write_model",
+]

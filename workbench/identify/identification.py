@@ -23,6 +23,8 @@ BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 """k, kT, d and dT of the thesis, section 4.4."""
 
 _NEAR_BOUND = 0.98
+_MODES = ("clamped", "decay")
+"""Hopping is chaotic, and tells of the ground first."""
 
 Progress = Callable[[str], None]
 
@@ -105,7 +107,7 @@ def identify(
     """Fit parameters of a model to measured runs.
 
     Args:
-        runs: clamped, decay, drop or hop; all are fitted together.
+        runs: those clamped and in decay are fitted together; of others nothing is taken.
         model: the start, with its tolerances.
         shape: of the beam in the runs.
         names: of the parameters; the others stay as stated.
@@ -117,10 +119,15 @@ def identify(
         InputError: an unknown or unfit parameter, no runs, or runs that tell none of them.
     """
     tolerances = _tolerances(model, names)
-    if not runs:
-        raise InputError("no run is left to fit; runs with role held_out are only validated on")
+    fitting = [run for run in runs if run.mode in _MODES]
+    if not fitting:
+        modes = ", ".join(sorted({run.mode for run in runs})) or "none"
+        raise InputError(
+            f"nothing to fit: runs of mode {' or '.join(_MODES)} with role train are needed, given "
+            f"are {modes}. protocols/clamped-sweep.yaml and protocols/free-decay.yaml make some"
+        )
     robot = make_robot(model.values(), shape, model.increments)
-    fit = fit_runs(runs, robot, tolerances, progress, threads)
+    fit = fit_runs(fitting, robot, tolerances, progress, threads)
     solution, open_ = fit.solution, fit.open
     fitted = solution.problem.names
     members = {name for one in open_ for name in one.names}
@@ -139,7 +146,7 @@ def identify(
         not_determined=open_,
         increments=solution.problem.robot.increments,
         misfit=solution.misfit,
-        runs=tuple(runs),
+        runs=tuple(fitting),
         warnings=tuple(_warnings(estimates, open_, solution, model)),
         solution=solution,
     )
