@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from workbench.errors import InputError
 from workbench.identify.drive import lagged_command
 from workbench.identify.measured import MeasuredRun
-from workbench.sim import Condition, Robot, sample_times, simulate_all
+from workbench.sim import Condition, Robot, Simulation, sample_times, simulate_all
 
 __all__ = ["Problem", "Rows", "Unknown"]
 
@@ -36,6 +37,8 @@ _ANGLE_RAD = 5e-3
 _REST_M = 1e-4
 _WANTED_CHANGE = 0.3  # of the noise: what a finite difference moves the residuals by
 _STEP, _LEAST_STEP, _MOST_STEP = 1e-3, 1e-6, 2e-2
+_MOST_STEPS = 136  # a sample
+_HARDLY = 0.3  # of the noise
 _STEEP = 8.0  # a share of e^8 either way is no parameter any more
 
 
@@ -123,8 +126,12 @@ class Problem:
         return np.concatenate([*parts, x[len(self.names) :]])
 
     def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the derivatives of the residuals by the unknowns, (m, u)."""
-        if self._slopes is not None and np.array_equal(self._slopes[0], x):
+        """Return the derivatives of the residuals by the unknowns, (m, u).
+
+        They are those of a place nearby where the residuals have hardly moved since: the last steps
+        of a fit are far smaller than what the derivatives change over.
+        """
+        if self._slopes is not None and self._hardly_moved(x):
             return self._slopes[1]
         base = self._responses(x)
         at = [self._run_residual(k, x, c) for k, c in enumerate(base)]
@@ -148,6 +155,12 @@ class Problem:
         jacobian[begin[-1] :, count:] = np.eye(len(x) - count)
         self._slopes = (x.copy(), jacobian)
         return jacobian
+
+    def _hardly_moved(self, x: NDArray[np.float64]) -> bool:
+        assert self._slopes is not None
+        place, slopes = self._slopes
+        moved = slopes[: len(slopes) - len(x) + len(self.names)] @ (x - place)
+        return bool(np.sqrt(np.mean(moved**2)) < _HARDLY)
 
     def _moves(self, x: NDArray[np.float64]) -> list[tuple[int, int, NDArray[np.float64]]]:
         """Return (unknown, run, moved unknowns) of every simulation that a Jacobian needs."""
@@ -174,9 +187,8 @@ class Problem:
 
     def _simulated(self, asked: list[tuple[int, NDArray[np.float64]]]) -> list[CubicSpline]:
         """Return the response of run k with unknowns x, for each pair asked."""
-        jobs = [(self._robot(x), self._condition(k, x)) for k, x in asked]
         curves = []
-        for (k, _), result in zip(asked, simulate_all(jobs, self.threads), strict=True):
+        for (k, _), result in zip(asked, self._results(asked), strict=True):
             motion = result.motion
             values = motion.select(self.runs[k].channels).values
             if len(motion) < 2:
@@ -185,6 +197,22 @@ class Problem:
                 times = motion.times
             curves.append(CubicSpline(times, values))
         return curves
+
+    def _results(self, asked: list[tuple[int, NDArray[np.float64]]]) -> list[Simulation]:
+        """Simulate, in shorter steps from here on where a trial is too stiff for the present ones.
+
+        Raises:
+            InputError: when even the shortest do not help, or the robot does not stand.
+        """
+        while True:
+            jobs = [(self._robot(x), self._condition(k, x)) for k, x in asked]
+            try:
+                return simulate_all(jobs, self.threads)
+            except InputError:
+                steps = 2 * self.robot.steps_per_sample
+                if steps > _MOST_STEPS:
+                    raise
+                self.robot = replace(self.robot, steps_per_sample=steps)
 
     def _robot(self, x: NDArray[np.float64]) -> Robot:
         return replace(self.robot, values=dict(self.robot.values) | self.values(x))
