@@ -6,7 +6,7 @@
     journal.jsonl     one event a line, on disk before the next step is taken
     wire.log          every exchange with the supply
     take/             the export, byte for byte
-    supply.parquet, track.parquet, twin.parquet
+    supply.parquet, raw.parquet, track.parquet, twin.parquet
     compare.rrd, report.html              views, made again from the rest at any time
     checksums.txt     sha256 of every file above
 
@@ -37,7 +37,7 @@ __all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
 
 Status = Literal["failed", "complete", "interrupted", "safety-stop"]
 Document = Literal["protocol", "bench", "model", "shape", "sheet"]
-Series = Literal["supply", "track", "twin"]
+Series = Literal["supply", "raw", "track", "twin"]
 View = Literal["recording", "report"]
 
 _VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}

@@ -72,9 +72,10 @@ def pair(bundle: Bundle) -> Comparison:
         "shape": sha256(bundle.document("shape")),
     }
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
+    bundle.write_series("raw", track.raw, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
     comparison = _compare(bundle, track, twin, command, release, model, shape, outcome)
-    _note(bundle, comparison, track, release, outcome)
+    _note(bundle, comparison, track, command, release, outcome)
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
     return comparison
@@ -280,11 +281,17 @@ def _told(facts: Mapping[str, Any], release: Release | None) -> str:
 
 
 def _note(
-    bundle: Bundle, comparison: Comparison, track: Track, release: Release | None, outcome: str
+    bundle: Bundle,
+    comparison: Comparison,
+    track: Track,
+    command: Command,
+    release: Release | None,
+    outcome: str,
 ) -> None:
     bundle.note(
         {
             "release": None if release is None else release.as_json(),
+            "command": {"steps": command.steps, "duration_s": command.duration},
             "real": comparison.real_summary.as_json(),
             "twin": comparison.twin_summary.as_json() | {"outcome": outcome},
             "error_mm": comparison.misfit.both_mm,

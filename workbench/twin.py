@@ -183,4 +183,4 @@ def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
         raise InputError(
             f"model {model.name!r} has effects ({names}); they cannot be simulated yet"
         )
-    return make_robot(model.values(), shape)
+    return make_robot(model.values(), shape, model.increments)

@@ -15,13 +15,15 @@ from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking import CLEANING, Axes, BodyNames, Take, raw_points
 from workbench.tracking.cleaning import recipe_named
-from workbench.tracking.default_recipe import _fill, _smooth
+from workbench.tracking.default_recipe import _curve
+from workbench.tracking.grid import nearest_sample, on_grid
 
 Lose = Callable[[Take, str, int, int], Take]
 
 
 def clean(take: Take, recipe: str = "default") -> tuple[TimeSeries, Any]:
-    return CLEANING[recipe](raw_points(take, BodyNames(), Axes()))
+    cleaned = CLEANING[recipe](raw_points(take, BodyNames(), Axes()))
+    return cleaned.columns, cleaned.report
 
 
 def spoil(take: Take, name: str, where: slice, by: float) -> Take:
@@ -69,12 +71,13 @@ def test_a_long_gap_stays_open_and_the_filter_does_not_cross_it(hop: Any, lose: 
     np.testing.assert_array_equal(series[FOOT[0]][before], clean(beyond)[0][FOOT[0]][before])
 
 
-def test_a_stretch_too_short_for_the_filter_is_left_and_reported(hop: Any, lose: Lose) -> None:
-    take = lose(lose(hop.take, "Foot", 500, 540), "Foot", 550, 590)
+def test_a_stretch_too_short_for_the_curve_is_left_and_reported(hop: Any, lose: Lose) -> None:
+    take = lose(lose(hop.take, "Foot", 500, 540), "Foot", 543, 590)
     series, report = clean(take)
     raw = raw_points(take, BodyNames(), Axes()).foot.position
-    assert report.unfiltered >= 3 * 10
-    np.testing.assert_allclose(path(series, FOOT)[540:550], raw[540:550], atol=1e-12)
+    assert report.unfiltered == 3 * 3
+    np.testing.assert_array_equal(path(series, FOOT)[540:543], raw[540:543])
+    assert series.validity(FOOT[0])[540:543].all()
 
 
 @pytest.mark.parametrize(("name", "by"), [("Foot", 0.01), ("T", 0.02), ("Rotor", 0.02)])
@@ -107,17 +110,30 @@ def test_a_distance_rule_that_never_fits_is_left_out(hop: Any) -> None:
     assert "distances top-rotor lie outside 0.01 to 0.2 m" in report.warnings[0]
 
 
-def test_hopping_content_passes_and_noise_does_not() -> None:
+def test_the_curve_has_the_gain_it_promises() -> None:
     t = np.arange(600) / 120
 
     def kept(hertz: float) -> float:
         wave = np.sin(2 * np.pi * hertz * t)
-        out = _smooth({"x": wave}, 120.0)[0]["x"]
+        out = _curve(wave[:, None], 120.0)[0][:, 0]
         return float(np.std(out[100:-100]) / np.std(wave[100:-100]))
 
-    assert kept(3.2) == pytest.approx(1.0, abs=1e-3)
-    assert kept(12.0) > 0.98
-    assert kept(50.0) < 0.01
+    for hertz in (3.2, 12.0, 30.0, 50.0):
+        ratio = np.sin(np.pi * hertz / 120) / np.sin(np.pi * 30 / 120)
+        assert kept(hertz) == pytest.approx(1 / (1 + ratio**6), abs=1e-4)
+    noise = np.random.default_rng(3).normal(size=(5000, 1))
+    assert np.std(_curve(noise, 120.0)[0]) == pytest.approx(0.66, abs=0.02)
+
+
+def test_a_gap_is_bridged_as_a_polynomial_and_spoils_no_sample_beside_it() -> None:
+    t = np.arange(200) / 120
+    wave = np.column_stack([t**2 - t, 0.035 * np.cos(17 * t)])
+    holed = wave.copy()
+    holed[90:102] = np.nan
+    out = _curve(holed, 120.0)[0]
+    np.testing.assert_allclose(out[:, 0], wave[:, 0], atol=1e-9)
+    assert np.abs(out - wave)[20:90].max() < 2e-5
+    assert np.abs(out - wave)[90:102].max() < 1e-3  # a cubic spline: 4 mm
 
 
 def test_a_jump_of_the_index_is_a_gap(hop: Any) -> None:
@@ -140,8 +156,9 @@ def test_a_jittering_clock_is_resampled_evenly() -> None:
     rng = np.random.default_rng(2)
     times = np.arange(500) / 250 + rng.uniform(-9e-4, 9e-4, 500)
     grid = times[0] + np.arange(495) / 250
-    values, seen = _fill(times, np.sin(20 * times)[:, None], grid, 250.0)
-    assert seen[1:-1].all()
+    source = nearest_sample(times, grid, 250.0)
+    values = on_grid(times, np.sin(20 * times)[:, None], grid, source, 0.1)
+    assert np.isfinite(values[1:-1]).all()
     assert np.abs(values[:, 0] - np.sin(20 * grid))[1:-1].max() < 1e-4
 
 

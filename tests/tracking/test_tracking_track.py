@@ -20,6 +20,7 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Cloud,
+    Missing,
     Take,
     Track,
     make_track,
@@ -185,16 +186,82 @@ def test_gaps_in_the_rotor_do_not_lose_turns(hop: Any, lose: Lose) -> None:
     assert track.warnings == ()
 
 
-def test_a_gap_of_more_than_half_a_turn_gives_a_warning(hop: Any, lose: Lose) -> None:
-    track = track_of(lose(hop.take, "Rotor", 600, 640))
-    assert "may have made turns that nobody saw" in track.warnings[0]
+def test_turns_in_a_long_gap_are_counted_by_the_speed_beside_it(hop: Any, lose: Lose) -> None:
+    track = track_of(lose(hop.take, "Rotor", 600, 720))  # 2.7 turns
+    assert track.warnings == ()
+    known = np.isfinite(track.motion[ROTOR_ANGLE])
+    apart = track.motion[ROTOR_ANGLE] - hop.truth.angle[samples(track)]
+    assert np.abs(apart[known]).max() < 0.05
+
+
+def test_a_gap_in_the_run_up_leaves_the_turns_unknown_and_says_so(hop: Any, lose: Lose) -> None:
+    track = track_of(lose(hop.take, "Rotor", 250, 420))
+    assert "in 1 gap(s), the longest 1.42 s, the rotor may have made turns" in track.warnings[0]
+
+
+def test_the_raw_motion_is_the_take_itself(hop: Any, lose: Lose) -> None:
+    take = lose(hop.take, "Foot", 500, 503)
+    top = take.bodies["T"]
+    measured = top.measured.copy()
+    measured[700] += 0.05
+    take = replace(take, bodies={**take.bodies, "T": replace(top, measured=measured)})
+    track = track_of(take)
+    raw, motion = track.raw, track.motion
+    assert raw.names == motion.names
+    np.testing.assert_allclose(raw.times + track.zero_in_take_s, take.times, atol=1e-12)
+    given = raw_points(take, BodyNames(), Axes())
+    apart = raw.select(TOP).values - given.top.position
+    assert np.ptp(apart, axis=0).max() < 1e-12  # an origin is all that was taken off
+    assert np.isnan(raw[FOOT[0]][500:503]).all()
+    assert not raw.validity(FOOT[0])[500:503].any()
+    assert raw[TOP[0]][700] - raw[TOP[0]][699] == pytest.approx(
+        -0.05, abs=0.004
+    )  # T moves 3 mm a sample
+    assert not raw.validity(TOP[0])[700]
+    assert not raw.validity(ROTOR_ANGLE)[700]
+    seen = raw.validity(ROTOR_ANGLE)
+    assert np.abs(raw[ROTOR_ANGLE] - motion[ROTOR_ANGLE])[seen].max() < 0.03
+
+
+def test_every_missing_sample_has_its_reason(hop: Any, lose: Lose) -> None:
+    take = lose(lose(hop.take, "Foot", 500, 503), "Foot", 600, 640)
+    foot = take.bodies["Foot"]
+    measured, missing = foot.measured.copy(), foot.missing.copy()
+    measured[700] += 0.05
+    missing[800] = Missing.FROZEN
+    foot = replace(foot, measured=measured, missing=missing)
+    track = track_of(replace(take, bodies={**take.bodies, "Foot": foot}))
+    raw, cleaned = track.raw_missing["foot"], track.missing["foot"]
+    assert np.flatnonzero(raw == Missing.LOST).tolist() == [*range(500, 503), *range(600, 640)]
+    assert np.flatnonzero(raw == Missing.GLITCH).tolist() == [700]
+    assert np.flatnonzero(raw == Missing.FROZEN).tolist() == [800]
+    assert np.flatnonzero(cleaned == Missing.FILLED).tolist() == [500, 501, 502, 700, 800]
+    assert np.flatnonzero(cleaned == Missing.LOST).tolist() == list(range(600, 640))
+    np.testing.assert_array_equal(cleaned == Missing.SEEN, track.motion.validity(FOOT[0]))
+    np.testing.assert_array_equal(raw == Missing.SEEN, track.raw.validity(FOOT[0]))
+
+
+def test_the_thesis_recipe_tells_what_it_held(hop: Any, lose: Lose) -> None:
+    take = lose(hop.take, "Foot", 500, 503)
+    top = take.bodies["T"]
+    solved = top.solved.copy()
+    solved[700] += 0.5
+    take = replace(take, bodies={**take.bodies, "T": replace(top, solved=solved)})
+    track = track_of(take, recipe="thesis")
+    assert np.flatnonzero(track.missing["foot"]).tolist() == [500, 501, 502]
+    assert track.missing["top"][700] == Missing.FILLED
+    assert track.raw_missing["top"][700] == Missing.GLITCH
+    assert len(track.raw) == len(take) == len(track.motion) + 1
+    np.testing.assert_allclose(
+        track.raw[FOOT[0]][510:520], track.motion[FOOT[0]][510:520], atol=2e-3
+    )
 
 
 def test_the_thesis_recipe_keeps_its_own_base(hop: Any) -> None:
     track = track_of(hop.take, recipe="thesis")
     assert track.report["origin_m"] == pytest.approx([0.31, -0.22, 0.062], abs=1e-6)
     assert PITCH not in track.motion
-    columns, _ = CLEANING["thesis"](raw_points(hop.take, BodyNames(), Axes()))
+    columns = CLEANING["thesis"](raw_points(hop.take, BodyNames(), Axes())).columns
     np.testing.assert_array_equal(track.motion[FOOT[2]], columns[FOOT[2]])
     assert track.motion.valid.all()
 

@@ -11,6 +11,7 @@ from rich.console import Console
 
 import workbench
 from workbench.cli.doctor import doctor
+from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
 from workbench.cli.live import live
 from workbench.cli.modes import modes
@@ -32,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, live, simulate, modes, review, schema, doctor):
+for verb in (run, ingest, live, simulate, modes, identify, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -41,7 +40,9 @@ def modes(
             "rotor is a point mass at T."
         ),
     ] = None,
-    increments: Annotated[int, typer.Option(help="Of the beam.", min=4, max=128)] = 16,
+    increments: Annotated[
+        int | None, typer.Option(help="Of the beam; by default the model's.", min=4, max=128)
+    ] = None,
     driven: Annotated[
         bool, typer.Option("--driven", help="Also sweep the rotor's speed up and down.")
     ] = False,
@@ -58,10 +59,10 @@ def modes(
 
     Example: workbench modes --shape thesis-initial --driven
     """
+    file = load_model(model, Path()).content
     robot = make_robot(
-        load_model(model, Path()).content.values(), load_shape(shape, Path()).content
+        file.values(), load_shape(shape, Path()).content, increments or file.increments
     )
-    robot = replace(robot, increments=increments)
     angle = None if rotor_angle is None else math.radians(rotor_angle)
     natural = linear_modes(robot, rotor_angle=angle)
     found: dict[str, Any] = {

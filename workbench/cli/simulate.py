@@ -39,7 +39,9 @@ def simulate(
     height: Annotated[
         float, typer.Option(help="Height of the fall [mm], drop.", min=0, max=1000)
     ] = 20.0,
-    increments: Annotated[int, typer.Option(help="Of the beam.", min=4, max=128)] = 16,
+    increments: Annotated[
+        int | None, typer.Option(help="Of the beam; by default the model's.", min=4, max=128)
+    ] = None,
     slope: Annotated[float, typer.Option(help="Of the floor, rising forward [deg].")] = 0.0,
     as_json: JsonFlag = False,
 ) -> None:
@@ -50,10 +52,11 @@ def simulate(
     """
     _require(mode, omega)
     begin = time.perf_counter()
+    file = load_model(model, Path()).content
     robot = make_robot(
-        load_model(model, Path()).content.values(), load_shape(shape, Path()).content
+        file.values(), load_shape(shape, Path()).content, increments or file.increments
     )
-    robot = replace(robot, increments=increments, slope=math.radians(slope))
+    robot = replace(robot, slope=math.radians(slope))
     command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
     condition = Condition(
         cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000

@@ -138,6 +138,8 @@ class ModelFile(Section):
     schema_: Annotated[Literal["workbench/model-1"], Field(alias="schema")]
     name: str
     parameters: Parameters
+    increments: Annotated[int, Field(ge=4, le=128)] = 16
+    """Of the simulated beam; the values above stay those of a chain of 16."""
     effects: tuple[Effect, ...] = ()
 
     def values(self) -> dict[str, float]:

@@ -74,9 +74,9 @@ class Robot:
         return 1 / (SAMPLE_RATE_HZ * self.steps_per_sample)
 
 
-def make_robot(values: Mapping[str, float], shape: ShapeFile) -> Robot:
-    """Return the robot of a model's values and a shape file."""
-    return Robot(dict(values), shape.angles, shape.length, shape.state)
+def make_robot(values: Mapping[str, float], shape: ShapeFile, increments: int = 16) -> Robot:
+    """Return the robot of a model's values and a shape file, its beam of so many increments."""
+    return Robot(dict(values), shape.angles, shape.length, shape.state, increments)
 
 
 def hinge_name(k: int) -> str:

@@ -9,7 +9,7 @@ The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -
 (bench axes) -> a recipe of `CLEANING` -> `make_track` -> `Track`.
 
 To add a file flavour: one parser `Source -> Take`, one line in `reader.py`, one test file.
-To add a cleaning recipe: one function `RawPoints -> (TimeSeries, CleaningReport)` in a file of its
+To add a cleaning recipe: one function `RawPoints -> Cleaned` in a file of its
 own, one entry in `CLEANING`, one test.
 """
 
@@ -22,7 +22,8 @@ from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.quality import quality
 from workbench.tracking.reader import read_take
-from workbench.tracking.recipe import BodyReport, CleaningReport, Recipe
+from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recipe
+from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
@@ -34,6 +35,7 @@ __all__ = [
     "BodyNames",
     "BodyReport",
     "BodyTake",
+    "Cleaned",
     "CleaningReport",
     "Cloud",
     "MarkerPlaces",
@@ -42,18 +44,24 @@ __all__ = [
     "RawPoints",
     "Recipe",
     "Recorder",
+    "RotorAngle",
+    "RotorSpeed",
     "Stream",
     "Take",
     "Track",
+    "Turns",
     "format_start_time",
     "guess_bodies",
     "make_track",
+    "mean_speed",
     "motor_speed_fft",
     "motor_speed_thesis",
     "quality",
     "raw_points",
     "read_take",
     "record",
+    "turns",
+    "unwrapped",
     "write_motive",
     "write_row",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP, position, seen_median
+from workbench.motion import FOOT, ROTOR, TOP, position, seen_median
 from workbench.timeseries import TimeSeries
 
 __all__ = ["implausible"]
@@ -24,7 +24,6 @@ def implausible(motion: TimeSeries) -> list[str]:
         *_above(foot[rest], top[rest]),
         *_arm(top, rotor),
         *_direction(foot),
-        *_lost_turns(motion),
     ]
 
 
@@ -57,21 +56,3 @@ def _direction(foot: NDArray[np.float64]) -> list[str]:
     if x < -_TRAVEL_M:
         return [f"the foot travels {-x:.3f} m backwards. Check 'forward' and the motor's polarity."]
     return []
-
-
-def _lost_turns(motion: TimeSeries) -> list[str]:
-    """Warn of gaps in the angle during which the rotor may have turned further than can be told."""
-    known = np.flatnonzero(np.isfinite(motion[ROTOR_ANGLE]))
-    t, angle = motion.times[known], motion[ROTOR_ANGLE][known]
-    if len(known) < 3:
-        return []
-    steps = np.diff(t)
-    usual = float(np.median(steps))
-    speed = float(np.median(np.abs(np.diff(angle)) / steps))
-    lost = steps[(steps > 1.5 * usual) & (speed * steps > np.pi)]
-    if len(lost) == 0:
-        return []
-    return [
-        f"in {len(lost)} gap(s), the longest {lost.max():.2f} s, the rotor may have made turns "
-        "that nobody saw; its angle is uncertain by whole turns after them"
-    ]

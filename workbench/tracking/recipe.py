@@ -1,4 +1,4 @@
-"""What a cleaning recipe is and what it reports."""
+"""What a cleaning recipe is, what it gives and what it reports."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
 
-__all__ = ["BodyReport", "CleaningReport", "Recipe"]
+__all__ = ["BodyReport", "Cleaned", "CleaningReport", "Recipe", "advancing"]
 
 
 @dataclass(frozen=True)
@@ -59,5 +62,31 @@ class CleaningReport:
         return plain
 
 
-Recipe = Callable[[RawPoints], tuple[TimeSeries, CleaningReport]]
-"""Turns raw points into evenly sampled columns FOOT, TOP, ROTOR and perhaps PITCH."""
+@dataclass(frozen=True, eq=False)
+class Cleaned:
+    """What a recipe gives.
+
+    Args:
+        columns: k even samples of FOOT, TOP, ROTOR and perhaps PITCH.
+        missing: by role, (k,) values of `Missing`: why a sample of `columns` was not seen; FILLED
+            where the recipe gave it a value all the same.
+        raw_missing: by role, (m,) the same for the take's own samples that `advancing` keeps,
+            GLITCH where the recipe did not believe one.
+        report: what was done.
+    """
+
+    columns: TimeSeries
+    missing: dict[str, NDArray[np.int8]]
+    raw_missing: dict[str, NDArray[np.int8]]
+    report: CleaningReport
+
+
+Recipe = Callable[[RawPoints], Cleaned]
+"""Turns raw points into evenly sampled columns, with the reason for each sample not seen."""
+
+
+def advancing(times: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell samples later than all before, (n,); rewritten files repeat frames."""
+    given = np.where(np.isfinite(times), times, -np.inf)
+    before = np.concatenate(([-np.inf], np.maximum.accumulate(given)[:-1]))
+    return given > before

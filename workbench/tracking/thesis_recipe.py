@@ -13,7 +13,7 @@ Its faults are kept, because they are the recipe:
   glitch of T that was held can make the rotor be held too. The text (section 4.2) describes another
   rule, a threshold on the step from sample to sample, which the code does not use;
 * forth and back makes the gain one half at 9 Hz, and hopping has content above that;
-* afterwards every sample counts as seen.
+* afterwards every sample counts as valid; `Cleaned.missing` tells those that were not seen.
 
 The script has 120 Hz fixed in it; here the take's rate is used. The term 0.015 times the forward
 coordinate that Appendix C takes off the height belongs to its plot; it is not applied.
@@ -29,8 +29,8 @@ from workbench.errors import InputError
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
-from workbench.tracking.recipe import BodyReport, CleaningReport
-from workbench.tracking.take import known
+from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
+from workbench.tracking.take import Missing, known
 
 __all__ = ["thesis"]
 
@@ -42,7 +42,7 @@ _CUTOFF_HZ = 9.0
 _PADDING = 30  # MATLAB's filtfilt: 3 (filter length - 1); scipy's own default is 33
 
 
-def thesis(points: RawPoints) -> tuple[TimeSeries, CleaningReport]:
+def thesis(points: RawPoints) -> Cleaned:
     """Clean as Appendix C does; the module's text lists the steps and their faults.
 
     Raises:
@@ -57,23 +57,40 @@ def thesis(points: RawPoints) -> tuple[TimeSeries, CleaningReport]:
     _refuse_nan(raw, base, points)
     held = {role: _hold_nan(path - base) for role, path in raw.items()}
     paths = {role: path for role, (path, _) in held.items()}
-    counts = {role: count for role, (_, count) in held.items()}
-    paths["top"], top_held = _hold_far(paths["top"], paths["foot"], _FOOT_TOP_M)
-    paths["rotor"], rotor_held = _hold_far(paths["rotor"], paths["top"], _TOP_ROTOR_M)
-    rejected = {"foot": 0, "top": top_held, "rotor": rotor_held}
-    series = _series(points, paths)
+    far = {"foot": np.zeros(len(raw["foot"]), dtype=bool)}
+    paths["top"], far["top"] = _hold_far(paths["top"], paths["foot"], _FOOT_TOP_M)
+    paths["rotor"], far["rotor"] = _hold_far(paths["rotor"], paths["top"], _TOP_ROTOR_M)
     reports = {
         role: BodyReport(
-            source=body.solved_source, held=counts[role] + rejected[role], rejected=rejected[role]
+            source=body.solved_source,
+            held=int(np.count_nonzero(held[role][1]) + np.count_nonzero(far[role])),
+            rejected=int(np.count_nonzero(far[role])),
         )
         for role, body in points.bodies.items()
     }
-    return series, CleaningReport(
+    report = CleaningReport(
         recipe="thesis",
         bodies=reports,
         filter=f"Butterworth order {_ORDER} at {_CUTOFF_HZ:g} Hz, forth and back",
         origin_m=(float(base[0]), float(base[1]), float(base[2])),
     )
+    return Cleaned(_series(points, paths), *_reasons(points, far), report)
+
+
+def _reasons(
+    points: RawPoints, far: dict[str, NDArray[np.bool_]]
+) -> tuple[dict[str, NDArray[np.int8]], dict[str, NDArray[np.int8]]]:
+    """Return what was not seen by role, on the recipe's rows and on the take's own samples."""
+    keep = advancing(points.times)
+    missing: dict[str, NDArray[np.int8]] = {}
+    raw_missing: dict[str, NDArray[np.int8]] = {}
+    for role, body in points.bodies.items():
+        told = body.missing.copy()
+        told[:-1][far[role]] = Missing.GLITCH
+        raw_missing[role] = told[keep]
+        held = told[:-1] != Missing.SEEN
+        missing[role] = np.where(held, Missing.FILLED, Missing.SEEN).astype(np.int8)
+    return missing, raw_missing
 
 
 def _refuse_nan(
@@ -93,22 +110,22 @@ def _refuse_nan(
             )
 
 
-def _hold_nan(path: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Repeat the sample before in place of NaN."""
+def _hold_nan(path: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Repeat the sample before in place of NaN; return the path and where that was done."""
     given = known(path)
     last = np.maximum.accumulate(np.where(given, np.arange(len(path)), 0))
-    return path[last], int(np.count_nonzero(~given))
+    return path[last], ~given
 
 
 def _hold_far(
     path: NDArray[np.float64], anchor: NDArray[np.float64], allowed: tuple[float, float]
-) -> tuple[NDArray[np.float64], int]:
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Repeat the sample before where the anchor is too near or too far, from the third on."""
     distance = np.linalg.norm(path - anchor, axis=1)
     far = (distance < allowed[0]) | (distance > allowed[1])
     far[:2] = False
     last = np.maximum.accumulate(np.where(far, 0, np.arange(len(path))))
-    return path[last], int(np.count_nonzero(far))
+    return path[last], far
 
 
 def _series(points: RawPoints, paths: dict[str, NDArray[np.float64]]) -> TimeSeries:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,17 +21,18 @@ from workbench.motion import (
     Mode,
     first_motion,
     release,
-    rotor_angle,
     rotor_speed,
     seen_median,
 )
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
-from workbench.tracking.bodies import MarkerPlaces, raw_points
+from workbench.tracking.bodies import MarkerPlaces, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.plausibility import implausible
-from workbench.tracking.take import Take
+from workbench.tracking.recipe import Cleaned, advancing
+from workbench.tracking.rotor import RotorAngle, unwrapped
+from workbench.tracking.take import Missing, Take
 
 __all__ = ["Track", "make_track"]
 
@@ -49,6 +51,12 @@ class Track:
         motion: channels of `workbench.motion`, evenly sampled; a sample is valid where every body
             it needs was really seen. Origin: the foot at rest, in a drop still held. Time zero: the
             rotor's first motion, or the release in decay and drop.
+        raw: the same channels, origin and time zero on the take's own samples: no filter, nothing
+            filled. NaN where not seen; what cleaning rejected keeps its number and is not valid.
+            Its rotor speed is the local parabola of `motion`'s, through the raw angle.
+        missing: by role, foot, top and rotor, the values of `Missing` for each sample of `motion`:
+            why it was not seen, FILLED where it has a value all the same.
+        raw_missing: the same for each sample of `raw`, GLITCH where cleaning rejected it.
         start_angle_rad: the rotor's angle at rest [rad].
         rest_s: how long foot and T stood still before time zero [s].
         zero_in_take_s: time zero on the take's clock [s].
@@ -59,6 +67,9 @@ class Track:
     """
 
     motion: TimeSeries
+    raw: TimeSeries
+    missing: Mapping[str, NDArray[np.int8]]
+    raw_missing: Mapping[str, NDArray[np.int8]]
     start_angle_rad: float
     rest_s: float
     zero_in_take_s: float
@@ -93,15 +104,20 @@ def make_track(
         InputError: a body, marker place or recipe does not fit the take.
     """
     points = raw_points(take, bodies, axes, markers)
-    columns, report = recipe_named(recipe)(points)
-    warnings = [*take.warnings, *points.warnings, *report.warnings]
-    angle, seen = _angle(columns)
-    zero = _zero(columns.times, _onset(mode, columns, angle), start_hint, warnings)
+    cleaned = recipe_named(recipe)(points)
+    columns, report = cleaned.columns, cleaned.report
+    turned = _turned(columns)
+    warnings = [*take.warnings, *points.warnings, *report.warnings, *_lost_turns(turned)]
+    zero = _zero(columns.times, _onset(mode, columns, turned.angle), start_hint, warnings)
     rest, rest_s = _rest(columns, zero, warnings)
-    motion = _motion(columns, (angle, seen), rest, report.origin_m).shifted(-(zero or 0.0))
+    origin = _origin(columns, rest, report.origin_m)
+    motion = _motion(columns, turned.angle, origin).shifted(-(zero or 0.0))
     return Track(
         motion=motion,
-        start_angle_rad=seen_median(angle[rest]),
+        raw=_raw(points, cleaned, turned.angle, origin).shifted(-(zero or 0.0)),
+        missing=cleaned.missing,
+        raw_missing=cleaned.raw_missing,
+        start_angle_rad=seen_median(turned.angle[rest]),
         rest_s=rest_s,
         zero_in_take_s=zero or 0.0,
         recipe=recipe,
@@ -115,13 +131,28 @@ def _path(columns: TimeSeries, names: tuple[str, str, str]) -> NDArray[np.float6
     return np.column_stack([columns[name] for name in names])
 
 
-def _angle(columns: TimeSeries) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the rotor's angle, short gaps filled so that no turn is lost, and its validity."""
-    angle = rotor_angle(_path(columns, TOP), _path(columns, ROTOR))
-    if not np.isfinite(angle).any():
+def _wrapped(columns: TimeSeries) -> NDArray[np.float64]:
+    """Return the direction from T to the rotor up to whole turns, (n,) [rad]."""
+    x, _, z = (_path(columns, ROTOR) - _path(columns, TOP)).T
+    return np.arctan2(-z, x)
+
+
+def _turned(columns: TimeSeries) -> RotorAngle:
+    """Return the rotor's angle, short gaps filled, turns in longer ones counted where possible."""
+    turned = unwrapped(columns.times, _wrapped(columns))
+    if not np.isfinite(turned.angle).any():
         raise InputError("T and rotor are never known at the same time; the rotor has no angle")
-    seen = columns.validity(TOP[0]) & columns.validity(ROTOR[0])
-    return angle, seen
+    return turned
+
+
+def _lost_turns(turned: RotorAngle) -> list[str]:
+    if not turned.unresolved_s:
+        return []
+    return [
+        f"in {len(turned.unresolved_s)} gap(s), the longest {max(turned.unresolved_s):.2f} s, the "
+        "rotor may have made turns that nobody saw; its angle is uncertain by whole turns after "
+        "them"
+    ]
 
 
 class _Onset(NamedTuple):
@@ -188,28 +219,57 @@ def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return still if still.any() else last
 
 
-def _motion(
-    columns: TimeSeries,
-    turned: tuple[NDArray[np.float64], NDArray[np.bool_]],
-    rest: NDArray[np.bool_],
-    base: tuple[float, float, float] | None,
-) -> TimeSeries:
-    """Return the motion, its origin at the resting foot unless the recipe has one of its own."""
-    out = {name: columns[name] for name in columns.names}
-    valid = {name: columns.validity(name) for name in columns.names}
+def _origin(
+    columns: TimeSeries, rest: NDArray[np.bool_], base: tuple[float, float, float] | None
+) -> dict[str, float]:
+    """Return what is zero, by column: the resting foot, or nothing where the recipe had its own."""
+    origin: dict[str, float] = {}
     if base is None:
         for names in (FOOT, TOP, ROTOR):
             for name, foot in zip(names, FOOT, strict=True):
-                out[name] = columns[name] - _origin(columns[foot], rest)
-    if PITCH in out:
-        out[PITCH] = out[PITCH] - _origin(columns[PITCH], rest)
-    angle, angle_valid = turned
-    out[ROTOR_ANGLE], valid[ROTOR_ANGLE] = angle, angle_valid
-    out[ROTOR_SPEED], valid[ROTOR_SPEED] = rotor_speed(columns.times, angle), angle_valid
-    return TimeSeries.of(columns.times, out, valid)
+                origin[name] = _at_rest(columns[foot], rest)
+    if PITCH in columns:
+        origin[PITCH] = _at_rest(columns[PITCH], rest)
+    return origin
 
 
-def _origin(column: NDArray[np.float64], rest: NDArray[np.bool_]) -> float:
+def _at_rest(column: NDArray[np.float64], rest: NDArray[np.bool_]) -> float:
     """Return the median at rest, or of all samples when the body is not seen at rest."""
     value = seen_median(column[rest])
     return value if np.isfinite(value) else seen_median(column)
+
+
+def _motion(
+    columns: TimeSeries, angle: NDArray[np.float64], origin: Mapping[str, float]
+) -> TimeSeries:
+    """Return the channels of a motion: columns from their origin, angle and speed of the rotor."""
+    out = {name: columns[name] - origin.get(name, 0.0) for name in columns.names}
+    valid = {name: columns.validity(name) for name in columns.names}
+    out[ROTOR_ANGLE], out[ROTOR_SPEED] = angle, rotor_speed(columns.times, angle)
+    valid[ROTOR_ANGLE] = valid[ROTOR_SPEED] = valid[TOP[0]] & valid[ROTOR[0]]
+    return TimeSeries.of(columns.times, out, valid)
+
+
+def _raw(
+    points: RawPoints,
+    cleaned: Cleaned,
+    angle: NDArray[np.float64],
+    origin: Mapping[str, float],
+) -> TimeSeries:
+    """Return the take's own samples as a motion; the turns are those of the cleaned angle."""
+    keep = advancing(points.times)
+    base = cleaned.report.origin_m or (0.0, 0.0, 0.0)
+    columns: dict[str, NDArray[np.float64]] = {}
+    valid: dict[str, NDArray[np.bool_]] = {}
+    for names, role in ((FOOT, "foot"), (TOP, "top"), (ROTOR, "rotor")):
+        path = points.bodies[role].position[keep] - base
+        columns |= dict(zip(names, path.T, strict=True))
+        valid |= dict.fromkeys(names, cleaned.raw_missing[role] == Missing.SEEN)
+    if points.foot.pitch is not None and PITCH in cleaned.columns:
+        columns[PITCH], valid[PITCH] = points.foot.pitch[keep], valid[FOOT[0]]
+    series = TimeSeries.of(points.times[keep], columns, valid)
+    known = np.isfinite(angle)
+    near = np.interp(series.times, cleaned.columns.times[known], angle[known])
+    direction = _wrapped(series)
+    whole = np.round((near - direction) / (2 * np.pi))
+    return _motion(series, direction + 2 * np.pi * whole, origin)

@@ -1,0 +1,120 @@
+"""What a fit sees of one run: the raw samples of its channels, their noise, and what was asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.bundle import Bundle
+from workbench.errors import InputError
+from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Mode
+from workbench.timeseries import TimeSeries
+
+__all__ = ["PLACES", "MeasuredRun", "measured_run"]
+
+PLACES: dict[Mode, tuple[str, ...]] = {
+    "clamped": (TOP[0], TOP[2]),
+    "decay": (TOP[0], TOP[2]),
+    "drop": (FOOT[0], FOOT[2], TOP[0], TOP[2]),
+    "hop": (FOOT[0], FOOT[2], TOP[0], TOP[2]),
+}
+"""Mode -> the places that its fit compares; a clamped foot does not move."""
+
+_LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
+_LEAST_NOISE_RAD = 5e-4
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRun:
+    """One run as a fit sees it.
+
+    Args:
+        name: of the run, for messages.
+        mode: what the robot did.
+        motion: channels of `workbench.motion`, unfiltered; time zero is the first motion.
+        steps: (time [s], commanded rotor speed [rad/s]); empty where nothing was driven.
+        start_angle: of the rotor at rest [rad].
+        pull: force on T before the release, in mode decay [N].
+        height: of the fall, in mode drop [m].
+        role: whether a fit may see it.
+    """
+
+    name: str
+    mode: Mode
+    motion: TimeSeries
+    steps: tuple[tuple[float, float], ...] = ()
+    start_angle: float = np.pi / 2
+    pull: float = 0.0
+    height: float = 0.0
+    role: str = "train"
+
+    @property
+    def driven(self) -> bool:
+        """Tell whether the motor ran."""
+        return self.mode in DRIVEN
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Return the names of the places that are compared."""
+        return PLACES[self.mode]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return all channels that are compared: the places, and the angle of a driven rotor."""
+        return (*self.places, ROTOR_ANGLE) if self.driven else self.places
+
+    def during(self, stop: float) -> TimeSeries:
+        """Return the compared channels from time zero to `stop` [s]."""
+        return self.motion.between(0.0, stop).select(self.channels)
+
+    def at_rest(self) -> NDArray[np.float64]:
+        """Return the median place before time zero, (p,) [m], NaN where it was not seen."""
+        rest = self.motion.between(-np.inf, 0.0).select(self.places)
+        seen = np.where(rest.valid, rest.values, np.nan)
+        return np.array([np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else np.nan
+                         for c in seen.T])  # fmt: skip
+
+    def noise(self) -> NDArray[np.float64]:
+        """Return the standard deviation of white noise in each channel, (c,) [m] or [rad].
+
+        From third differences, which no motion of the robot survives at 120 Hz: their variance is
+        20 times that of the noise. The median makes it deaf to impacts.
+        """
+        chosen = self.motion.select(self.channels)
+        found = []
+        for k, name in enumerate(chosen.names):
+            seen = np.where(chosen.valid[:, k], chosen.values[:, k], np.nan)
+            third = np.diff(seen, 3)
+            third = np.abs(third[np.isfinite(third)])
+            sigma = 1.4826 * float(np.median(third)) / np.sqrt(20) if len(third) else np.nan
+            floor = _LEAST_NOISE_RAD if name == ROTOR_ANGLE else _LEAST_NOISE_M
+            found.append(max(sigma, floor) if np.isfinite(sigma) else floor)
+        return np.array(found)
+
+
+def measured_run(bundle: Bundle) -> MeasuredRun:
+    """Return what a fit sees of a bundle: its raw samples up to the end of what was asked.
+
+    Raises:
+        InputError: when the run did not succeed, so that nobody knows what its data mean.
+    """
+    facts = bundle.manifest
+    if facts.get("status") != "complete" or "command" not in facts:
+        raise InputError(
+            f"{bundle.path}: status {facts.get('status')}; only a complete run can be fitted. "
+            "`workbench runs list` shows which are"
+        )
+    release = facts["release"] or {}
+    duration = facts["command"]["duration_s"]
+    return MeasuredRun(
+        name=facts["id"],
+        mode=facts["mode"],
+        motion=bundle.read_series("raw").between(-np.inf, duration),
+        steps=tuple((t, speed) for t, speed in facts["command"]["steps"]),
+        start_angle=facts["track"]["start_angle_rad"],
+        pull=release.get("pull_N", 0.0),
+        height=release.get("height_m", 0.0),
+        role=facts["role"],
+    )

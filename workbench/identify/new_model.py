@@ -1,0 +1,71 @@
+"""Write what was identified as a model file that the twin, and every later run, can use."""
+
+from __future__ import annotations
+
+import io
+from datetime import date
+from pathlib import Path
+
+from ruamel.yaml import YAML
+
+from workbench.errors import InputError
+from workbench.identify.identification import Identification
+from workbench.protocol import Document, ModelFile, parse
+
+__all__ = ["write_model"]
+
+_DIGITS = 6
+
+
+def write_model(
+    path: Path, stated: Document[ModelFile], found: Identification, day: date
+) -> Document[ModelFile]:
+    """Write the stated model with its identified values, and return it as read back.
+
+    A fitted parameter's tolerance becomes half its 90 % interval, and its source names day, runs
+    and the value before. One that carries a product or ratio keeps its tolerance.
+
+    Args:
+        path: of the new file.
+        stated: the model that the fit began with; its comments are kept.
+        found: what the fit found.
+        day: of the identification.
+
+    Raises:
+        InputError: when the file exists; a model that runs refer to is never changed.
+    """
+    if path.exists():
+        raise InputError(f"{path}: exists; a model is never changed, give another --out")
+    yaml = YAML()
+    yaml.width = 10_000
+    tree = yaml.load(stated.text)
+    tree["name"] = path.stem
+    if found.increments != stated.content.increments:
+        tree["increments"] = found.increments
+    for name, value in found.values.items():
+        entry = tree["parameters"][name]
+        source = f"identified {day.isoformat()} from {_runs(found)}"
+        estimate = found.estimates.get(name)
+        if estimate is None:
+            source += "; only in combination with others, see not_determined"
+        else:
+            source += f", 90 % {estimate.low:.{_DIGITS}g} to {estimate.high:.{_DIGITS}g}"
+            entry["tolerance"] = _rounded(estimate.half_width, 2)
+        entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"
+        entry["value"] = _rounded(value, _DIGITS)
+    stream = io.StringIO()
+    yaml.dump(tree, stream)
+    document = parse(path, stream.getvalue(), ModelFile)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(stream.getvalue(), encoding="utf-8")
+    return document
+
+
+def _runs(found: Identification) -> str:
+    names = [run.name for run in found.runs]
+    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return f"{len(names)} run(s) ({shown})"
+
+
+def _rounded(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}")

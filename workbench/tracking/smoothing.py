@@ -1,0 +1,53 @@
+"""A low-pass that asks only the samples that were seen: penalised least squares over a stretch.
+
+For samples y with weights w (1 seen, 0 not) it finds the curve s that makes
+
+    sum w (y - s)^2 + lambda sum (third differences of s)^2
+
+least (Whittaker 1923; Eilers 2003, "A perfect smoother"). Where everything was seen its gain is
+1 / (1 + (sin(pi f / rate) / sin(pi cutoff / rate))^6): no delay, one half at the cutoff, as a
+Butterworth of order 3 run forth and back. Unlike that one it needs no filled gaps: what it puts
+into a gap follows from the samples around it and can spoil none of them, and it has no start-up.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+from scipy.special import binom
+
+__all__ = ["LEAST_SEEN", "smooth_stretch"]
+
+_ORDER = 3
+LEAST_SEEN = _ORDER + 1
+"""Seen samples that a stretch needs: fewer leave the curve undetermined or nothing to smooth."""
+
+
+def smooth_stretch(
+    values: NDArray[np.float64], seen: NDArray[np.bool_], cutoff: float, rate: float
+) -> NDArray[np.float64]:
+    """Return the smooth curve through one stretch, (k, d), also where nothing was seen.
+
+    Args:
+        values: (k, d) evenly sampled; what stands at samples not seen is ignored.
+        seen: (k,) at least `LEAST_SEEN` of them True.
+        cutoff: frequency of gain one half [Hz], below half the rate.
+        rate: [Hz].
+    """
+    penalty = (2 * np.sin(np.pi * cutoff / rate)) ** (-2 * _ORDER)
+    bands = penalty * _roughness(len(values))
+    bands[-1] += seen
+    return np.asarray(solveh_banded(bands, np.where(seen[:, None], values, 0.0), overwrite_ab=True))
+
+
+def _roughness(count: int) -> NDArray[np.float64]:
+    """Return the upper bands of D'D, (4, count), where D takes third differences."""
+    difference = binom(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
+    bands = np.zeros((_ORDER + 1, count))
+    for apart in range(_ORDER + 1):
+        for first in range(_ORDER + 1 - apart):
+            second = first + apart
+            product = difference[first] * difference[second]
+            bands[_ORDER - apart, second : count - _ORDER + second] += product
+    return bands
