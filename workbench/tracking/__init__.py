@@ -12,11 +12,13 @@ To add a cleaning recipe: one function `RawPoints -> Cleaned` in a file of its
 own, one entry in `CLEANING`, one test.
 """
 
+from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import BodyNames, MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
+from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
 from workbench.tracking.quality import quality
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recipe
@@ -31,9 +33,13 @@ __all__ = [
     "BodyNames",
     "BodyReport",
     "BodyTake",
+    "ChannelNoise",
     "Cleaned",
     "CleaningReport",
+    "ClockFit",
     "Cloud",
+    "Delay",
+    "Harmonics",
     "MarkerPlaces",
     "Missing",
     "RawBody",
@@ -44,13 +50,17 @@ __all__ = [
     "Take",
     "Track",
     "Turns",
+    "clock_fit",
+    "delay",
     "make_track",
     "mean_speed",
     "motor_speed_fft",
     "motor_speed_thesis",
+    "noise_floor",
     "quality",
     "raw_points",
     "read_take",
+    "synchronous",
     "turns",
     "unwrapped",
     "write_motive",

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["block_covariance", "time_blocks"]
+__all__ = ["block_covariance", "correlation_time", "time_blocks"]
+
+_MEMORY_END = 0.05
 
 
 def time_blocks(times: NDArray[np.float64], count: int) -> NDArray[np.intp]:
@@ -35,3 +37,25 @@ def block_covariance(
         moved.append(np.linalg.solve(whole - part.T @ part, part.T @ left[block == number]))
     apart = np.array(moved)
     return apart.T @ apart * (len(apart) - 1) / len(apart)
+
+
+def correlation_time(t: NDArray[np.float64], left: NDArray[np.float64]) -> float:
+    """Return how long residuals remember themselves: the integrated autocorrelation time [s].
+
+    The sum ends where the correlation first falls below 0.05. Gaps do no harm.
+
+    Args:
+        t: (n,) increasing [s], on an even grid but for gaps.
+        left: (n,) residuals.
+    """
+    period = float(np.median(np.diff(t)))
+    slot = np.rint((t - t[0]) / period).astype(int)
+    series, seen = np.zeros(slot[-1] + 1), np.zeros(slot[-1] + 1)
+    series[slot], seen[slot] = left - left.mean(), 1.0
+    size = 2 * len(series)
+    power = np.fft.irfft(np.abs(np.fft.rfft(series, size)) ** 2)[: len(series) // 2]
+    pairs = np.fft.irfft(np.abs(np.fft.rfft(seen, size)) ** 2)[: len(series) // 2]
+    memory = (power / np.maximum(pairs, 1.0)) / (power[0] / pairs[0])
+    gone = np.flatnonzero(memory < _MEMORY_END)
+    stop = int(gone[0]) if len(gone) else len(memory)
+    return period * float(1 + 2 * memory[1:stop].sum())
