@@ -5,15 +5,15 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError, WorkbenchError
-from workbench.motion import ROTOR_ANGLE, first_motion, last_motion, misfit, summarize
+from workbench.motion import ROTOR_ANGLE, TOP, first_motion, last_motion, misfit, summarize
 from workbench.protocol import (
     BenchFile,
     Calibration,
@@ -37,13 +37,27 @@ from workbench.sim import (
     unloaded,
 )
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Track,
+    clock_fit,
+    delay,
+    make_track,
+    mean_speed,
+    noise_floor,
+    read_take,
+)
 
 __all__ = ["check_twin", "make_twin", "pair"]
 
 _LEAST_REST_S = 0.6  # what first_motion needs to know the rotor at rest
 _MOST_REST_S = 5.0
 _AFTER_S = 0.5
+_STEADY_S = 1.0
+_TOGETHER_S = 2.0
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -83,6 +97,7 @@ def pair(bundle: Bundle) -> Comparison:
     bundle.write_series("twin", twin, made_from)
     comparison = _compare(bundle, track, twin, command, model, shape, outcome)
     _note(bundle, comparison, track, outcome)
+    bundle.note(_signals(bundle, track, twin, command))
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
     return comparison
@@ -286,6 +301,39 @@ def _table(bundle: Bundle, track: Track, model: ModelFile, shape: ShapeFile) -> 
         "output at the end": facts.get("output_off", "not driven by the workbench"),
         "versions": ", ".join(f"{k} {v}" for k, v in facts["versions"].items()),
     }
+
+
+def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> dict[str, Any]:
+    """Return noise, rotor speed, floor and clocks for the manifest; null where they are not told.
+
+    The delay to the twin is that of T's height over the first two seconds, before hops diverge.
+    Clocks are compared only with steps that the bench sent itself.
+    """
+    noise = noise_floor(track.raw, stop=command.duration)
+    driven = track.raw.between(_STEADY_S, command.duration)
+    late = _told(lambda: delay(track.raw, twin, TOP[2], 0.0, _TOGETHER_S))
+    sent = "sent" in bundle.manifest
+    clocks = _told(lambda: clock_fit(track.raw, command.steps)) if sent else None
+    speed = _told(
+        lambda: mean_speed(
+            driven.times, np.where(driven.validity(ROTOR_ANGLE), driven[ROTOR_ANGLE], np.nan)
+        )
+    )
+    return {
+        "noise_mm": {n: v.as_json(1e3) for n, v in noise.items() if n.endswith("_m")},
+        "noise_rad": {n: v.as_json() for n, v in noise.items() if n.endswith("_rad")},
+        "rotor_speed_rad_s": speed and asdict(speed),
+        "floor": track.floor and track.floor.as_json(),
+        "alignment": {"twin_delay": late and asdict(late), "clocks": clocks and asdict(clocks)},
+    }
+
+
+def _told(tell: Callable[[], _T]) -> _T | None:
+    """Return what a measurement tells, None where the run is too short or too poor for it."""
+    try:
+        return tell()
+    except InputError:
+        return None
 
 
 def _note(bundle: Bundle, comparison: Comparison, track: Track, outcome: str) -> None:

@@ -16,6 +16,7 @@ from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import BodyNames, MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.cleaning import CLEANING
+from workbench.tracking.floor import Floor, fit_floor, levelled
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
@@ -39,6 +40,7 @@ __all__ = [
     "ClockFit",
     "Cloud",
     "Delay",
+    "Floor",
     "Harmonics",
     "MarkerPlaces",
     "Missing",
@@ -52,6 +54,8 @@ __all__ = [
     "Turns",
     "clock_fit",
     "delay",
+    "fit_floor",
+    "levelled",
     "make_track",
     "mean_speed",
     "motor_speed_fft",

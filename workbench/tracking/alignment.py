@@ -8,7 +8,7 @@ are told apart by events: when the motor starts, changes its speed and stops.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -75,10 +75,6 @@ class ClockFit:
     speed_ratio: float
     left_rad: float
 
-    def as_json(self) -> dict[str, float | None]:
-        """Return the numbers under their names."""
-        return asdict(self)
-
 
 def delay(
     real: TimeSeries,
@@ -115,33 +111,45 @@ def delay(
             f"both motions; a delay needs {_LEAST}"
         )
     curve = CubicSpline(twin.times[known], twin[channel][known])
-    slope = curve.derivative()
     t, values = t[inside], real[channel][inside]
-    shifts = np.arange(-most, most + _COARSE_S / 2, _COARSE_S)
-    best = int(np.argmin([np.sum(_fit(_shape(curve(t - s)), values)[1] ** 2) for s in shifts]))
-    shift = float(shifts[best])
+    shift = _coarse(curve, t, values, most)
+    terms, left = _linear(curve, t, values, shift)
     for _ in range(_ROUNDS):
-        shape = _shape(curve(t - shift))
-        scale, left = _fit(shape, values)
-        terms = np.column_stack([-scale[0] * slope(t - shift), shape])
         step = float(np.linalg.lstsq(terms, left)[0][0])
         shift += step
-        if abs(step) < _DONE_S or abs(shift) > most:
+        if abs(shift) > most:
             break
-    if best in (0, len(shifts) - 1) or abs(shift) > most:
+        terms, left = _linear(curve, t, values, shift)
+        if abs(step) < _DONE_S:
+            break
+    if abs(shift) >= most:
         raise InputError(f"{channel}: no shift within {most:g} s fits best; is it the same run?")
     covariance = block_covariance(terms, left, time_blocks(t, _BLOCKS))
     return Delay(shift, float(np.sqrt(covariance[0, 0])), float(np.sqrt(np.mean(left**2))))
 
 
-def _shape(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.column_stack([values, np.ones_like(values)])
+def _coarse(
+    curve: CubicSpline, t: NDArray[np.float64], values: NDArray[np.float64], most: float
+) -> float:
+    """Return the best of shifts 2 ms apart [s]."""
+    shifts = np.arange(-most, most + _COARSE_S / 2, _COARSE_S)
+    squares = [np.sum(_linear(curve, t, values, shift)[1] ** 2) for shift in shifts]
+    return float(shifts[np.argmin(squares)])
+
+
+def _linear(
+    curve: CubicSpline, t: NDArray[np.float64], values: NDArray[np.float64], shift: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the terms shift, size and level, (n, 3), and what the last two leave, (n,)."""
+    shape = np.column_stack([curve(t - shift), np.ones_like(t)])
+    scale, left = _fit(shape, values)
+    return np.column_stack([-scale[0] * curve(t - shift, 1), shape]), left
 
 
 def _fit(
     shape: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    solution = np.linalg.lstsq(shape, values)[0]
+    solution = np.asarray(np.linalg.lstsq(shape, values)[0], dtype=np.float64)
     return solution, values - shape @ solution
 
 
@@ -161,7 +169,7 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     """
     seen = motion.validity(ROTOR_ANGLE)
     t, angle = motion.times[seen], motion[ROTOR_ANGLE][seen]
-    if len(steps) < 2 or len(t) < _LEAST:
+    if len(steps) < 2 or len(t) < _LEAST or not any(speed for _, speed in steps):
         raise InputError(
             f"{len(steps)} commanded step(s) and {len(t)} samples of the rotor's angle; clocks "
             f"need a start and a stop and {_LEAST} samples"
@@ -178,9 +186,7 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     found = least_squares(unexplained, guess[:free], x_scale=_SCALES[:free], diff_step=_DIFF_STEP)
     clock = _Clock(*found.x, *guess[free:])
     solution, left = _fit(_terms(t, angle, steps, clock), angle)
-    memory = max(1.0, correlation_time(t, left) / float(np.median(np.diff(t))))
-    variance = float(left @ left) / max(1, len(t) - free - len(solution)) * memory
-    errors = np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)) * variance)
+    errors = _errors(t, left, found.jac, free + len(solution))
     return ClockFit(
         offset_s=clock.offset,
         offset_error_s=float(errors[0]),
@@ -190,6 +196,20 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
         speed_ratio=float(solution[0]),
         left_rad=float(np.sqrt(np.mean(left**2))),
     )
+
+
+def _errors(
+    t: NDArray[np.float64], left: NDArray[np.float64], jac: NDArray[np.float64], fitted: int
+) -> NDArray[np.float64]:
+    """Return standard errors from the Jacobian; samples count as often as they forget the last."""
+    memory = max(1.0, correlation_time(t, left) / float(np.median(np.diff(t))))
+    variance = float(left @ left) / max(1, len(t) - fitted) * memory
+    try:
+        return np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "the rotor's angle does not answer to the commanded steps; are they of this take?"
+        ) from None
 
 
 class _Clock(NamedTuple):

@@ -132,21 +132,26 @@ def synchronous(raw: TimeSeries, channel: str, order: int, start: float, stop: f
             f"samples from {start:g} to {stop:g} s; harmonics up to {order} need {_LEAST_TURNS} "
             f"turns and {_LEAST_TURNS * least} samples"
         )
-    if channel == ROTOR_ANGLE:
+    if channel == ROTOR_ANGLE:  # its sway about an even turning, against that turning
         values = values - np.polyval(np.polyfit(t, phi, 1), t)
         phi = phi - values
-    waves = np.exp(1j * np.outer(phi, np.arange(1, order + 1)))
-    pairs = np.stack([waves.real, -waves.imag], axis=2).reshape(len(t), 2 * order)
-    u = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
-    terms = np.column_stack([np.ones_like(t), pairs, *(u**k for k in range(1, _DRIFT + 1))])
+    terms = _terms(t, phi, order)
     solution = np.linalg.lstsq(terms, values)[0]
     left = values - terms @ solution
     blocks = time_blocks(t, min(_MOST_BLOCKS, int(count)))
-    covariance = block_covariance(terms, left, blocks)[: 2 * order + 1, : 2 * order + 1]
-    coefficients = np.concatenate(
-        [solution[:1], solution[1 : 2 * order : 2] + 1j * solution[2 : 2 * order + 1 : 2]]
-    )
+    told = 2 * order + 1
+    coefficients = np.zeros(order + 1, dtype=np.complex128)
+    coefficients[0] = solution[0]
+    coefficients[1:] = solution[1:told:2] + 1j * solution[2:told:2]
+    covariance = block_covariance(terms, left, blocks)[:told, :told]
     return Harmonics(coefficients, covariance, t, left, count)
+
+
+def _terms(t: NDArray[np.float64], phi: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """Return 1, then cos and -sin of each harmonic, then the drift, (n, 2 order + 1 + 2)."""
+    waves = [f(k * phi) for k in range(1, order + 1) for f in (np.cos, lambda x: -np.sin(x))]
+    u = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
+    return np.column_stack([np.ones_like(t), *waves, *(u**k for k in range(1, _DRIFT + 1))])
 
 
 def _channel(raw: TimeSeries, name: str, start: float, stop: float) -> ChannelNoise:
