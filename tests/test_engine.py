@@ -114,6 +114,13 @@ def test_the_twin_is_near_and_time_zero_is_shared(tmp_path: Path, bench: Virtual
     assert bundle.manifest["twin"]["speed_rad_s"] == pytest.approx(16.99, abs=0.3)
     assert 0.1 < bundle.manifest["error_mm"] < 15
     assert bundle.manifest["track"]["zero_in_take_s"] == pytest.approx(1.0, abs=0.15)
+    # two markers of 0.2 mm noise on T, four on the foot
+    assert bundle.manifest["noise_mm"]["top_y_m"]["white"] == pytest.approx(0.141, rel=0.25)
+    assert bundle.manifest["noise_mm"]["foot_y_m"]["rest"] == pytest.approx(0.1, rel=0.35)
+    assert set(bundle.manifest["alignment"]) == {"twin_delay", "clocks"}
+    raw = bundle.read_series("raw")
+    assert raw.names == bundle.read_series("track").names
+    assert not raw.valid.all()
     assert bundle.read_series("twin").times[0] < -0.5
 
 

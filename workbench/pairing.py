@@ -5,15 +5,18 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any, TypeVar
 
 import numpy as np
 
 from workbench.bundle import Bundle, sha256
-from workbench.errors import WorkbenchError
+from workbench.errors import InputError, WorkbenchError
 from workbench.motion import (
     DRIVEN,
+    ROTOR_ANGLE,
+    TOP,
     Mode,
     Summary,
     last_motion,
@@ -33,7 +36,17 @@ from workbench.protocol import (
 from workbench.review import Comparison, Figure, Phase, write_recording, write_report
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Axes, BodyNames, Track, make_track, read_take
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    Track,
+    clock_fit,
+    delay,
+    make_track,
+    mean_speed,
+    noise_floor,
+    read_take,
+)
 from workbench.twin import Command, Release, find_release, make_twin
 
 __all__ = ["pair"]
@@ -48,6 +61,10 @@ _NOT_DRIVEN = (
     "the rotor never moves in this take; was the motor connected, and is the body name "
     "of the rotor right?"
 )
+_STEADY_S = 1.0
+_TOGETHER_S = 2.0
+
+_T = TypeVar("_T")
 
 
 def pair(bundle: Bundle) -> Comparison:
@@ -76,6 +93,7 @@ def pair(bundle: Bundle) -> Comparison:
     bundle.write_series("twin", twin, made_from)
     comparison = _compare(bundle, track, twin, command, release, model, shape, outcome)
     _note(bundle, comparison, track, command, release, outcome)
+    bundle.note(_signals(bundle, track, twin, command))
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
     return comparison
@@ -278,6 +296,39 @@ def _told(facts: Mapping[str, Any], release: Release | None) -> str:
         "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
     )
     return f"drop from {1000 * height:.3g} mm{found}"
+
+
+def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> dict[str, Any]:
+    """Return noise, rotor speed, floor and clocks for the manifest; null where they are not told.
+
+    The delay to the twin is that of T's height over the first two seconds, before hops diverge.
+    Clocks are compared only with steps that the bench sent itself.
+    """
+    noise = noise_floor(track.raw, stop=command.duration)
+    driven = track.raw.between(_STEADY_S, command.duration)
+    late = _or_none(lambda: delay(track.raw, twin, TOP[2], 0.0, _TOGETHER_S))
+    sent = "sent" in bundle.manifest
+    clocks = _or_none(lambda: clock_fit(track.raw, command.steps)) if sent else None
+    speed = _or_none(
+        lambda: mean_speed(
+            driven.times, np.where(driven.validity(ROTOR_ANGLE), driven[ROTOR_ANGLE], np.nan)
+        )
+    )
+    return {
+        "noise_mm": {n: v.as_json(1e3) for n, v in noise.items() if n.endswith("_m")},
+        "noise_rad": {n: v.as_json() for n, v in noise.items() if n.endswith("_rad")},
+        "rotor_speed_rad_s": speed and asdict(speed),
+        "floor": track.floor and track.floor.as_json(),
+        "alignment": {"twin_delay": late and asdict(late), "clocks": clocks and asdict(clocks)},
+    }
+
+
+def _or_none(tell: Callable[[], _T]) -> _T | None:
+    """Return what a measurement tells, None where the run is too short or too poor for it."""
+    try:
+        return tell()
+    except InputError:
+        return None
 
 
 def _note(

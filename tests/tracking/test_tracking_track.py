@@ -228,7 +228,7 @@ def test_every_missing_sample_has_its_reason(hop: Any, lose: Lose) -> None:
     foot = take.bodies["Foot"]
     measured, missing = foot.measured.copy(), foot.missing.copy()
     measured[700] += 0.05
-    missing[800] = Missing.FROZEN
+    measured[800], missing[800] = np.nan, Missing.FROZEN
     foot = replace(foot, measured=measured, missing=missing)
     track = track_of(replace(take, bodies={**take.bodies, "Foot": foot}))
     raw, cleaned = track.raw_missing["foot"], track.missing["foot"]

@@ -13,13 +13,16 @@ To add a cleaning recipe: one function `RawPoints -> Cleaned` in a file of its
 own, one entry in `CLEANING`, one test.
 """
 
+from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames, guess_bodies
 from workbench.tracking.cleaning import CLEANING
+from workbench.tracking.floor import Floor, fit_floor, levelled
 from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
+from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
 from workbench.tracking.quality import quality
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recipe
@@ -35,9 +38,14 @@ __all__ = [
     "BodyNames",
     "BodyReport",
     "BodyTake",
+    "ChannelNoise",
     "Cleaned",
     "CleaningReport",
+    "ClockFit",
     "Cloud",
+    "Delay",
+    "Floor",
+    "Harmonics",
     "MarkerPlaces",
     "Missing",
     "RawBody",
@@ -50,16 +58,22 @@ __all__ = [
     "Take",
     "Track",
     "Turns",
+    "clock_fit",
+    "delay",
+    "fit_floor",
     "format_start_time",
     "guess_bodies",
+    "levelled",
     "make_track",
     "mean_speed",
     "motor_speed_fft",
     "motor_speed_thesis",
+    "noise_floor",
     "quality",
     "raw_points",
     "read_take",
     "record",
+    "synchronous",
     "turns",
     "unwrapped",
     "write_motive",

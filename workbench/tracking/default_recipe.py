@@ -20,6 +20,7 @@ _LONGEST_FILL_S = 0.1
 _CUTOFF_HZ = 30.0
 _CUTOFF_SHARE = 0.4  # of a slow camera's rate
 _ROUNDS = 3
+_NEARBY = 30  # samples to either side that judge a stray
 _RULE_FAILS = 0.5
 _FOOT_TOP_M = (0.16, 0.6)  # Appendix C
 _TOP_ROTOR_M = (0.01, 0.2)  # Appendix C
@@ -143,9 +144,31 @@ def _believed(
         more = strays(values, path, believed, rate)
         if not more.any() or np.count_nonzero(believed & ~more) < LEAST_SEEN:
             break
-        believed &= ~more
+        for at in np.flatnonzero(more):
+            believed[_culprit(values, believed, int(at), rate)] = False
         path = smooth_stretch(values, believed, _cutoff(rate), rate)
     return path, seen & ~believed
+
+
+def _culprit(values: NDArray[np.float64], believed: NDArray[np.bool_], at: int, rate: float) -> int:
+    """Return which of a stray and its seen neighbours leaves the smoothest curve when left out.
+
+    Beside a gap the curve follows a wrong sample, and its neighbour seems to stray.
+    """
+    near = slice(max(0, at - _NEARBY), at + _NEARBY + 1)
+    seen, part = believed[near], values[near]
+    index = np.flatnonzero(seen)
+    place = int(np.searchsorted(index, at - near.start))
+    candidates = index[max(0, place - 1) : place + 2]
+    if len(index) <= LEAST_SEEN:
+        return at
+    left: list[float] = []
+    for candidate in candidates:
+        kept = seen.copy()
+        kept[candidate] = False
+        curve = smooth_stretch(part, kept, _cutoff(rate), rate)
+        left.append(float(np.sum((part[kept] - curve[kept]) ** 2)))
+    return near.start + int(candidates[np.argmin(left)])
 
 
 def _cutoff(rate: float) -> float:

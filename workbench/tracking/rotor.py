@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.tracking.blocks import block_covariance, time_blocks
 
 __all__ = ["RotorAngle", "RotorSpeed", "Turns", "mean_speed", "turns", "unwrapped"]
 
@@ -174,9 +175,7 @@ def mean_speed(
     """Return the mean speed by a line through the angle, with an error that allows for memory.
 
     Two harmonics of the turn are fitted beside the line, so that uneven turning cannot tilt it. The
-    rest is not white either: the standard error comes from leaving out each of ten blocks in time
-    (the jackknife of clustered data), which holds as long as what is left forgets itself within a
-    block.
+    rest is not white either: the standard error is that of `block_covariance` over ten blocks.
 
     Args:
         times: (n,) increasing [s].
@@ -202,21 +201,7 @@ def mean_speed(
         [(t - middle) / half, np.ones_like(t), np.cos(mean_phase), np.sin(mean_phase)]
     )
     solution = np.linalg.lstsq(terms, phi)[0]
-    block = np.minimum((_BLOCKS * (t - t[0]) / (2 * half)).astype(int), _BLOCKS - 1)
-    error = _jackknife(terms, phi - terms @ solution, block)
-    return RotorSpeed(float(solution[0] / half), float(error[0] / half), float(count))
-
-
-def _jackknife(
-    terms: NDArray[np.float64], left: NDArray[np.float64], block: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Return standard errors (p,) of a least-squares fit from leaving out each block in turn."""
-    whole = terms.T @ terms
-    moved = np.array(
-        [
-            np.linalg.solve(whole - part.T @ part, part.T @ left[block == b])
-            for b in np.unique(block)
-            for part in [terms[block == b]]
-        ]
-    )
-    return np.sqrt(np.sum(moved**2, axis=0) * (len(moved) - 1) / len(moved))
+    left = phi - terms @ solution
+    covariance = block_covariance(terms, left, time_blocks(t, _BLOCKS))
+    error = float(np.sqrt(covariance[0, 0])) / half
+    return RotorSpeed(float(solution[0] / half), error, float(count))

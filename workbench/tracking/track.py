@@ -29,6 +29,7 @@ from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
+from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.recipe import Cleaned, advancing
 from workbench.tracking.rotor import RotorAngle, unwrapped
@@ -57,6 +58,7 @@ class Track:
         missing: by role, foot, top and rotor, the values of `Missing` for each sample of `motion`:
             why it was not seen, FILLED where it has a value all the same.
         raw_missing: the same for each sample of `raw`, GLITCH where cleaning rejected it.
+        floor: the plane that the foot stood on, None where it tells none. It is never taken off.
         start_angle_rad: the rotor's angle at rest [rad].
         rest_s: how long foot and T stood still before time zero [s].
         zero_in_take_s: time zero on the take's clock [s].
@@ -70,6 +72,7 @@ class Track:
     raw: TimeSeries
     missing: Mapping[str, NDArray[np.int8]]
     raw_missing: Mapping[str, NDArray[np.int8]]
+    floor: Floor | None
     start_angle_rad: float
     rest_s: float
     zero_in_take_s: float
@@ -112,18 +115,21 @@ def make_track(
     rest, rest_s = _rest(columns, zero, warnings)
     origin = _origin(columns, rest, report.origin_m)
     motion = _motion(columns, turned.angle, origin).shifted(-(zero or 0.0))
+    floor = fit_floor(motion)
+    warnings.extend(implausible(motion, axes, floor))
     return Track(
         motion=motion,
         raw=_raw(points, cleaned, turned.angle, origin).shifted(-(zero or 0.0)),
         missing=cleaned.missing,
         raw_missing=cleaned.raw_missing,
+        floor=floor,
         start_angle_rad=seen_median(turned.angle[rest]),
         rest_s=rest_s,
         zero_in_take_s=zero or 0.0,
         recipe=recipe,
         report=report.as_json(),
         take_sha256=take.sha256,
-        warnings=tuple(dict.fromkeys([*warnings, *implausible(motion)])),
+        warnings=tuple(dict.fromkeys(warnings)),
     )
 
 

@@ -1,0 +1,130 @@
+"""The floor as the foot's standing places show it, in place of a slope that is taken on trust.
+
+Appendix C takes 0.015 times the forward coordinate off the height, silently. Here the slope is
+fitted and told with its error, and the motion stays as it was measured: whether the floor slopes
+or the cameras are tilted, the contacts alone do not say. `levelled` turns a motion where wanted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP, position
+from workbench.timeseries import TimeSeries
+from workbench.tracking.missing import runs
+
+__all__ = ["Floor", "fit_floor", "levelled"]
+
+_STANDING_M_S = 0.04  # a standing foot rocks at 0.03 m/s
+_STANDING_S = 0.03  # the top of a hop is as slow for a sample or two only
+_SPEED_OVER = 2  # samples to either side
+_LEAST_CONTACTS = 5
+_LEAST_SPREAD_M = 0.03
+_LEAST_SIDEWAYS_M = 0.03
+_INLIER_M = 1e-3  # how far a rocking foot stands from its place
+_TO_SIGMA = 1.4826
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The plane that the foot stands on.
+
+    Args:
+        slope_x_rad: how steeply it rises forward.
+        slope_x_error_rad: its standard error.
+        slope_y_rad: how steeply it rises to the left; None where the foot stays on one line.
+        slope_y_error_rad: its standard error.
+        contacts: places where the foot stood.
+        left_m: robust standard deviation of their heights about the plane.
+    """
+
+    slope_x_rad: float
+    slope_x_error_rad: float
+    slope_y_rad: float | None
+    slope_y_error_rad: float | None
+    contacts: int
+    left_m: float
+
+    def as_json(self) -> dict[str, float | int | None]:
+        """Return the numbers under their names."""
+        return asdict(self)
+
+
+def fit_floor(motion: TimeSeries) -> Floor | None:
+    """Fit a plane to the places where the foot stood, robust against places where it did not.
+
+    The foot stands where it is slower than 0.04 m/s for 0.03 s. Each such stretch gives one place,
+    its median. The fit has the soft L1, then the Cauchy loss, with a scale of 1 mm.
+
+    Args:
+        motion: channels of `workbench.motion`, evenly sampled.
+
+    Returns:
+        The floor, or None where the foot stood at fewer than five places or within 3 cm.
+    """
+    places = _places(motion)
+    if len(places) < _LEAST_CONTACTS or np.ptp(places[:, 0]) < _LEAST_SPREAD_M:
+        return None
+    sideways = bool(np.ptp(places[:, 1]) >= _LEAST_SIDEWAYS_M)
+    middle = np.median(places, axis=0)
+    terms = np.column_stack([np.ones(len(places)), (places - middle)[:, : 2 if sideways else 1]])
+    height = places[:, 2] - middle[2]
+    found = np.zeros(terms.shape[1])
+    for loss in ("soft_l1", "cauchy"):  # the second forgets what is far off, but needs a start
+        found = least_squares(lambda x: height - terms @ x, found, loss=loss, f_scale=_INLIER_M).x
+    left = height - terms @ found
+    sigma = _TO_SIGMA * float(np.median(np.abs(left - np.median(left))))
+    spare = len(places) / max(1, len(places) - terms.shape[1])
+    errors = sigma * np.sqrt(spare * np.diag(np.linalg.inv(terms.T @ terms)))
+    slopes = np.arctan(found)
+    return Floor(
+        slope_x_rad=float(slopes[1]),
+        slope_x_error_rad=float(errors[1]),
+        slope_y_rad=float(slopes[2]) if sideways else None,
+        slope_y_error_rad=float(errors[2]) if sideways else None,
+        contacts=len(places),
+        left_m=sigma,
+    )
+
+
+def levelled(motion: TimeSeries, floor: Floor) -> TimeSeries:
+    """Return a motion turned about its origin so that its floor is level.
+
+    Points turn as a rigid whole; pitch and rotor angle turn with them. Right where the cameras are
+    tilted against the floor. Where the floor slopes, gravity would be tilted afterwards.
+    """
+    across = np.tan(floor.slope_y_rad or 0.0)
+    normal = np.array([-np.tan(floor.slope_x_rad), -across, 1.0])
+    normal /= np.linalg.norm(normal)
+    turn = np.cross(normal, [0.0, 0.0, 1.0])
+    sine = float(np.linalg.norm(turn))
+    rotation = Rotation.from_rotvec(turn * (np.arcsin(sine) / sine if sine > 0 else 1.0))
+    columns = {name: motion[name] for name in motion.names}
+    for names in (FOOT, TOP, ROTOR):
+        path = motion.select(names).values @ rotation.as_matrix().T
+        columns |= dict(zip(names, path.T, strict=True))
+    for name in (PITCH, ROTOR_ANGLE):
+        if name in columns:
+            columns[name] = columns[name] + floor.slope_x_rad
+    valid = {name: motion.validity(name) for name in motion.names}
+    return TimeSeries.of(motion.times, columns, valid)
+
+
+def _places(motion: TimeSeries) -> NDArray[np.float64]:
+    """Return where the foot stood, (m, 3) [m]."""
+    foot, t = position(motion, FOOT), motion.times
+    speed = np.full(len(t), np.nan)
+    if len(t) <= 2 * _SPEED_OVER:
+        return np.empty((0, 3))
+    over = 2 * _SPEED_OVER
+    way = np.linalg.norm(foot[over:] - foot[:-over], axis=1)
+    speed[_SPEED_OVER:-_SPEED_OVER] = way / (t[over:] - t[:-over])
+    least = max(2, round(_STANDING_S / float(np.median(np.diff(t)))))
+    stretches = runs(np.nan_to_num(speed, nan=np.inf) < _STANDING_M_S)
+    stood = [np.median(foot[a:b], axis=0) for a, b in stretches if b - a >= least]
+    return np.array(stood).reshape(-1, 3)

@@ -1,0 +1,189 @@
+"""How much of each channel is noise: at rest, from sample to sample, and beside what repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.motion import ROTOR_ANGLE, ROTOR_SPEED, last_motion
+from workbench.timeseries import TimeSeries
+from workbench.tracking.blocks import block_covariance, correlation_time, time_blocks
+
+__all__ = ["ChannelNoise", "Harmonics", "noise_floor", "synchronous"]
+
+_TURN = 2 * np.pi
+_SPUN_UP_S = 1.0
+_BEFORE_END_S = 0.1
+_REST_MARGIN_S = 0.02  # time zero is known to a few milliseconds
+_LEAST_REST = 30
+_LEAST_WHITE = 30
+_ORDER = 6
+_DRIFT = 2  # degree of the slow part: a hopper travels
+_LEAST_TURNS = 4
+_MOST_BLOCKS = 10
+_TO_SIGMA = 1.4826  # median absolute deviation of a normal distribution
+_THIRD = np.sqrt(20.0)  # of the noise of third differences: 1 + 9 + 9 + 1
+
+
+@dataclass(frozen=True)
+class ChannelNoise:
+    """The noise of one channel, standard deviations in its unit; None where it cannot be told.
+
+    Args:
+        rest: about a line through the samples before time zero; what cameras and floor leave.
+        white: from third differences of the whole run: the part that changes from one sample to the
+            next, which no motion below a quarter of the rate does.
+        synchronous: over the steady part, beside the harmonics of the rotor and a slow drift:
+            noise and motion that does not repeat from turn to turn.
+        correlation_s: how long that rest remembers itself [s]; one sample's time when white.
+        turns: of the rotor in the steady part.
+    """
+
+    rest: float | None
+    white: float | None
+    synchronous: float | None
+    correlation_s: float | None
+    turns: float
+
+    def as_json(self, scale: float = 1.0) -> dict[str, float | None]:
+        """Return the standard deviations times `scale`, and the correlation time [s]."""
+        told = {"rest": self.rest, "white": self.white, "synchronous": self.synchronous}
+        scaled = {key: None if v is None else scale * v for key, v in told.items()}
+        return scaled | {"correlation_s": self.correlation_s}
+
+    @property
+    def unrepeated(self) -> float | None:
+        """What does not repeat from turn to turn, without the white part."""
+        if self.synchronous is None or self.white is None:
+            return None
+        return float(np.sqrt(max(0.0, self.synchronous**2 - self.white**2)))
+
+
+class Harmonics(NamedTuple):
+    """A channel over a window as harmonics of the rotor's angle phi.
+
+    The channel is drift + Re sum over k of h_k exp(i k phi), h_0 real and at the window's middle.
+
+    Args:
+        coefficients: (order + 1,) complex h_k in the channel's unit.
+        covariance: (2 order + 1, 2 order + 1) of h_0, Re h_1, Im h_1, Re h_2, ... from blocks of
+            whole turns or more, so that what is left may hang together.
+        times: (n,) of the samples used [s].
+        left: (n,) what the harmonics and the drift do not explain.
+        turns: of the rotor in the window.
+    """
+
+    coefficients: NDArray[np.complex128]
+    covariance: NDArray[np.float64]
+    times: NDArray[np.float64]
+    left: NDArray[np.float64]
+    turns: float
+
+    @property
+    def standard_errors(self) -> NDArray[np.float64]:
+        """(order + 1,) of the complex h_k: root of the sum of both parts' variances."""
+        variance = np.diag(self.covariance)
+        return np.sqrt(np.concatenate([variance[:1], variance[1::2] + variance[2::2]]))
+
+
+def noise_floor(
+    raw: TimeSeries, start: float = _SPUN_UP_S, stop: float | None = None
+) -> Mapping[str, ChannelNoise]:
+    """Return the noise of each channel but the rotor's speed, which is a fit of its own.
+
+    Args:
+        raw: an unfiltered motion, time zero at the first motion, as `Track.raw`.
+        start: of the steady part [s].
+        stop: its end [s]; the end of the drive where not given.
+    """
+    end = last_motion(raw) - _BEFORE_END_S if stop is None else stop
+    names = [name for name in raw.names if name != ROTOR_SPEED]
+    return {name: _channel(raw, name, start, end) for name in names}
+
+
+def synchronous(raw: TimeSeries, channel: str, order: int, start: float, stop: float) -> Harmonics:
+    """Fit harmonics of the rotor's angle to a channel over a window by least squares.
+
+    A slow parabola is fitted with them. Gaps do no harm.
+
+    Args:
+        raw: an unfiltered motion.
+        channel: name.
+        order: highest harmonic.
+        start: of the window [s].
+        stop: its end [s].
+
+    Raises:
+        InputError: channel and rotor are seen together over less than four turns.
+    """
+    both = raw.validity(channel) & raw.validity(ROTOR_ANGLE)
+    inside = both & (raw.times >= start) & (raw.times <= stop)
+    t, phi, values = raw.times[inside], raw[ROTOR_ANGLE][inside], raw[channel][inside]
+    count = float(abs(phi[-1] - phi[0]) / _TURN) if len(t) else 0.0
+    least = 2 * order + 1 + _DRIFT
+    if count < _LEAST_TURNS or len(t) < _LEAST_TURNS * least:
+        raise InputError(
+            f"{channel} and the rotor are seen together over {count:.1f} turns and {len(t)} "
+            f"samples from {start:g} to {stop:g} s; harmonics up to {order} need {_LEAST_TURNS} "
+            f"turns and {_LEAST_TURNS * least} samples"
+        )
+    if channel == ROTOR_ANGLE:  # its sway about an even turning, against that turning
+        values = values - np.polyval(np.polyfit(t, phi, 1), t)
+        phi = phi - values
+    terms = _terms(t, phi, order)
+    solution = np.linalg.lstsq(terms, values)[0]
+    left = values - terms @ solution
+    blocks = time_blocks(t, min(_MOST_BLOCKS, int(count)))
+    told = 2 * order + 1
+    coefficients = np.zeros(order + 1, dtype=np.complex128)
+    coefficients[0] = solution[0]
+    coefficients[1:] = solution[1:told:2] + 1j * solution[2:told:2]
+    covariance = block_covariance(terms, left, blocks)[:told, :told]
+    return Harmonics(coefficients, covariance, t, left, count)
+
+
+def _terms(t: NDArray[np.float64], phi: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """Return 1, then cos and -sin of each harmonic, then the drift, (n, 2 order + 1 + 2)."""
+    waves = [f(k * phi) for k in range(1, order + 1) for f in (np.cos, lambda x: -np.sin(x))]
+    u = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
+    return np.column_stack([np.ones_like(t), *waves, *(u**k for k in range(1, _DRIFT + 1))])
+
+
+def _channel(raw: TimeSeries, name: str, start: float, stop: float) -> ChannelNoise:
+    valid = raw.validity(name)
+    values = np.where(valid, raw[name], np.nan)
+    rest = valid & (raw.times < -_REST_MARGIN_S)
+    try:
+        fit = synchronous(raw, name, _ORDER, start, stop)
+    except InputError:
+        return ChannelNoise(_rest(raw.times[rest], values[rest]), _white(values), None, None, 0.0)
+    return ChannelNoise(
+        rest=_rest(raw.times[rest], values[rest]),
+        white=_white(values),
+        synchronous=float(np.std(fit.left)),
+        correlation_s=correlation_time(fit.times, fit.left),
+        turns=fit.turns,
+    )
+
+
+def _rest(t: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:
+    """Return the robust standard deviation about a line."""
+    if len(t) < _LEAST_REST:
+        return None
+    return _robust(values - np.polyval(np.polyfit(t - t[0], values, 1), t - t[0]))
+
+
+def _white(values: NDArray[np.float64]) -> float | None:
+    """Return the noise that third differences show, robust against landings."""
+    third = np.diff(values, 3)
+    third = third[np.isfinite(third)]
+    return None if len(third) < _LEAST_WHITE else float(_robust(third) / _THIRD)
+
+
+def _robust(values: NDArray[np.float64]) -> float:
+    return _TO_SIGMA * float(np.median(np.abs(values - np.median(values))))
