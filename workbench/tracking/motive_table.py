@@ -72,10 +72,12 @@ def read_bulk(layout: Layout, source: Source) -> MotiveTable | None:
 def read_careful(layout: Layout, source: Source) -> MotiveTable:
     """Read row by row, with an error for the first one that cannot be used."""
     lines, values = array("l"), array("d")
+    width = 0
     for line, cells in source.rows():
         if line <= layout.line:
             continue
-        _check_width(cells, line, layout, source)
+        width = width or len(cells)
+        _check_width(cells, width, line, layout, source)
         lines.append(line)
         values.extend(source.numbers([cells[i] for i in layout.columns], line, layout.columns))
     if not lines:
@@ -94,8 +96,18 @@ def _whole(indices: NDArray[np.float64]) -> NDArray[np.bool_]:
     return indices == np.round(indices)
 
 
-def _check_width(cells: Sequence[str], line: int, layout: Layout, source: Source) -> None:
-    """Refuse a row in which cells were lost or added: what follows them would be misread."""
+def _check_width(
+    cells: Sequence[str], width: int, line: int, layout: Layout, source: Source
+) -> None:
+    """Refuse a row in which cells were lost or added: what follows them would be misread.
+
+    Args:
+        cells: of the row.
+        width: cells of the first data row; a spreadsheet gives all rows the same trailing commas.
+        line: of the row.
+        layout: of the file.
+        source: the file.
+    """
     if len(cells) < layout.width:
         raise source.fault(
             line, f"the row is cut short: {len(cells)} cells, {layout.width} are needed"
@@ -107,3 +119,5 @@ def _check_width(cells: Sequence[str], line: int, layout: Layout, source: Source
             f"the row has {len(cells)} cells, the header names {layout.width}; "
             f"{shown(surplus)} stands beyond them",
         )
+    if len(cells) != width:
+        raise source.fault(line, f"the row has {len(cells)} cells, the first data row {width}")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.tracking.missing import gaps
-from workbench.tracking.take import Take
+from workbench.tracking.take import Take, known
 
 __all__ = ["quality"]
 
@@ -33,7 +33,8 @@ def quality(take: Take) -> dict[str, Any]:
 def _body(take: Take, name: str) -> dict[str, Any]:
     seen = take.bodies[name].seen
     count, longest = gaps(seen)
-    position = take.counted_position(name)[seen]
+    position = take.counted_position(name)
+    position = position[seen & known(position)]
     mean = np.mean(position, axis=0) if len(position) else None
     return {
         "missing": int(np.count_nonzero(~seen)),

@@ -54,6 +54,7 @@ class _Rows:
     points: list[list[float]] = field(default_factory=list)
     labels: list[list[int]] = field(default_factory=list)
     vocabulary: dict[str, int] = field(default_factory=dict)
+    surplus: int | None = None
 
     def body(self, identity: str, name: str) -> _Body:
         """Return the body of an id; the definition's name comes first, then the first row's."""
@@ -129,7 +130,15 @@ def _take_points(rows: _Rows, line: int, cells: list[str], at: int, source: Sour
             f"the frame row is cut short: {count} markers need {width * count} cells, "
             f"{found} follow",
         )
-    if found > width * count:
+    surplus = found - width * count
+    rows.surplus = surplus if rows.surplus is None else rows.surplus
+    if surplus != rows.surplus:
+        raise source.fault(
+            line,
+            f"the frame row has {surplus} cells after its {count} markers, the first frame row "
+            f"{rows.surplus}",
+        )
+    if surplus:
         source.warn_once("frame rows have cells after their markers, ignored", line)
     columns = [start + i for i in range(width * count) if i % width < 3]
     rows.points.append(source.numbers([cells[i] for i in columns], line, columns))

@@ -100,11 +100,10 @@ def _body(rows: BodyRows, name: str, table: RowTable) -> BodyTake:
 def _cloud(table: RowTable, bodies: list[BodyTake]) -> Cloud:
     """Return the visible points without those that the body rows repeat digit for digit."""
     free = known(table.points)
+    x, y, z = np.ascontiguousarray(table.points.transpose(2, 1, 0))  # (k, n) each
     for body in bodies:
-        same = np.ones((*free.shape, body.measured.shape[1]), dtype=bool)
-        for axis in range(3):
-            same &= table.points[:, :, None, axis] == body.measured[:, None, :, axis]
-        free &= ~same.any(axis=2)
+        for marker in np.ascontiguousarray(body.measured.transpose(1, 2, 0)):  # (3, n)
+            free &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2])).T
     most = int(free.sum(axis=1).max(initial=0))
     if most == 0:
         return Cloud.empty(len(free))
