@@ -65,7 +65,9 @@ def parse_c3d(source: Source) -> Take:
     bodies, loose = bodies_by_label(points.labels, position, source)
     if not bodies:
         raise _fault(source, f"no label like 'Foot:Marker1' names a body; {_told(points.labels)}")
-    source.warn("a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes")
+    source.warn(
+        "a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes"
+    )
     indices = points.first + np.arange(len(position))
     names = np.array([points.labels[k] for k in loose], dtype=object)
     return Take(
@@ -96,7 +98,15 @@ def _read(source: Source) -> _Points:
         labels = _labels(group)
         unit = str(_value(group, "UNITS", "mm"))
         rate = float(_value(group, "RATE", file["header"]["points"]["frame_rate"]))
-    except (RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError) as error:
+    except (
+        RuntimeError,
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        OSError,
+        MemoryError,
+    ) as error:
         raise _fault(source, f"damaged: {error}") from error
     if position.size == 0:
         raise _fault(source, f"{position.shape[0]} frames of {position.shape[1]} points; no data")
@@ -124,9 +134,9 @@ def _check_size(source: Source) -> tuple[int, int]:
     """
     points, analog = struct.unpack_from("<2H", source.data, 2)
     first, last = struct.unpack_from("<2H", source.data, 6)
-    (scale,) = struct.unpack_from("<f", source.data, 12)
+    scale, start = struct.unpack_from("<fH", source.data, 12)
     width = 4 if scale < 0 else 2
-    promised = (last - first + 1) * (4 * points + analog) * width
+    promised = _BLOCK * (start - 1) + (last - first + 1) * (4 * points + analog) * width
     if last < first or promised > len(source.data):
         raise _fault(
             source,
@@ -166,13 +176,13 @@ def _labels(group: Any) -> list[str]:
     """Return all labels; from the 256th on they stand in LABELS2, LABELS3."""
     labels: list[str] = []
     for key in ("LABELS", *(f"LABELS{k}" for k in range(2, 10))):
-        labels.extend(str(label) for label in group[key]["value"]) if key in group else None
+        if key in group:
+            labels.extend(str(label) for label in group[key]["value"])
     return labels
 
 
 def _value(group: Any, key: str, otherwise: Any) -> Any:
-    found = group[key]["value"] if key in group else ()
-    return found[0] if len(found) else otherwise
+    return next(iter(group[key]["value"]), otherwise) if key in group else otherwise
 
 
 def _told(labels: list[str]) -> str:

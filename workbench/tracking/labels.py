@@ -64,6 +64,9 @@ def merge(
 ) -> None:
     """Write one column's samples (n, 3) into a marker; it may continue in a second column."""
     free = ~known(place)
+    if free.all():
+        place[:] = found
+        return
     both = int(np.count_nonzero(~free & known(found)))
     if both:
         source.warn(

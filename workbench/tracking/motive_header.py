@@ -145,13 +145,11 @@ def _entities(
     return tuple(_entity(key, parts) for key, parts in found if _type(key[0]) in _TYPES)
 
 
-def _check_entity(
-    key: tuple[str, ...], parts: dict[str, int], line: int, source: Source
-) -> None:
+def _check_entity(key: tuple[str, ...], parts: dict[str, int], line: int, source: Source) -> None:
     """Refuse what a damaged header leaves half named: a wrong name would get the right numbers."""
     kind, name = _type(key[0]), key[1]
     place, turn = _axes_of("position", parts), _axes_of("rotation", parts)
-    if not place and not turn:
+    if kind not in _TYPES and not place and not turn:
         return
     column = min(parts.values()) + 1
     if not kind or not name:

@@ -47,6 +47,10 @@ def read_take(path: str | Path) -> Take:
         return parse_c3d(Source(str(path), hashlib.sha256(data).hexdigest(), data))
     _refuse_binary(data, str(path))
     encoding, warnings = _encoding(data)
+    if not data.endswith((b"\n", b"\r")):
+        warnings.append(
+            "the last row has no line end; if the file was cut off, so is its last number"
+        )
     source = Source(str(path), hashlib.sha256(data).hexdigest(), data, encoding, warnings)
     return _parser(source)(source)
 

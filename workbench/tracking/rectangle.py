@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv
+import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
 from workbench.tracking.source import LARGEST
@@ -74,11 +74,11 @@ def read_rectangle(
     names = [str(column) for column in range(width)]
     kinds = {names[i]: pa.float64() for i in numbers} | {names[i]: _WORD for i in words}
     try:
-        table = pa.csv.read_csv(
+        table = arrow_csv.read_csv(
             pa.BufferReader(pa.py_buffer(text)),
-            pa.csv.ReadOptions(column_names=names, block_size=_BLOCK),
-            pa.csv.ParseOptions(quote_char=False),
-            pa.csv.ConvertOptions(
+            arrow_csv.ReadOptions(column_names=names, block_size=_BLOCK),
+            arrow_csv.ParseOptions(quote_char=False),
+            arrow_csv.ConvertOptions(
                 column_types=kinds,
                 include_columns=list(kinds),
                 null_values=_BLANKS,

@@ -172,16 +172,17 @@ def _commas(
     for i in range(0, len(starts), _BLOCK):
         own = slice(i, i + _BLOCK)
         is_comma = buffer[starts[i] : stops[own][-1]] == _COMMA
-        count[own] = np.add.reduceat(is_comma.view(np.uint8), starts[own] - starts[i], dtype=np.int32)
+        count[own] = np.add.reduceat(
+            is_comma.view(np.uint8), starts[own] - starts[i], dtype=np.int32
+        )
     return count
 
 
-def _read_kind(
-    kind: _Kind, numbers: list[int], words: list[int], source: Source
-) -> Rectangle:
+def _read_kind(kind: _Kind, numbers: list[int], words: list[int], source: Source) -> Rectangle:
     found = read_rectangle(kind.text, kind.width, numbers, words, source.plain_encoding)
-    _require(found is not None and found.numbers.shape[1] == len(kind.frames))
-    assert found is not None
+    if found is None:
+        raise _Declined
+    _require(found.numbers.shape[1] == len(kind.frames))
     _require(all("" not in texts.vocabulary for texts in found.words))
     return found
 
@@ -275,9 +276,7 @@ def _rowless(identity: str, head: Head, frames: _Frames, version: str) -> BodyRo
     none = np.empty(0, dtype=np.int64)
     values = np.empty((0, body_width(markers, version) - LEAD))
     pose_frames, poses = _poses(identity, frames)
-    return BodyRows(
-        head.names[identity], identity, markers, none, none, values, pose_frames, poses
-    )
+    return BodyRows(head.names[identity], identity, markers, none, none, values, pose_frames, poses)
 
 
 def _points(frames: _Frames) -> tuple[NDArray[np.float64], NDArray[np.int32]]:

@@ -183,9 +183,7 @@ def _body_rows(body: _Body, rows: _Rows, source: Source) -> BodyRows:
     name = f"body {shown(body.name)}"
     if body.markers is None:
         line = rows.lines[body.pose_frames[0]]
-        raise source.fault(
-            line, f"the frame tracks a body {shown(body.id)} that no row defines"
-        )
+        raise source.fault(line, f"the frame tracks a body {shown(body.id)} that no row defines")
     width = body_width(body.markers, rows.version) - LEAD
     values = np.array(body.values).reshape(len(body.frames), width)
     pose_frames = np.array(body.pose_frames, dtype=np.int64)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from workbench.tracking.clock import jitter, row_rate, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label
@@ -110,7 +109,9 @@ def _cloud(table: RowTable, bodies: list[BodyTake]) -> Cloud:
     order = np.argsort(~free, axis=1, kind="stable")[:, :most]
     free = np.take_along_axis(free, order, axis=1)
     points = np.take_along_axis(table.points, order[:, :, None], axis=1)
-    names = np.array(table.vocabulary, dtype=object)[np.take_along_axis(table.labels, order, axis=1)]
+    names = np.array(table.vocabulary, dtype=object)[
+        np.take_along_axis(table.labels, order, axis=1)
+    ]
     return Cloud(np.where(free[:, :, None], points, np.nan), np.where(free, names, ""))
 
 

@@ -106,7 +106,7 @@ def frame_width(bodies: int, points: int, version: str) -> int:
 
 @dataclass
 class Head:
-    """What stands before the first frame: keys and texts, and the bodies' names and marker counts."""
+    """What stands before the first frame: keys and texts; name and marker count of each id."""
 
     info: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)

@@ -130,7 +130,7 @@ class Source:
         return values
 
     def _number(self, cell: str, line: int, column: int) -> float:
-        text = cell.strip()
+        text = cell.strip(" \t")
         if not text or "#" in text:
             return float("nan")
         try:
