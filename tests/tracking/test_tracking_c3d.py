@@ -78,9 +78,7 @@ def test_lengths_are_metres_whatever_the_unit(
 
 
 @pytest.mark.parametrize("first", [0, 1, 500])
-def test_the_first_frame_may_be_any(
-    first: int, write: Write, places: NDArray[np.float64]
-) -> None:
+def test_the_first_frame_may_be_any(first: int, write: Write, places: NDArray[np.float64]) -> None:
     path = write(places)
     data = bytearray(path.read_bytes())
     struct.pack_into("<2H", data, 6, first, first + FRAMES - 1)

@@ -89,9 +89,9 @@ def read_layout(source: Source) -> Layout:
     labelled = _label(above, line, source)
     entities = _entities(labelled, axes, line, source)
     if not any(e.position or e.rotation for e in entities):
-        raise source.fault(
-            line, "there are no data columns; the export is empty (was anything selected?)"
-        )
+        kinds = ", ".join(dict.fromkeys(filter(None, labelled["type"][2:])))
+        told = f"; the columns are of type {kinds}" if kinds else " (was anything selected?)"
+        raise source.fault(line, f"there are no data columns; the export is empty{told}")
     width = max(_filled(cells) for cells in (axes, *labelled.values()))
     return Layout(_pairs(keys), line, entities, _time_column(axes), width)
 
