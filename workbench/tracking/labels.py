@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from workbench.tracking.source import Source
 from workbench.tracking.take import BodyTake, Missing, known
 
-__all__ = ["bodies_by_label", "marker_name", "merge"]
+__all__ = ["bodies_by_label", "marker_name", "merge", "side_by_side"]
 
 _LABEL = re.compile(
     r"(?P<body>.*\S)\s*(?:"
@@ -45,10 +45,10 @@ def bodies_by_label(
         own = [k for k, name in enumerate(owners) if name == owner]
         names = [marker_name(labels[k].strip().removeprefix(owner)) for k in own]
         slots = tuple(dict.fromkeys(names))
-        measured = np.full((len(points), len(slots), 3), np.nan)
-        for k, slot in zip(own, map(slots.index, names), strict=True):
-            merge(measured[:, slot], points[:, k], labels[k], source)
-        bodies[owner] = _unposed(owner, slots, measured)
+        paths: dict[str, NDArray[np.float64]] = {}
+        for k, slot in zip(own, names, strict=True):
+            merge(paths, slot, points[:, k], labels[k], source)
+        bodies[owner] = _unposed(owner, slots, side_by_side(paths, slots, len(points)))
     return bodies, [k for k, owner in enumerate(owners) if not owner]
 
 
@@ -60,20 +60,34 @@ def marker_name(rest: str) -> str:
 
 
 def merge(
-    place: NDArray[np.float64], found: NDArray[np.float64], label: str, source: Source
+    paths: dict[str, NDArray[np.float64]],
+    slot: str,
+    found: NDArray[np.float64],
+    label: str,
+    source: Source,
 ) -> None:
-    """Write one column's samples (n, 3) into a marker; it may continue in a second column."""
-    free = ~known(place)
-    if free.all():
-        place[:] = found
+    """Add one column's samples (n, 3) to a marker's path; it may continue in a second column."""
+    if slot not in paths:
+        paths[slot] = found
         return
+    free = ~known(paths[slot])
     both = int(np.count_nonzero(~free & known(found)))
     if both:
         source.warn(
             f"marker {label!r} has columns that hold samples at the same time, {both} in all; "
             "the first one counts"
         )
-    np.copyto(place, found, where=free[:, None])
+    paths[slot] = np.where(free[:, None], found, paths[slot])
+
+
+def side_by_side(
+    paths: dict[str, NDArray[np.float64]], slots: Sequence[str], n: int
+) -> NDArray[np.float64]:
+    """Return (n, len(slots), 3), NaN for a marker without a path."""
+    if not slots:
+        return np.empty((n, 0, 3))
+    blank = np.broadcast_to(np.nan, (n, 3))
+    return np.stack([paths.get(slot, blank) for slot in slots], axis=1)
 
 
 def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -> BodyTake:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking.labels import bodies_by_label, marker_name, merge
+from workbench.tracking.labels import bodies_by_label, marker_name, merge, side_by_side
 from workbench.tracking.missing import motive_missing
 from workbench.tracking.motive_header import Entity, Layout
 from workbench.tracking.motive_table import MotiveTable
@@ -135,14 +135,15 @@ def _body(
 ) -> BodyTake:
     names = [marker_name(marker.name.removeprefix(owner.name)) for marker in markers]
     slots = tuple(dict.fromkeys(names))
-    shape = (len(scaled.table), len(slots))
-    measured, solved = np.full((*shape, 3), np.nan), np.full((*shape, 3), np.nan)
-    quality = np.full(shape, np.nan)
-    for marker, slot in zip(markers, map(slots.index, names), strict=True):
-        place = measured if marker.type == _MEASURED else solved
-        merge(place[:, slot], scaled.position(marker), marker.name, source)
+    n = len(scaled.table)
+    paths: dict[str, dict[str, NDArray[np.float64]]] = {"measured": {}, "solved": {}}
+    quality = np.full((n, len(slots)), np.nan)
+    for marker, slot in zip(markers, names, strict=True):
+        kind = "measured" if marker.type == _MEASURED else "solved"
+        merge(paths[kind], slot, scaled.position(marker), marker.name, source)
         if marker.quality is not None:
-            quality[:, slot] = scaled.table.column(marker.quality)
+            quality[:, slots.index(slot)] = scaled.table.column(marker.quality)
+    measured = side_by_side(paths["measured"], slots, n)
     position, quaternion = scaled.position(owner), _quaternion(owner, scaled.table)
     return BodyTake(
         name=name,
@@ -150,7 +151,7 @@ def _body(
         position=position,
         quaternion=quaternion,
         measured=measured,
-        solved=solved,
+        solved=side_by_side(paths["solved"], slots, n),
         marker_names=slots,
         missing=motive_missing(position, quaternion, measured, rate),
         reported_error=scaled.error(owner),
