@@ -73,6 +73,16 @@ def test_what_is_not_plain_is_declined_and_read_all_the_same(
     assert faults == []
 
 
+def test_a_blank_last_cell_is_left_to_the_careful_reader(stored: Path, tmp_path: Path) -> None:
+    lines = (stored / "hop_row_1.0.csv").read_bytes().split(b"\r\n")
+    lines[-2] = lines[-2][: lines[-2].rindex(b",") + 1]
+    text = b"\r\n".join(lines)
+    assert not answers(text)
+    found, faults = check(tmp_path / "x.csv", text)
+    assert faults == []
+    assert "has 23 cells and 2 markers; 24 cells" in str(found)
+
+
 CELLS = st.one_of(
     st.floats(allow_nan=False, width=32).map(repr),
     st.sampled_from(

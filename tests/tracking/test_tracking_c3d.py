@@ -88,6 +88,18 @@ def test_the_first_frame_may_be_any(first: int, write: Write, places: NDArray[np
     np.testing.assert_allclose(take.times, take.indices / RATE)
 
 
+def test_a_residual_below_zero_says_that_a_point_was_not_seen(
+    write: Write, places: NDArray[np.float64]
+) -> None:
+    path = write(places)
+    data = bytearray(path.read_bytes())
+    (start,) = struct.unpack_from("<H", data, 16)
+    struct.pack_into("<f", data, 512 * (start - 1) + 12, -1.0)  # of the first frame's first point
+    path.write_bytes(data)
+    foot = read_take(path).bodies["Foot"].measured
+    assert known(foot[:3, 0]).tolist() == [False, True, True]
+
+
 def test_a_body_counts_as_seen_while_any_marker_is(
     write: Write, places: NDArray[np.float64]
 ) -> None:

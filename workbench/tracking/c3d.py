@@ -93,8 +93,8 @@ def _read(source: Source) -> _Points:
     try:
         file = library.c3d(source.path)
         group, data = file["parameters"]["POINT"], file["data"]
+        # the library turns points with a residual of -1, which were not seen, into NaN
         position = np.array(data["points"][:3], dtype=float).transpose(2, 1, 0)
-        residual = np.array(data["meta_points"]["residuals"], dtype=float)[0].T
         labels = _labels(group)
         unit = str(_value(group, "UNITS", "mm"))
         rate = float(_value(group, "RATE", file["header"]["points"]["frame_rate"]))
@@ -114,14 +114,12 @@ def _read(source: Source) -> _Points:
         raise _fault(source, f"{len(position)} frames, the header says {first} to {last}")
     if len(labels) < position.shape[1]:
         raise _fault(source, f"{len(labels)} labels name {position.shape[1]} points")
-    return _Points(labels, _seen(position, residual, source), unit, rate, first)
+    return _Points(labels, _checked(position, source), unit, rate, first)
 
 
-def _seen(
-    position: NDArray[np.float64], residual: NDArray[np.float64], source: Source
-) -> NDArray[np.float64]:
-    """Return positions (n, k, 3) with NaN where a residual below 0 says that none was seen."""
-    position = np.where((known(position) & (residual >= 0))[:, :, None], position, np.nan)
+def _checked(position: NDArray[np.float64], source: Source) -> NDArray[np.float64]:
+    """Return positions (n, k, 3), all of a point NaN where a part is; refuse absurd magnitudes."""
+    position = np.where(known(position)[:, :, None], position, np.nan)
     if (np.abs(position) > LARGEST).any():
         raise _fault(source, f"a point lies {np.nanmax(np.abs(position)):g} away; damaged?")
     return position
