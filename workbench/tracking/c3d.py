@@ -31,6 +31,9 @@ _RATES_HZ = (0.1, 1e5)
 _LAST = 65535
 """The header cannot tell a later frame; longer files say this one."""
 _NAMES_SHOWN = 8
+_LIBRARY_ERRORS = (
+    RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError
+)  # fmt: skip
 
 
 class _Points(NamedTuple):
@@ -98,15 +101,7 @@ def _read(source: Source) -> _Points:
         labels = _labels(group)
         unit = str(_value(group, "UNITS", "mm"))
         rate = float(_value(group, "RATE", file["header"]["points"]["frame_rate"]))
-    except (
-        RuntimeError,
-        ValueError,
-        KeyError,
-        IndexError,
-        TypeError,
-        OSError,
-        MemoryError,
-    ) as error:
+    except _LIBRARY_ERRORS as error:
         raise _fault(source, f"damaged: {error}") from error
     if position.size == 0:
         raise _fault(source, f"{position.shape[0]} frames of {position.shape[1]} points; no data")
