@@ -316,6 +316,15 @@ def test_a_header_that_is_damaged_is_refused(
         read(b"\r\n".join(lines))
 
 
+def test_a_header_row_too_many_is_refused_where_rows_have_no_words(
+    stored: Path, read: Read
+) -> None:
+    lines = (stored / "hop_motive_1.21.csv").read_bytes().split(b"\r\n")
+    lines.insert(3, lines[4])  # the ids would become the names
+    with pytest.raises(TakeError, match=":8: more header rows stand above 'Frame' than type"):
+        read(b"\r\n".join(lines))
+
+
 def test_every_reason_for_a_missing_sample_is_told(tmp_path: Path, small: Take) -> None:
     take = solved_take(small)
     foot = take.bodies["Foot"]

@@ -16,6 +16,8 @@ from workbench.tracking.source import Source
 __all__ = ["Entity", "Layout", "read_layout"]
 
 _LABELS = ("type", "name", "id", "parent")
+_UNNAMED = ("type", "name", "id")
+"""The rows of the versions that leave the words out; only the latest has a parent."""
 _ERRORS = ("mean marker error", "error per marker")
 _QUALITY = "marker quality"
 _TYPES = ("rigid body", "rigid body marker", "marker", "bone", "bone marker")
@@ -117,10 +119,14 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
             f"{len(above)} header rows stand above 'Frame'; needed are type, name, id, component",
         )
     labelled = {"component": above[-1]}
-    unnamed = iter(_LABELS)
+    unnamed = iter(_UNNAMED)
     for cells in above[:-1]:
         word = next((cell.casefold() for cell in cells[:2] if cell), "")
         label = word if word in _LABELS else next(unnamed, "")
+        if not label:
+            raise source.fault(
+                line, "more header rows stand above 'Frame' than type, name, id and component"
+            )
         labelled.setdefault(label, cells)
     for needed in ("type", "name"):
         if needed not in labelled:
