@@ -196,7 +196,7 @@ def gone(take: Take, i: int, rows: list[list[str]]) -> Iterator[str]:
     for body in take.bodies.values():
         own, place, pose = rows[0], body.position[i], True
         if take.format == "row":
-            reports = [row for row in rows[1:] if len(row) > 4 and row[4].strip() == body.id]
+            reports = [row for row in rows[1:] if tells_of(row, body)]
             pose = body.id in [
                 cell.strip() for cell in rows[0][4 : 4 + 11 * int(float(rows[0][3])) : 11]
             ]
@@ -205,6 +205,11 @@ def gone(take: Take, i: int, rows: list[list[str]]) -> Iterator[str]:
             continue
         if np.isnan(body.measured[i]).any() or (pose and np.isnan(place).any()):
             yield f"{body.name} is gone and no cell is blank"
+
+
+def tells_of(row: list[str], body: BodyTake) -> bool:
+    word = row[0].strip().casefold()
+    return word in ("trackable", "rigidbody") and len(row) > 4 and row[4].strip() == body.id
 
 
 def is_blank(cell: str) -> bool:

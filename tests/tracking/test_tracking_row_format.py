@@ -134,6 +134,16 @@ def test_rows_out_of_place_are_read_with_warnings(plain: bytes, read: Read) -> N
     assert f"'Foot' has several rows in a frame, the last counts, first in line {first + 5}" in told
 
 
+def test_a_body_without_a_row_in_a_frame_is_missing_there_with_a_warning(
+    plain: bytes, read: Read
+) -> None:
+    lines, first = lines_of(plain)
+    del lines[first + 2]
+    take = read(b"\r\n".join(lines))
+    assert take.warnings == ("body 'T' has no row in 1 frame(s); missing there",)
+    assert take.bodies["T"].missing.tolist() == [Missing.BLANK] + 39 * [Missing.SEEN]
+
+
 def test_error_and_quality_are_kept_as_reported(plain: bytes, read: Read) -> None:
     foot = read(plain).bodies["Foot"]
     assert foot.reported_error is not None

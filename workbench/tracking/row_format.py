@@ -64,8 +64,11 @@ def _check_header(table: RowTable, source: Source) -> None:
                 f"the header says {shown(table.info[key])} bodies, the file has {len(table.bodies)}"
             )
     for rows in table.bodies:
+        silent = len(table.indices) - len(np.unique(rows.frames))
         if not len(rows.frames):
             source.warn(f"body {shown(rows.name)} is defined and has no rows; left out")
+        elif silent:
+            source.warn(f"body {shown(rows.name)} has no row in {silent} frame(s); missing there")
 
 
 def _body(rows: BodyRows, name: str, table: RowTable) -> BodyTake:
