@@ -1,13 +1,14 @@
 # make demo   run the example protocol on the virtual bench
 # make test   run the tests
 # make check  ruff, format, pyright, import-linter, examples, wheel
-# make bench  time the twin, print the thesis' results beside ours, measure the cleaning recipes
+# make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading
+# make fuzz   feed the reader of exports 100,000 changed files
 # make schemas / make pictures   write docs/reference/schemas and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench schemas pictures clean
+.PHONY: install demo test check bench fuzz schemas pictures clean
 
 install: $(INSTALLED)
 
@@ -34,6 +35,10 @@ bench: install
 	$(BIN)/python benchmarks/integrators.py
 	$(BIN)/python benchmarks/thesis.py
 	$(BIN)/python benchmarks/cleaning.py
+	$(BIN)/python benchmarks/tracking.py
+
+fuzz: install
+	$(BIN)/python tests/tracking/fuzzing.py
 
 schemas: install
 	for name in protocol bench sheet model shape; do \

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("cleaning", ["position error [mm]", "default  hop", "make_track, all of it"]),
         ("twin", ["floor: 8 bare mj_step loops", "ours: 1 hop, start-up included", "peak MB"]),
         ("integrators", ["implicitfast", "blew up", "against RK4 at 0.031 ms"]),
+        ("tracking", ["1800 frames", "ours / peer, time", "memory to read / file", "row.csv"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
     ],
 )

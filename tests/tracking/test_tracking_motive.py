@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.errors import TakeError
 from workbench.tracking import (
     Axes,
     BodyNames,
@@ -235,3 +236,107 @@ def test_short_repeats_and_a_body_that_never_moved_are_not_frozen(
         0,
         0,
     ]
+
+
+def test_bones_are_bodies_and_bone_markers_are_solved(plain: bytes, read: Read) -> None:
+    boned = plain.replace(b"Rigid Body Marker", b"Bone Marker").replace(b"Rigid Body", b"Bone")
+    assert boned != plain
+    take = read(boned)
+    assert_same_motion(take, read(plain))
+    for name, body in take.bodies.items():
+        np.testing.assert_array_equal(body.solved, read(plain).bodies[name].solved)
+
+
+def test_error_and_quality_columns_are_kept(read: Read, small: Take, tmp_path: Path) -> None:
+    write_motive(small, tmp_path / "x.csv", units="Millimeters")
+    foot = read_take(tmp_path / "x.csv").bodies["Foot"]
+    assert foot.reported_error is not None
+    assert foot.marker_quality is not None
+    seen = foot.seen
+    np.testing.assert_allclose(foot.reported_error[seen], foot.fit_error[seen], atol=1e-8)
+    assert np.isnan(foot.reported_error[~seen]).all()
+    assert set(foot.marker_quality[seen].flat) == {1.0}
+
+
+def test_solved_markers_of_bodies_named_alike_go_by_id(plain: bytes, read: Read) -> None:
+    lines = plain.split(b"\r\n")
+    lines[3] = lines[3].replace(b",Rotor", b",T")
+    take = read(b"\r\n".join(lines))
+    for name, was in (("T", "T"), ("T (2)", "Rotor")):
+        np.testing.assert_array_equal(take.bodies[name].solved, read(plain).bodies[was].solved)
+
+
+def test_measured_markers_that_could_be_of_two_bodies_are_left_out(
+    plain: bytes, read: Read
+) -> None:
+    lines = plain.split(b"\r\n")
+    lines[3] = lines[3].replace(b",Rotor", b",T")
+    types, names, ids = (lines[i].split(b",") for i in (2, 3, 4))
+    for i, (kind, name) in enumerate(zip(types, names, strict=True)):
+        if kind == b"Marker" and name.startswith(b"T:"):
+            ids[i] = b'"8392B20C"'
+    lines[4] = b",".join(ids)
+    take = read(b"\r\n".join(lines))
+    assert not known(take.bodies["T"].measured).any()
+    assert "markers of the bodies named 'T' cannot be told apart; left out" in take.warnings
+
+
+def test_a_marker_with_two_columns_continues_in_the_second(plain: bytes, read: Read) -> None:
+    lines = plain.split(b"\r\n")
+    types, names = lines[2].split(b","), lines[3].split(b",")
+    for i, (kind, name) in enumerate(zip(types, names, strict=True)):
+        if (kind, name) == (b"Marker", b"T:Marker 002"):
+            names[i] = b"T:Marker 001"
+    lines[3] = b",".join(names)
+    take = read(b"\r\n".join(lines))
+    assert any(
+        "'T:Marker 001' has columns that hold samples at the same" in w for w in take.warnings
+    )
+    np.testing.assert_array_equal(
+        take.bodies["T"].measured[:, 0], read(plain).bodies["T"].measured[:, 0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("row", "old", "new", "match"),
+    [
+        (6, b",X,Y,Z,W,X,Y,Z", b",X,Y,Z,W,X,Y,", "from 3 on are incomplete: position XY"),
+        (6, b"Frame,Time (Seconds),X,Y", b"Frame,Time (Seconds),X,", "rotation WXZ"),
+        (3, b"Name" + 8 * b",Foot", b"Name" + 8 * b",", "give column 3 no name"),
+        (2, b"Type" + 8 * b",Rigid Body", b"Type" + 8 * b",", "give column 3 no type"),
+    ],
+)  # fmt: skip
+def test_a_header_that_is_damaged_is_refused(
+    row: int, old: bytes, new: bytes, match: str, plain: bytes, read: Read
+) -> None:
+    lines = plain.split(b"\r\n")
+    assert lines[row].startswith(old) or old in lines[row]
+    lines[row] = lines[row].replace(old, new, 1)
+    with pytest.raises(TakeError, match=match):
+        read(b"\r\n".join(lines))
+
+
+def test_a_header_row_too_many_is_refused_where_rows_have_no_words(
+    stored: Path, read: Read
+) -> None:
+    lines = (stored / "hop_motive_1.21.csv").read_bytes().split(b"\r\n")
+    lines.insert(3, lines[4])  # the ids would become the names
+    with pytest.raises(TakeError, match=":8: more header rows stand above 'Frame' than type"):
+        read(b"\r\n".join(lines))
+
+
+def test_every_reason_for_a_missing_sample_is_told(tmp_path: Path, small: Take) -> None:
+    take = solved_take(small)
+    foot = take.bodies["Foot"]
+    position, measured = foot.position.copy(), foot.measured.copy()
+    position[10], measured[12] = np.nan, np.nan
+    body = replace(foot, position=position, measured=measured)
+    write_motive(replace(take, bodies={"Foot": body}), tmp_path / "x.csv", "1.24")
+    told = quality(read_take(tmp_path / "x.csv"))["bodies"]["Foot"]
+    assert told["reasons"] == {"blank": 1, "lost": 1, "placeholder": 6, "frozen": 10}
+    assert told["missing"] == 18
+
+
+def test_a_file_without_a_last_line_end_gives_a_warning(plain: bytes, read: Read) -> None:
+    assert "no line end" in read(plain.removesuffix(b"\r\n")).warnings[0]
+    assert read(plain).warnings == ()

@@ -143,3 +143,29 @@ def test_writers_refuse_what_they_cannot_write(tmp_path: Path, small: Take) -> N
         write_row(small, tmp_path / "x.csv", "2.0")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="Motive rotation 'XXX' is unknown; there are Quaternion"):
         write_motive(small, tmp_path / "x.csv", rotation="XXX")
+
+
+def disturbed(take: Take) -> Take:
+    """Return a take with exchanged markers, an outlier far away, and single markers hidden."""
+    foot = take.bodies["Foot"]
+    measured = foot.measured.copy()
+    measured[10:14, [0, 1]] = measured[10:14, [1, 0]]
+    measured[16, 2] += 12.5
+    measured[18:20, 3] = np.nan
+    return replace(take, bodies=dict(take.bodies) | {"Foot": replace(foot, measured=measured)})
+
+
+@pytest.mark.parametrize("version", [*sorted(ROW), *MOTIVE])
+@pytest.mark.parametrize("units", ["Meters", "Centimeters", "Millimeters"])
+def test_exchanges_outliers_and_hidden_markers_survive_as_they_are(
+    tmp_path: Path, small: Take, version: str, units: str
+) -> None:
+    take, path = disturbed(small), tmp_path / "x.csv"
+    if version in ROW:
+        write_row(take, path, version)  # type: ignore[arg-type]
+    else:
+        write_motive(take, path, version, units=units)  # type: ignore[arg-type]
+    read = read_take(path)
+    assert read.warnings == ()
+    assert_same_take(read, take, 1e-8 if version in ROW else UNIT_DIGITS[units])
+    assert quality(read)["bodies"]["Foot"]["markers"]["Marker 4"] == 5

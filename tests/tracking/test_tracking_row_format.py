@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.errors import TakeError
 from workbench.tracking import Missing, Take, quality, read_take, write_row
 
 Read = Callable[[bytes], Take]
@@ -89,7 +90,8 @@ def test_the_mean_is_over_tracked_rows_though_lost_ones_are_finite(
 def test_a_body_that_is_never_seen_has_no_mean(plain: bytes, read: Read) -> None:
     lost = plain.replace(b'"T",2,0,2', b'"T",2,9,2')
     told = quality(read(lost))["bodies"]["T"]
-    assert told == {"missing": 40, "gaps": 1, "longest_gap": 40, "mean_position_m": None}
+    assert (told["missing"], told["gaps"], told["longest_gap"]) == (40, 1, 40)
+    assert (told["reasons"], told["mean_position_m"]) == ({"lost": 40}, None)
 
 
 def test_left_handed_files_give_a_warning(plain: bytes, read: Read) -> None:
@@ -104,3 +106,78 @@ def test_bodies_come_in_any_order_in_a_frame_row(plain: bytes, read: Read) -> No
     lines[at] = b",".join([*cells[:4], *cells[15:26], *cells[4:15], *cells[26:]])
     for name, body in read(b"\r\n".join(lines)).bodies.items():
         np.testing.assert_array_equal(body.position, read(plain).bodies[name].position)
+
+
+def lines_of(data: bytes) -> tuple[list[bytes], int]:
+    """Return the lines, and which one is the first frame."""
+    lines = data.split(b"\r\n")
+    return lines, next(i for i, line in enumerate(lines) if line.startswith(b"frame,"))
+
+
+def test_a_cell_too_many_in_one_frame_row_is_refused(plain: bytes, read: Read) -> None:
+    lines, first = lines_of(plain)
+    lines[first + 4] = lines[first + 4].replace(b",8,", b",8,0.5,")
+    with pytest.raises(TakeError, match=rf":{first + 5}: the frame row has 1 cells after its 8"):
+        read(b"\r\n".join(lines))
+
+
+def test_rows_out_of_place_are_read_with_warnings(plain: bytes, read: Read) -> None:
+    lines, first = lines_of(plain)
+    del lines[first + 4]  # the second frame row: its bodies' rows now follow the first
+    take = read(b"\r\n".join(lines))
+    assert len(take) == 39
+    told = " ".join(take.warnings)
+    assert (
+        f"rows of bodies have another index than the frame above them, first in line {first + 5}"
+        in told
+    )
+    assert f"'Foot' has several rows in a frame, the last counts, first in line {first + 5}" in told
+
+
+def test_a_body_without_a_row_in_a_frame_is_missing_there_with_a_warning(
+    plain: bytes, read: Read
+) -> None:
+    lines, first = lines_of(plain)
+    del lines[first + 2]
+    take = read(b"\r\n".join(lines))
+    assert take.warnings == ("body 'T' has no row in 1 frame(s); missing there",)
+    assert take.bodies["T"].missing.tolist() == [Missing.BLANK] + 39 * [Missing.SEEN]
+
+
+def test_error_and_quality_are_kept_as_reported(plain: bytes, read: Read) -> None:
+    foot = read(plain).bodies["Foot"]
+    assert foot.reported_error is not None
+    assert foot.marker_quality is not None
+    np.testing.assert_allclose(foot.reported_error[:5], foot.fit_error[:5], atol=1e-8)
+    assert foot.marker_quality[:5].tolist() == [[1.0] * 4] * 5
+    assert foot.marker_quality[5].tolist() == [0.0] * 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        (b'trackable,"T",2', b'trackable,"T",1', "id '1' belongs to 'Foot' already"),
+        (b",3,1,", b",3,2,", "the frame lists body '2' twice"),
+        (b"frame,1,0.00833333,", b"frame,1,,", "the time of the frame is not a number"),
+        (b"frame,1,0.00833333,3,", b"frame,1,0.00833333,-3,", "tracked bodies is '-3'"),
+    ],
+)
+def test_what_contradicts_itself_is_refused(
+    old: bytes, new: bytes, match: str, plain: bytes, read: Read
+) -> None:
+    assert old in plain
+    with pytest.raises(TakeError, match=match):
+        read(plain.replace(old, new, 1))
+
+
+def test_wrong_counts_of_bodies_give_a_warning(plain: bytes, read: Read) -> None:
+    take = read(plain.replace(b"trackablecount,3", b"trackablecount,5"))
+    assert take.warnings == ("the header says '5' bodies, the file has 3",)
+
+
+def test_a_body_that_is_defined_and_never_reported_is_left_out(plain: bytes, read: Read) -> None:
+    lines, first = lines_of(plain)
+    lines.insert(first, b'trackable,"Ghost",9,2,0,0,0,0,0,1')
+    take = read(b"\r\n".join(lines))
+    assert list(take.bodies) == ["Foot", "T", "Rotor"]
+    assert "body 'Ghost' is defined and has no rows; left out" in take.warnings

@@ -78,24 +78,39 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
 
 def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) -> None:
     """Print the quality report of one take, and which bodies look like the robot's."""
-    kind = {"row": "row format", "motive": "Motive", "natnet": "NatNet"}[report["format"]]
+    kind = {"row": "row format", "motive": "Motive", "natnet": "NatNet", "c3d": "C3D"}[
+        report["format"]
+    ]
     title = (
-        f"{source}: {kind} {report['version']}, {report['frames']} frames at "
-        f"{report['rate_hz']:.6g} Hz, "
+        f"{source}: {' '.join(filter(None, (kind, report['version'])))}, "
+        f"{report['frames']} frames at {report['rate_hz']:.6g} Hz, "
         f"{report['first_time_s']:.3f} s to {report['last_time_s']:.3f} s"
     )
     rows = [
-        [name, str(body["missing"]), str(body["gaps"]), str(body["longest_gap"]),
+        [name, _reasons(body), str(body["gaps"]), str(body["longest_gap"]), _hidden(body),
          _place(body["mean_position_m"])]
         for name, body in report["bodies"].items()
     ]  # fmt: skip
-    head = ["body", "missing", "gaps", "longest gap", "mean position [m]"]
+    head = ["body", "missing", "gaps", "longest gap", "hidden markers", "mean position [m]"]
     show_table(title, head, rows)
+    print(f"clock: steps scatter by {1e3 * report['jitter_s']:.3f} ms")
+    if report["start_time"]:
+        print(f"start: {report['start_time']}")
     if guess is not None:
         print(f"looks like: foot {guess.foot}, top {guess.top}, rotor {guess.rotor}")
     for warning in report["warnings"]:
         print(f"note: {warning}")
 
 
+def _reasons(body: dict[str, Any]) -> str:
+    """Return how many samples of a body are missing, and why."""
+    return " + ".join(f"{count} {reason}" for reason, count in body["reasons"].items()) or "0"
+
+
+def _hidden(body: dict[str, Any]) -> str:
+    """Return in how many samples each marker is hidden; a dash where the file has no markers."""
+    return " ".join(str(count) for count in body["markers"].values()) or "-"
+
+
 def _place(mean: list[float] | None) -> str:
-    return "never seen" if mean is None else ", ".join(f"{value:.4f}" for value in mean)
+    return "never seen" if mean is None else ", ".join(f"{value:.3f}" for value in mean)

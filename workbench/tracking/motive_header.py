@@ -7,6 +7,7 @@ and `ID` out, so there the rows count in this order.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,7 +16,10 @@ from workbench.tracking.source import Source
 __all__ = ["Entity", "Layout", "read_layout"]
 
 _LABELS = ("type", "name", "id", "parent")
-_COMPONENTS = ("rotation", "position")
+_UNNAMED = ("type", "name", "id")
+"""The rows of the versions that leave the words out; only the latest has a parent."""
+_ERRORS = ("mean marker error", "error per marker")
+_QUALITY = "marker quality"
 _TYPES = ("rigid body", "rigid body marker", "marker", "bone", "bone marker")
 
 
@@ -30,6 +34,8 @@ class Entity:
         parent: of format 1.25, else empty.
         position: the three columns of X, Y, Z; None when the file gives no position.
         rotation: axis letter and column, in the file's order; three for Euler angles.
+        error: column of the error that Motive reports; None where there is none.
+        quality: column of a marker's quality; None where there is none.
     """
 
     type: str
@@ -38,6 +44,15 @@ class Entity:
     parent: str
     position: tuple[int, int, int] | None
     rotation: tuple[tuple[str, int], ...]
+    error: int | None
+    quality: int | None
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """All columns of it that mean something."""
+        turn = (column for _, column in self.rotation)
+        others = (column for column in (self.error, self.quality) if column is not None)
+        return (*(self.position or ()), *turn, *others)
 
 
 @dataclass(frozen=True)
@@ -49,7 +64,7 @@ class Layout:
         line: of the axis row; data follow.
         entities: in the file's order.
         time_column: None when the file has none.
-        width: cells that a data row must have at least.
+        width: cells of a data row.
     """
 
     header: dict[str, str]
@@ -57,6 +72,13 @@ class Layout:
     entities: tuple[Entity, ...]
     time_column: int | None
     width: int
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """The columns to read, the frame index first; others, as TimeCode, may hold text."""
+        used = {column for entity in self.entities for column in entity.columns}
+        time = () if self.time_column is None else (self.time_column,)
+        return (0, *sorted(used.union(time) - {0}))
 
 
 def read_layout(source: Source) -> Layout:
@@ -67,13 +89,13 @@ def read_layout(source: Source) -> Layout:
     """
     keys, above, line, axes = _header_rows(source)
     labelled = _label(above, line, source)
-    entities = _entities(labelled, axes)
-    columns = [c for e in entities for c in (*(e.position or ()), *(c for _, c in e.rotation))]
-    if not columns:
-        raise source.fault(
-            line, "there are no data columns; the export is empty (was anything selected?)"
-        )
-    return Layout(_pairs(keys), line, entities, _time_column(axes), max(columns) + 1)
+    entities = _entities(labelled, axes, line, source)
+    if not any(e.position or e.rotation for e in entities):
+        kinds = ", ".join(dict.fromkeys(filter(None, labelled["type"][2:])))
+        told = f"; the columns are of type {kinds}" if kinds else " (was anything selected?)"
+        raise source.fault(line, f"there are no data columns; the export is empty{told}")
+    width = max(_filled(cells) for cells in (axes, *labelled.values()))
+    return Layout(_pairs(keys), line, entities, _time_column(axes), width)
 
 
 def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[str]]:
@@ -97,10 +119,14 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
             f"{len(above)} header rows stand above 'Frame'; needed are type, name, id, component",
         )
     labelled = {"component": above[-1]}
-    unnamed = iter(_LABELS)
+    unnamed = iter(_UNNAMED)
     for cells in above[:-1]:
         word = next((cell.casefold() for cell in cells[:2] if cell), "")
         label = word if word in _LABELS else next(unnamed, "")
+        if not label:
+            raise source.fault(
+                line, "more header rows stand above 'Frame' than type, name, id and component"
+            )
         labelled.setdefault(label, cells)
     for needed in ("type", "name"):
         if needed not in labelled:
@@ -108,33 +134,62 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
     return labelled
 
 
-def _entities(labelled: dict[str, list[str]], axes: Sequence[str]) -> tuple[Entity, ...]:
+def _entities(
+    labelled: dict[str, list[str]], axes: Sequence[str], line: int, source: Source
+) -> tuple[Entity, ...]:
     """Group neighbouring columns of the same type, name and id; names alone may repeat."""
-    found: list[Entity] = []
-    open_key, position, rotation = None, {}, {}
-    for column in range(2, len(axes) + 1):
+    found: list[tuple[tuple[str, ...], dict[str, int]]] = []
+    for column in range(2, max(len(axes), _filled(labelled["type"]))):
         key = tuple(_cell(labelled.get(label), column) for label in _LABELS)
         component = _cell(labelled["component"], column).casefold()
-        axis = (axes[column] if column < len(axes) else "").upper()
-        fresh = key != open_key or (component == "position" and axis in position)
-        if fresh and open_key is not None:
-            found.append(_entity(open_key, position, rotation))
-        if fresh:
-            open_key, position, rotation = key, {}, {}
-        if component == "position" and axis:
-            position[axis] = column
-        elif component == "rotation" and axis:
-            rotation[axis] = column
-    if open_key is not None:
-        found.append(_entity(open_key, position, rotation))
-    return tuple(e for e in found if e.type in _TYPES)
+        part = f"{component} {_cell(axes, column).upper()}".strip()
+        if not found or key != found[-1][0] or part in found[-1][1]:
+            found.append((key, {}))
+        found[-1][1][part] = column
+    for key, parts in found:
+        _check_entity(key, parts, line, source)
+    return tuple(_entity(key, parts) for key, parts in found if _type(key[0]) in _TYPES)
 
 
-def _entity(key: tuple[str, ...], position: dict[str, int], rotation: dict[str, int]) -> Entity:
+def _check_entity(key: tuple[str, ...], parts: dict[str, int], line: int, source: Source) -> None:
+    """Refuse what a damaged header leaves half named: a wrong name would get the right numbers."""
+    kind, name = _type(key[0]), key[1]
+    place, turn = _axes_of("position", parts), _axes_of("rotation", parts)
+    if kind not in _TYPES and not place and not turn:
+        return
+    column = min(parts.values()) + 1
+    if not kind or not name:
+        lacking = "name" if kind else "type"
+        raise source.fault(line, f"the header rows above give column {column} no {lacking}")
+    if kind not in _TYPES:
+        source.warn(f"columns of type {kind!r} are not read")
+    elif place != "XYZ" or turn not in ("", "XYZ", "WXYZ"):
+        raise source.fault(
+            line,
+            f"the columns of {kind} {name!r} from {column} on are incomplete: "
+            f"position {place or 'none'}, rotation {turn or 'none'}",
+        )
+
+
+def _axes_of(component: str, parts: dict[str, int]) -> str:
+    """Return the axis letters that a component has, in alphabetical order."""
+    return "".join(sorted(part[-1] for part in parts if part.startswith(f"{component} ")))
+
+
+def _entity(key: tuple[str, ...], parts: dict[str, int]) -> Entity:
     kind, name, identity, parent = key
-    place = (position["X"], position["Y"], position["Z"]) if set(position) == set("XYZ") else None
-    turn = tuple(rotation.items()) if set(rotation) in ({*"XYZ"}, {*"XYZW"}) else ()
-    return Entity(_type(kind), name, identity, parent, place, turn)
+    x, y, z = (parts.get(f"position {axis}") for axis in "XYZ")
+    turn = {k[-1]: column for k, column in parts.items() if re.fullmatch("rotation [XYZW]", k)}
+    return Entity(
+        type=_type(kind),
+        name=name,
+        id=identity,
+        parent=parent,
+        position=None if x is None or y is None or z is None else (x, y, z),
+        rotation=tuple(turn.items()),
+        error=next((parts[word] for word in _ERRORS if word in parts), None),
+        quality=parts.get(_QUALITY),
+    )
 
 
 def _type(text: str) -> str:
@@ -142,7 +197,12 @@ def _type(text: str) -> str:
     return next((known for known in _TYPES if known.replace(" ", "") == plain), plain)
 
 
-def _cell(cells: list[str] | None, column: int) -> str:
+def _filled(cells: Sequence[str]) -> int:
+    """Return the number of cells up to the last one that is not blank."""
+    return max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
+
+
+def _cell(cells: Sequence[str] | None, column: int) -> str:
     return cells[column] if cells is not None and column < len(cells) else ""
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.tracking.missing import gaps
-from workbench.tracking.take import Take
+from workbench.tracking.take import Missing, Take, known
 
 __all__ = ["quality"]
 
@@ -16,28 +16,39 @@ def quality(take: Take) -> dict[str, Any]:
     """Return the quality report of a raw take as a JSON object.
 
     Lengths in metres, times in seconds, the file's own axes, nothing filtered. The mean position
-    is over the samples that count as seen; it is None when there is none.
+    is over the samples that count as seen; it is None when there is none. `reasons` counts the
+    others by `Missing`, `markers` the samples in which each measured marker was not visible.
     """
     return {
         "format": take.format,
         "version": take.version,
         "rate_hz": take.rate_hz,
+        "jitter_s": take.jitter_s,
         "frames": len(take),
         "first_time_s": float(take.times[0]),
         "last_time_s": float(take.times[-1]),
+        "start_time": take.header.get("Capture Start Time"),
         "bodies": {name: _body(take, name) for name in take.bodies},
+        "loose_points": take.cloud.position.shape[1],
         "warnings": list(take.warnings),
     }
 
 
 def _body(take: Take, name: str) -> dict[str, Any]:
-    seen = take.bodies[name].seen
-    count, longest = gaps(seen)
-    position = take.counted_position(name)[seen]
+    body = take.bodies[name]
+    count, longest = gaps(body.seen)
+    position = take.counted_position(name)
+    position = position[body.seen & known(position)]
     mean = np.mean(position, axis=0) if len(position) else None
+    hidden = np.count_nonzero(~known(body.measured), axis=0)
+    reasons = {reason: int(np.count_nonzero(body.missing == reason)) for reason in Missing}
     return {
-        "missing": int(np.count_nonzero(~seen)),
+        "missing": int(np.count_nonzero(~body.seen)),
         "gaps": count,
         "longest_gap": longest,
+        "reasons": {
+            reason.name.lower(): n for reason, n in reasons.items() if n and reason != Missing.SEEN
+        },
         "mean_position_m": None if mean is None else [float(x) for x in mean],
+        "markers": dict(zip(body.marker_names, hidden.tolist(), strict=True)),
     }

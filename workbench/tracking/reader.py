@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from workbench.errors import TakeError
+from workbench.tracking.c3d import is_c3d, parse_c3d
 from workbench.tracking.motive import parse_motive
 from workbench.tracking.row_format import parse_row
 from workbench.tracking.source import Source, shown
@@ -14,7 +15,9 @@ from workbench.tracking.take import Take
 
 __all__ = ["read_take"]
 
-_READABLE = "readable are OptiTrack CSV exports: Motive 1.2 to 1.25 and row format 1.0 and 1.1"
+_READABLE = (
+    "readable are OptiTrack exports: CSV of Motive 1.2 to 1.25, CSV of row format 1.0 and 1.1, C3D"
+)
 _MAGIC = {
     b"PK\x03\x04": "a zip archive or an .xlsx workbook; save the sheet as CSV or export again",
     b"PK\x05\x06": "an empty zip archive",
@@ -40,8 +43,14 @@ def read_take(path: str | Path) -> Take:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
     data = _bytes(Path(path))
+    if is_c3d(data):
+        return parse_c3d(Source(str(path), hashlib.sha256(data).hexdigest(), data))
     _refuse_binary(data, str(path))
     encoding, warnings = _encoding(data)
+    if not data.endswith((b"\n", b"\r")):
+        warnings.append(
+            "the last row has no line end; if the file was cut off, so is its last number"
+        )
     source = Source(str(path), hashlib.sha256(data).hexdigest(), data, encoding, warnings)
     return _parser(source)(source)
 
@@ -51,7 +60,7 @@ def _bytes(path: Path) -> bytes:
         data = path.read_bytes()
     except (OSError, ValueError) as error:
         raise TakeError(f"{path}: cannot be read ({error})") from error
-    if not data.strip():
+    if not data or data.isspace():
         raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
     return data
 
@@ -60,8 +69,6 @@ def _refuse_binary(data: bytes, path: str) -> None:
     for magic, what in _MAGIC.items():
         if data.startswith(magic):
             raise TakeError(f"{path}:1: this is {what}; {_READABLE}")
-    if data[1:2] == b"\x50" and data[0] < 0x20:
-        raise TakeError(f"{path}:1: C3D is not read yet; export the take as CSV")
     if b"\0" in data[:1024]:
         raise TakeError(
             f"{path}:1: binary data (starts with {data[:8].hex(' ')}); {_READABLE}; "
@@ -71,6 +78,8 @@ def _refuse_binary(data: bytes, path: str) -> None:
 
 def _encoding(data: bytes) -> tuple[str, list[str]]:
     """Return the encoding; a start time in another PC's code page must not stop the reader."""
+    if data.isascii():
+        return "utf-8-sig", []
     try:
         data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from workbench.errors import TakeError
 
-__all__ = ["Source", "unique_name"]
+__all__ = ["LARGEST", "Source", "shown", "unique_name"]
 
-_LARGEST = 1e9  # beyond any coordinate, time or index; keeps later arithmetic from overflowing
+LARGEST = 1e9
+"""Beyond any coordinate, time or index; keeps later arithmetic from overflowing."""
 _SHOWN = 40
 
 
@@ -36,6 +37,15 @@ class Source:
     data: bytes
     encoding: str = "utf-8-sig"
     warnings: list[str] = field(default_factory=list)
+
+    @property
+    def plain_encoding(self) -> str:
+        """The encoding of any part of the text but its beginning."""
+        return self.encoding.removesuffix("-sig")
+
+    def text(self) -> str:
+        """Return the whole text, without a byte order mark."""
+        return self.data.removeprefix(codecs.BOM_UTF8).decode(self.encoding)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield line number (from 1) and cells of each row that is not blank."""
@@ -63,13 +73,28 @@ class Source:
         if text not in self.warnings:
             self.warnings.append(text)
 
-    def numbers(self, cells: Sequence[str], line: int, column: int) -> list[float]:
+    def after(self, line: int) -> memoryview | None:
+        """Return the bytes after a line, or None where the lines before do not all end alike."""
+        at = 0
+        for _ in range(line):
+            at = self.data.find(b"\n", at) + 1
+            if at == 0:
+                return None
+        head = self.data[:at]
+        return None if head.count(b"\r") > head.count(b"\r\n") else memoryview(self.data)[at:]
+
+    def warn_once(self, text: str, line: int) -> None:
+        """Keep a warning with the first line that it is about."""
+        if not any(warning.startswith(text) for warning in self.warnings):
+            self.warn(f"{text}, first in line {line}")
+
+    def numbers(self, cells: Sequence[str], line: int, columns: Sequence[int]) -> list[float]:
         """Convert cells to numbers; blank, NAN and the old C runtime's `1.#QNAN` become NaN.
 
         Args:
             cells: the texts.
             line: their line, for the message.
-            column: column of the first cell, from 1, for the message.
+            columns: their columns, from 0, for the message.
 
         Raises:
             TakeError: where a cell holds anything else.
@@ -77,7 +102,8 @@ class Source:
         try:
             return list(map(float, cells))
         except ValueError:
-            return [self._number(cell, line, column + i) for i, cell in enumerate(cells)]
+            pairs = zip(cells, columns, strict=True)
+            return [self._number(cell, line, column + 1) for cell, column in pairs]
 
     def count(self, cell: str, line: int, what: str, lowest: int = 0) -> int:
         """Convert a cell to a whole number of at least `lowest`."""
@@ -85,7 +111,7 @@ class Source:
             value = float(cell)
         except ValueError:
             value = float("nan")
-        if not lowest <= value <= _LARGEST or value != int(value):
+        if not lowest <= value <= LARGEST or value != int(value):
             raise self.fault(
                 line, f"{what} is {shown(cell)}; a whole number from {lowest} belongs there"
             )
@@ -96,7 +122,7 @@ class Source:
     ) -> NDArray[np.float64]:
         """Return values (n, ...) with infinities as NaN; refuse absurd magnitudes."""
         values = np.where(np.isfinite(values), values, np.nan)
-        absurd = np.abs(values) > _LARGEST
+        absurd = np.abs(values) > LARGEST
         if absurd.any():
             at = int(np.argwhere(absurd)[0][0])
             found = values[absurd].flat[0]
@@ -104,7 +130,7 @@ class Source:
         return values
 
     def _number(self, cell: str, line: int, column: int) -> float:
-        text = cell.strip()
+        text = cell.strip(" \t")
         if not text or "#" in text:
             return float("nan")
         try:

@@ -44,6 +44,9 @@ class BodyTake:
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
         missing: (n,) values of `Missing`.
+        reported_error: (n,) what the export calls the body's error: [m] in Motive files, in a
+            unit that nobody has told in row formats; None where the file gives none.
+        marker_quality: (n, m) from 0 to 1; None where the file gives none.
     """
 
     name: str
@@ -54,6 +57,8 @@ class BodyTake:
     solved: NDArray[np.float64]
     marker_names: tuple[str, ...]
     missing: NDArray[np.int8]
+    reported_error: NDArray[np.float64] | None = None
+    marker_quality: NDArray[np.float64] | None = None
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -105,12 +110,12 @@ class Take:
     Args:
         path: the file's name as the user gave it.
         sha256: of the file's bytes.
-        format: "row" (Tracking Tools), "motive", or "natnet" (a recorded stream).
+        format: "row" (Tracking Tools), "motive", "c3d", or "natnet" (a recorded stream).
         version: the format's version, e.g. "1.1" or "1.23".
         rate_hz: samples per second.
         jitter_s: standard deviation of the file's own time steps about their median [s].
         indices: (n,) frame indices.
-        times: (n,) [s]; index / rate in Motive files, the file's clock in row formats.
+        times: (n,) [s]; index / rate in Motive and C3D files, the file's clock in row formats.
         bodies: by name, in the file's order.
         cloud: the points outside the bodies.
         header: the file's own keys and texts, untouched.
@@ -141,10 +146,12 @@ class Take:
         """Return the (n, 3) position that quality numbers are made of [m].
 
         That is the pose position in Motive files. Row formats give no pose while a body is lost, so
-        there it is the centroid of the model markers, which Appendix C of the thesis uses too.
+        there it is the centroid of the model markers, which Appendix C of the thesis uses too. A
+        body of markers alone is where the centroid of all its markers is.
         """
         body = self.bodies[name]
-        return body.centroid_solved if self.format == "row" else body.position
+        told = body.centroid_solved if self.format == "row" else body.position
+        return told if np.isfinite(told).any() else body.centroid_measured
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -1,0 +1,176 @@
+"""C3D: points with labels, made here by ezc3d itself."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from workbench.errors import TakeError
+from workbench.tracking import Axes, BodyNames, Missing, Take, make_track, quality, read_take
+from workbench.tracking.take import known
+
+ezc3d = pytest.importorskip("ezc3d", reason="needs the extra `c3d`")
+
+RATE = 160.0
+FRAMES = 50
+LABELS = ("Foot_Marker1", "Foot_Marker2", "T:Marker 001", "Unlabeled 1007")
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def places() -> NDArray[np.float64]:
+    """(n, k, 3) [m]; the second marker is hidden in frames 5 to 8."""
+    places = np.random.default_rng(1).uniform(-1, 1, (FRAMES, len(LABELS), 3))
+    places[5:9, 1] = np.nan
+    return places
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    def to_file(
+        points_m: NDArray[np.float64],
+        labels: tuple[str, ...] = LABELS,
+        unit: str = "mm",
+        scale: float = 1000.0,
+    ) -> Path:
+        file = ezc3d.c3d()
+        file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
+        file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+        file["parameters"]["POINT"]["LABELS"]["value"] = labels
+        data = np.ones((4, points_m.shape[1], len(points_m)))
+        data[:3] = points_m.transpose(2, 1, 0) * scale
+        file["data"]["points"] = data
+        file.write(str(tmp_path / "x.c3d"))
+        return tmp_path / "x.c3d"
+
+    return to_file
+
+
+def test_labels_name_the_bodies_and_residuals_hide_markers(
+    write: Write, places: NDArray[np.float64]
+) -> None:
+    take = read_take(write(places))
+    assert (take.format, take.rate_hz, len(take)) == ("c3d", RATE, FRAMES)
+    assert {name: body.marker_names for name, body in take.bodies.items()} == {
+        "Foot": ("Marker 1", "Marker 2"),
+        "T": ("Marker 1",),
+    }
+    foot = take.bodies["Foot"].measured
+    np.testing.assert_array_equal(known(foot), known(places[:, :2]))
+    np.testing.assert_allclose(foot, places[:, :2], atol=1e-6)  # 32 bit floats of millimetres
+    assert set(take.cloud.names.flat) == {"Unlabeled 1007"}
+    np.testing.assert_allclose(take.cloud.position[:, 0], places[:, 3], atol=1e-6)
+    assert any("usually z-up" in warning for warning in take.warnings)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("m", 1.0), ("cm", 100.0), ("mm", 1000.0)])
+def test_lengths_are_metres_whatever_the_unit(
+    unit: str, scale: float, write: Write, places: NDArray[np.float64]
+) -> None:
+    take = read_take(write(places, unit=unit, scale=scale))
+    np.testing.assert_allclose(take.bodies["T"].measured[:, 0], places[:, 2], atol=1e-6)
+
+
+@pytest.mark.parametrize("first", [0, 1, 500])
+def test_the_first_frame_may_be_any(first: int, write: Write, places: NDArray[np.float64]) -> None:
+    path = write(places)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<2H", data, 6, first, first + FRAMES - 1)
+    path.write_bytes(data)
+    take = read_take(path)
+    assert (take.indices[0], take.indices[-1]) == (first, first + FRAMES - 1)
+    np.testing.assert_allclose(take.times, take.indices / RATE)
+
+
+def test_a_residual_below_zero_says_that_a_point_was_not_seen(
+    write: Write, places: NDArray[np.float64]
+) -> None:
+    path = write(places)
+    data = bytearray(path.read_bytes())
+    (start,) = struct.unpack_from("<H", data, 16)
+    struct.pack_into("<f", data, 512 * (start - 1) + 12, -1.0)  # of the first frame's first point
+    path.write_bytes(data)
+    foot = read_take(path).bodies["Foot"].measured
+    assert known(foot[:3, 0]).tolist() == [False, True, True]
+
+
+def test_a_body_counts_as_seen_while_any_marker_is(
+    write: Write, places: NDArray[np.float64]
+) -> None:
+    places[20:23, :2] = np.nan
+    told = quality(read_take(write(places)))["bodies"]["Foot"]
+    assert (told["missing"], told["gaps"], told["longest_gap"]) == (3, 1, 3)
+    assert told["reasons"] == {"blank": 3}
+    assert told["markers"] == {"Marker 1": 3, "Marker 2": 7}
+    whole = known(places[:, :2]).all(axis=1)
+    middle = places[whole, :2].mean(axis=(0, 1))
+    np.testing.assert_allclose(told["mean_position_m"], middle, atol=1e-6)
+
+
+def test_the_motion_is_that_of_the_export_with_poses(write: Write, small: Take) -> None:
+    bodies = small.bodies
+    labels = tuple(f"{name}:{marker}" for name in bodies for marker in bodies[name].marker_names)
+    points = np.concatenate([body.measured for body in bodies.values()], axis=1)
+    points[5:8, :4] = np.nan
+    take = read_take(write(points, labels=labels))
+    for name, body in take.bodies.items():
+        np.testing.assert_allclose(body.measured, bodies[name].measured, atol=1e-6)
+        np.testing.assert_array_equal(body.seen, bodies[name].seen)
+        assert set(body.missing) <= {Missing.SEEN, Missing.BLANK}
+    track = make_track(take, bodies=BodyNames(), axes=Axes())
+    assert np.isfinite(track.motion["top_x_m"]).any()
+
+
+def test_the_content_decides_not_the_name(write: Write, places: NDArray[np.float64]) -> None:
+    path = write(places)
+    assert read_take(path.rename(path.with_name("x.csv"))).format == "c3d"
+
+
+@pytest.mark.parametrize(
+    ("labels", "unit", "match"),
+    [
+        (("a", "b", "c", "Unlabeled 1"), "mm", "no label like 'Foot:Marker1' names a body; .*'a'"),
+        (LABELS, "furlong", "POINT:UNITS is 'furlong'; known are m, "),
+    ],
+)
+def test_what_cannot_be_used_is_named(
+    labels: tuple[str, ...], unit: str, match: str, write: Write, places: NDArray[np.float64]
+) -> None:
+    with pytest.raises(TakeError, match=match):
+        read_take(write(places, labels=labels, unit=unit))
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "match"),
+    [
+        (slice(8, 10), b"\xff\x7f", "the header promises frames 1 to 32767 of 4 points, "),
+        (slice(-900, None), b"", r"the file has \d+; cut off"),
+        (slice(550, 551), b"\xff", "the parameter at byte 539 is longer than its record; damaged"),
+    ],
+    ids=["frames", "cut", "parameter"],
+)
+def test_a_damaged_file_is_refused_before_the_library_sees_it(
+    at: slice, value: bytes, match: str, write: Write, places: NDArray[np.float64]
+) -> None:
+    path = write(places)
+    data = bytearray(path.read_bytes())
+    data[at] = value
+    path.write_bytes(data)
+    with pytest.raises(TakeError, match=match) as caught:
+        read_take(path)
+    assert str(caught.value).startswith(f"{path}: C3D: ")
+
+
+def test_without_ezc3d_it_says_what_to_install(
+    write: Write, places: NDArray[np.float64], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(places)
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    with pytest.raises(TakeError, match=r"pip install hopping-workbench\[c3d\]"):
+        read_take(path)

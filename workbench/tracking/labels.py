@@ -1,0 +1,105 @@
+"""Bodies of exports that hold points only: their markers' labels say which body they sit on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.tracking.source import Source
+from workbench.tracking.take import BodyTake, Missing, known
+
+__all__ = ["bodies_by_label", "marker_name", "merge", "side_by_side"]
+
+_LABEL = re.compile(
+    r"(?P<body>.*\S)\s*(?:"
+    r"[:_-]\s*(?P<numbered>marker[ _]?[0-9]{1,9})"  # Foot_Marker1, Foot:Marker 001, Foot-Marker 1
+    r"|_(?P<number>[0-9]{1,9})"  # Foot_1
+    r"|:\s*(?P<named>[^:]*\S))",  # Foot:heel
+    re.IGNORECASE | re.ASCII,
+)
+_NUMBERED = re.compile(r"(?:marker)?[ _]?0*([0-9]{1,9})", re.IGNORECASE | re.ASCII)
+_NO_BODY = ("unlabeled", "unlabelled", "active", "passive")
+
+
+def bodies_by_label(
+    labels: Sequence[str], points: NDArray[np.float64], source: Source
+) -> tuple[dict[str, BodyTake], list[int]]:
+    """Group points into bodies that have measured markers and no pose.
+
+    Args:
+        labels: k names of points.
+        points: (n, k, 3) their places [m], NaN where not seen.
+        source: takes the warnings.
+
+    Returns:
+        The bodies by name, seen where at least one marker is; the places of the other labels.
+    """
+    told = [_LABEL.fullmatch(label.strip()) for label in labels]
+    owners = ["" if match is None else match["body"] for match in told]
+    owners = ["" if owner.casefold() in _NO_BODY else owner for owner in owners]
+    bodies: dict[str, BodyTake] = {}
+    for owner in dict.fromkeys(filter(None, owners)):
+        own = [k for k, name in enumerate(owners) if name == owner]
+        names = [marker_name(labels[k].strip().removeprefix(owner)) for k in own]
+        slots = tuple(dict.fromkeys(names))
+        paths: dict[str, NDArray[np.float64]] = {}
+        for k, slot in zip(own, names, strict=True):
+            merge(paths, slot, points[:, k], labels[k], source)
+        bodies[owner] = _unposed(owner, slots, side_by_side(paths, slots, len(points)))
+    return bodies, [k for k, owner in enumerate(owners) if not owner]
+
+
+def marker_name(rest: str) -> str:
+    """Return a marker's name on its body, the same for `_1`, `_Marker1` and `:Marker 001`."""
+    plain = rest.strip().lstrip("_:- ")
+    number = _NUMBERED.fullmatch(plain)
+    return f"Marker {number[1]}" if number else plain
+
+
+def merge(
+    paths: dict[str, NDArray[np.float64]],
+    slot: str,
+    found: NDArray[np.float64],
+    label: str,
+    source: Source,
+) -> None:
+    """Add one column's samples (n, 3) to a marker's path; it may continue in a second column."""
+    if slot not in paths:
+        paths[slot] = found
+        return
+    free = ~known(paths[slot])
+    both = int(np.count_nonzero(~free & known(found)))
+    if both:
+        source.warn(
+            f"marker {label!r} has columns that hold samples at the same time, {both} in all; "
+            "the first one counts"
+        )
+    paths[slot] = np.where(free[:, None], found, paths[slot])
+
+
+def side_by_side(
+    paths: dict[str, NDArray[np.float64]], slots: Sequence[str], n: int
+) -> NDArray[np.float64]:
+    """Return (n, len(slots), 3), NaN for a marker without a path."""
+    if not slots:
+        return np.empty((n, 0, 3))
+    blank = np.broadcast_to(np.nan, (n, 3))
+    return np.stack([paths.get(slot, blank) for slot in slots], axis=1)
+
+
+def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -> BodyTake:
+    n = len(measured)
+    seen = known(measured).any(axis=1)
+    return BodyTake(
+        name=name,
+        id=name,
+        position=np.full((n, 3), np.nan),
+        quaternion=np.full((n, 4), np.nan),
+        measured=measured,
+        solved=np.full_like(measured, np.nan),
+        marker_names=slots,
+        missing=np.where(seen, Missing.SEEN, Missing.BLANK).astype(np.int8),
+    )

@@ -1,0 +1,185 @@
+"""The bodies of a Motive table: whose marker is whose, metres, quaternions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from workbench.tracking.labels import bodies_by_label, marker_name, merge, side_by_side
+from workbench.tracking.missing import motive_missing
+from workbench.tracking.motive_header import Entity, Layout
+from workbench.tracking.motive_table import MotiveTable
+from workbench.tracking.rotations import usable
+from workbench.tracking.source import Source, shown, unique_name
+from workbench.tracking.take import BodyTake, Cloud
+
+__all__ = ["bodies_and_cloud"]
+
+_METRES = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254}
+_BODIES = ("rigid body", "bone")
+_MEASURED = "marker"
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """A table and how many metres its unit of length has."""
+
+    table: MotiveTable
+    metres: float
+
+    def position(self, entity: Entity) -> NDArray[np.float64]:
+        """Return (n, 3) [m]; a place known in part only is not known."""
+        if entity.position is None:
+            return np.full((len(self.table), 3), np.nan)
+        values = self.table.block(entity.position)
+        if self.metres != 1.0:
+            values *= self.metres
+        x, y, z = values.T
+        values[np.isnan(x + y + z)] = np.nan
+        return values
+
+    def error(self, entity: Entity) -> NDArray[np.float64] | None:
+        """Return (n,) [m] the error that Motive reports."""
+        return None if entity.error is None else self.table.column(entity.error) * self.metres
+
+
+def bodies_and_cloud(
+    layout: Layout, table: MotiveTable, rate: float, source: Source
+) -> tuple[dict[str, BodyTake], Cloud]:
+    """Return the bodies by name and the measured points that belong to none.
+
+    Raises:
+        TakeError: the unit of length is unknown, or there are no bodies.
+    """
+    scaled = _Scaled(table, _scale(layout, source))
+    owners = [entity for entity in layout.entities if entity.type in _BODIES]
+    if not owners:
+        return _from_labels(layout, scaled, source)
+    own: list[list[Entity]] = [[] for _ in owners]
+    loose: list[Entity] = []
+    for entity in layout.entities:
+        if entity.type not in _BODIES:
+            owner = _owner(entity, owners, source)
+            (loose if owner is None else own[owner]).append(entity)
+    bodies: dict[str, BodyTake] = {}
+    for owner, markers in zip(owners, own, strict=True):
+        name = unique_name(owner.name, list(bodies), source)
+        bodies[name] = _body(owner, name, markers, scaled, rate, source)
+    return bodies, _cloud([entity for entity in loose if entity.type == _MEASURED], scaled)
+
+
+def _scale(layout: Layout, source: Source) -> float:
+    text = layout.header.get("Length Units", "")
+    if not text:
+        source.warn("the header gives no Length Units; metres assumed")
+        return 1.0
+    if text.casefold() not in _METRES:
+        raise source.fault(1, f"Length Units is {shown(text)}; known are {', '.join(_METRES)}")
+    return _METRES[text.casefold()]
+
+
+def _from_labels(
+    layout: Layout, scaled: _Scaled, source: Source
+) -> tuple[dict[str, BodyTake], Cloud]:
+    """Make bodies of an export of markers alone."""
+    markers = [entity for entity in layout.entities if entity.type == _MEASURED]
+    cloud = _cloud(markers, scaled)
+    labels = [entity.name for entity in markers]
+    bodies, loose = bodies_by_label(labels, cloud.position, source)
+    if not bodies:
+        types = ", ".join(sorted({entity.type for entity in layout.entities}))
+        names = ", ".join(dict.fromkeys(shown(entity.name) for entity in layout.entities))
+        raise source.fault(
+            layout.line,
+            f"there are no rigid bodies, and no label like 'Foot:Marker1' names one; the columns "
+            f"are of type {types}, named {names}",
+        )
+    return bodies, _cloud([markers[k] for k in loose], scaled)
+
+
+def _owner(marker: Entity, owners: Sequence[Entity], source: Source) -> int | None:
+    """Return whose marker it is: by parent, else by the longest body name before its own.
+
+    Of bodies named alike a marker belongs to the one whose id it shows; else nothing tells.
+    """
+    found = [i for i, o in enumerate(owners) if marker.parent and marker.parent in (o.name, o.id)]
+    if not found:
+        found = [i for i, o in enumerate(owners) if _is_named_after(marker, o)]
+        longest = max((len(owners[i].name) for i in found), default=0)
+        found = [i for i in found if len(owners[i].name) == longest]
+    if len(found) > 1:
+        name = owners[found[0]].name
+        found = [i for i in found if owners[i].id and marker.id.startswith(owners[i].id)]
+        if len(found) != 1:
+            source.warn(f"markers of the bodies named {name!r} cannot be told apart; left out")
+            return None
+    return found[0] if found else None
+
+
+def _is_named_after(marker: Entity, owner: Entity) -> bool:
+    rest = marker.name.removeprefix(owner.name)
+    return rest != marker.name and rest[:1] in ("_", ":", "-")
+
+
+def _body(
+    owner: Entity,
+    name: str,
+    markers: Sequence[Entity],
+    scaled: _Scaled,
+    rate: float,
+    source: Source,
+) -> BodyTake:
+    names = [marker_name(marker.name.removeprefix(owner.name)) for marker in markers]
+    slots = tuple(dict.fromkeys(names))
+    n = len(scaled.table)
+    paths: dict[str, dict[str, NDArray[np.float64]]] = {"measured": {}, "solved": {}}
+    quality = np.full((n, len(slots)), np.nan)
+    for marker, slot in zip(markers, names, strict=True):
+        kind = "measured" if marker.type == _MEASURED else "solved"
+        merge(paths[kind], slot, scaled.position(marker), marker.name, source)
+        if marker.quality is not None:
+            quality[:, slots.index(slot)] = scaled.table.column(marker.quality)
+    measured = side_by_side(paths["measured"], slots, n)
+    position, quaternion = scaled.position(owner), _quaternion(owner, scaled.table)
+    return BodyTake(
+        name=name,
+        id=owner.id,
+        position=position,
+        quaternion=quaternion,
+        measured=measured,
+        solved=side_by_side(paths["solved"], slots, n),
+        marker_names=slots,
+        missing=motive_missing(position, quaternion, measured, rate),
+        reported_error=scaled.error(owner),
+        marker_quality=quality if any(marker.quality is not None for marker in markers) else None,
+    )
+
+
+def _cloud(loose: Sequence[Entity], scaled: _Scaled) -> Cloud:
+    if not loose:
+        return Cloud.empty(len(scaled.table))
+    position = np.stack([scaled.position(entity) for entity in loose], axis=1)
+    names = np.array([entity.name for entity in loose], dtype=object)
+    return Cloud(position, np.broadcast_to(names, position.shape[:2]))
+
+
+def _quaternion(entity: Entity, table: MotiveTable) -> NDArray[np.float64]:
+    """Return (n, 4) w, x, y, z from x, y, z, w or from Euler angles in degrees.
+
+    Motive's Euler angles turn about the body's own axes, in the order of the columns.
+    """
+    columns = dict(entity.rotation)
+    if len(columns) == 4:
+        return usable(table.block([columns[axis] for axis in "WXYZ"]))
+    quaternion = np.full((len(table), 4), np.nan)
+    if columns:
+        angles = table.block(list(columns.values()))
+        given = np.isfinite(angles).all(axis=1)
+        if given.any():
+            turned = Rotation.from_euler("".join(columns), angles[given], degrees=True)
+            quaternion[given] = turned.as_quat(scalar_first=True)
+    return quaternion

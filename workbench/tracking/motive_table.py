@@ -1,0 +1,123 @@
+"""The data rows of Motive's column format as one table of numbers."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.tracking.motive_header import Layout
+from workbench.tracking.rectangle import read_rectangle
+from workbench.tracking.source import Source, shown
+
+__all__ = ["MotiveTable", "read_bulk", "read_careful", "read_table"]
+
+
+@dataclass(frozen=True, eq=False)
+class MotiveTable:
+    """The columns that mean something, over n rows.
+
+    Args:
+        columns: k places in the file's rows, from 0.
+        values: (k, n) NaN where blank.
+    """
+
+    columns: tuple[int, ...]
+    values: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return self.values.shape[1]
+
+    @property
+    def indices(self) -> NDArray[np.int64]:
+        """(n,) the frame index of each row."""
+        return self.values[0].astype(np.int64)
+
+    def column(self, column: int) -> NDArray[np.float64]:
+        """Return one column of the file, (n,)."""
+        return self.values[self.columns.index(column)]
+
+    def block(self, columns: Sequence[int]) -> NDArray[np.float64]:
+        """Return columns of the file side by side, (n, len(columns))."""
+        out = np.empty((len(self), len(columns)))
+        for place, column in enumerate(columns):
+            out[:, place] = self.column(column)
+        return out
+
+
+def read_table(layout: Layout, source: Source) -> MotiveTable:
+    """Read the data rows, in bulk where all of them are plain.
+
+    Raises:
+        TakeError: a row cannot be used; the message names it and the cause.
+    """
+    return read_bulk(layout, source) or read_careful(layout, source)
+
+
+def read_bulk(layout: Layout, source: Source) -> MotiveTable | None:
+    """Read all rows at once, or return None where one of them needs a closer look."""
+    text = source.after(layout.line)
+    if text is None or len(text) == 0:
+        return None
+    found = read_rectangle(text, layout.width, layout.columns)
+    if found is None or not _whole(found.numbers[0]).all():
+        return None
+    return MotiveTable(layout.columns, found.numbers)
+
+
+def read_careful(layout: Layout, source: Source) -> MotiveTable:
+    """Read row by row, with an error for the first one that cannot be used."""
+    lines, values = array("l"), array("d")
+    width = 0
+    for line, cells in source.rows():
+        if line <= layout.line:
+            continue
+        width = width or len(cells)
+        _check_width(cells, width, line, layout, source)
+        lines.append(line)
+        values.extend(source.numbers([cells[i] for i in layout.columns], line, layout.columns))
+    if not lines:
+        raise source.fault(layout.line, "no data rows follow the header")
+    table = np.frombuffer(values).reshape(len(lines), len(layout.columns))
+    table = source.checked(table, lines, "a cell")
+    wrong = np.flatnonzero(~_whole(table[:, 0]))
+    if len(wrong):
+        value = table[wrong[0], 0]
+        found = "blank" if np.isnan(value) else f"{value:g}"
+        raise source.fault(lines[int(wrong[0])], f"the frame index is {found}, not a whole number")
+    return MotiveTable(layout.columns, np.ascontiguousarray(table.T))
+
+
+def _whole(indices: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return indices == np.round(indices)
+
+
+def _check_width(
+    cells: Sequence[str], width: int, line: int, layout: Layout, source: Source
+) -> None:
+    """Refuse a row in which cells were lost or added: what follows them would be misread.
+
+    Args:
+        cells: of the row.
+        width: cells of the first data row; a spreadsheet gives all rows the same trailing commas.
+        line: of the row.
+        layout: of the file.
+        source: the file.
+    """
+    if len(cells) < layout.width:
+        raise source.fault(
+            line, f"the row is cut short: {len(cells)} cells, {layout.width} are needed"
+        )
+    surplus = next((cell for cell in cells[layout.width :] if cell.strip()), None)
+    if surplus is not None:
+        raise source.fault(
+            line,
+            f"the row has {len(cells)} cells, the header names {layout.width}; "
+            f"{shown(surplus)} stands beyond them",
+        )
+    if len(cells) != width:
+        raise source.fault(line, f"the row has {len(cells)} cells, the first data row {width}")
