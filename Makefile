@@ -35,7 +35,7 @@ bench: install
 	$(BIN)/python benchmarks/thesis.py
 
 schemas: install
-	for name in protocol bench sheet model shape; do \
+	for name in protocol bench sheet model shape calibration; do \
 	  $(BIN)/workbench schema $$name > docs/reference/schemas/$$name-1.json; \
 	done
 
