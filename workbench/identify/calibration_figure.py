@@ -19,8 +19,13 @@ from workbench.identify.speed_line import CONFIDENCE, SpeedLine
 __all__ = ["figure_5_3"]
 
 _SIZE_IN = (9.0, 3.6)
-_MEASURED, _LINE = "#0b5cad", "#c2410c"
-_MARKERS = {"clamped": "o", "hop": "^", "held out": "s"}
+_LINE = "#c2410c"
+_KINDS = {
+    "clamped": ("o", "#0b5cad"),
+    "hop": ("^", "#0f8a78"),
+    "held out": ("s", "#6b7280"),
+}
+"""Kind of run -> marker, colour."""
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -72,9 +77,10 @@ def _residuals(
     ax.axhline(0, color=_LINE, linewidth=1)
     _points(ax, calibration, line, residual=True)
     ax.set(xlabel="Voltage [V]", ylabel="measured - line [rad/s]")
+    ax.set_title(f"Residuals, scatter {line.scatter:.2g} rad/s", loc="left")
     found = [name.replace("_", " ") for name, one in calibration.checks.items() if one.found]
-    told = f"found: {', '.join(found)}" if found else "nothing speaks against a line"
-    ax.set_title(f"scatter {line.scatter:.2g} rad/s; {told}", loc="left")
+    if found:
+        ax.text(0.02, 0.02, f"found: {', '.join(found)}", transform=ax.transAxes)
     ax.legend(loc="best")
 
 
@@ -85,14 +91,15 @@ def _points(ax: Axes, calibration: SpeedCalibration, line: SpeedLine, residual: 
     kinds["held out"] = list(calibration.held_out)
     for name, points in kinds.items():
         if points:
+            marker, color = _KINDS[name]
             errors = np.hypot([point.standard_error for point in points], line.scatter)
             ax.errorbar(
                 [point.voltage for point in points],
                 [line.left_by(point) if residual else point.speed for point in points],
                 yerr=norm.ppf((1 + CONFIDENCE) / 2) * errors,
-                fmt=_MARKERS[name],
-                color=_MEASURED,
-                markerfacecolor="none" if name == "held out" else _MEASURED,
+                fmt=marker,
+                color=color,
+                markerfacecolor="none" if name == "held out" else color,
                 markersize=4,
                 capsize=2,
                 elinewidth=0.9,

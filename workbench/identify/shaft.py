@@ -55,10 +55,10 @@ def shaft_speed(run: MeasuredRun) -> RotorSpeed:
         )
     times = part.times[seen]
     in_the_world = part[ROTOR_ANGLE][seen]
-    _require_turns(times, in_the_world)
+    _require_turning(times, in_the_world)
     angle = in_the_world - _tilt(times, in_the_world, part, seen)
-    _require_steady(times, angle)
     _require_counted(times, angle)
+    _require_steady(times, angle)
     return mean_speed(times, angle)
 
 
@@ -93,26 +93,35 @@ def _tip(part: TimeSeries, seen: NDArray[np.bool_]) -> list[NDArray[np.float64]]
     return [forward, up, forward**2, forward * up, up**2, pitch - pitch.mean()]
 
 
-def _require_turns(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
+def _require_turning(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
     count = abs(angle[-1] - angle[0]) / _TURN
     if count < LEAST_TURNS:
         raise InputError(
             f"the rotor turns {count:.1f} times in the {np.ptp(times):.1f} s that count; a speed "
             f"needs {LEAST_TURNS:g} turns. Where it did not stall, drive it longer"
         )
-
-
-def _require_steady(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
-    """Look at how far the rotor gets in each time of one mean turn, whatever it does within it."""
-    turn = _TURN * np.ptp(times) / abs(angle[-1] - angle[0])
-    begin = times[times <= times[-1] - turn]
-    turned = np.abs(np.interp(begin + turn, times, angle) - np.interp(begin, times, angle)) / _TURN
+    begin, turned = _progress(times, angle)
     slowest = int(np.argmin(turned))
     if turned[slowest] < STALLED:
         raise InputError(
-            f"the rotor stalls: from {begin[slowest]:.1f} s on it makes {turned[slowest]:.2f} "
-            f"turns in {turn:.2f} s, the time of a mean turn"
+            f"the rotor stalls, or a turn was not counted: from {begin[slowest]:.1f} s on it makes "
+            f"{turned[slowest]:.2f} turns in {np.ptp(times) / count:.2f} s, the time of a mean turn"
         )
+
+
+def _progress(
+    times: NDArray[np.float64], angle: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return times (m,) [s] and how many turns the rotor makes in one mean turn's time after."""
+    turn = _TURN * np.ptp(times) / abs(angle[-1] - angle[0])
+    begin = times[times <= times[-1] - turn]
+    moved = np.interp(begin + turn, times, angle) - np.interp(begin, times, angle)
+    return begin, np.abs(moved) / _TURN
+
+
+def _require_steady(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
+    """Refuse a speed with a trend; what is uneven within a turn is none."""
+    begin, turned = _progress(times, angle)
     change = float(np.polyfit(begin, turned, 1)[0] * np.ptp(times))
     if abs(change) > STEADY:
         raise InputError(

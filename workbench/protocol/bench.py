@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import Discriminator, Field, SerializeAsAny, Tag, field_validator, model_validator
 
 from workbench.errors import InputError
 from workbench.protocol.calibration import Calibration, MotorLine
@@ -18,7 +18,7 @@ __all__ = ["BenchFile", "Cameras", "Connection", "SupplyLimits", "SupplySection"
 Probability = Annotated[float, Field(ge=0, lt=0.5)]
 
 CalibrationOrPath = Annotated[
-    Annotated[Calibration, Tag("inline")] | Annotated[str, Tag("named")],
+    Annotated[SerializeAsAny[Calibration], Tag("inline")] | Annotated[str, Tag("named")],
     Discriminator(lambda given: "named" if isinstance(given, str) else "inline"),
 ]
 """Only the kind that was meant is reported on."""
