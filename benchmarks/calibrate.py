@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle
@@ -24,6 +25,7 @@ from workbench.errors import InputError
 from workbench.identify import SpeedCalibration, SpeedPoint, calibrate, measured_run, speed_points
 from workbench.motion import ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
+from workbench.timeseries import TimeSeries
 from workbench.tracking import mean_speed, motor_speed_fft, motor_speed_thesis
 
 PROTOCOL = Path(__file__).resolve().parents[1] / "protocols" / "speed-voltage.yaml"
@@ -104,12 +106,12 @@ def other_speeds(bundles: list[Bundle]) -> dict[str, list[float]]:
         run, track = measured_run(bundle), bundle.read_series("track")
         part = track.between(run.steps[-2][0] + 1.0, run.steps[-1][0])
         thesis = track.between(run.steps[0][0], track.times[-1])
-        heights = part[TOP[2]], part[ROTOR[2]]
+        heights = filled(part, TOP[2]), filled(part, ROTOR[2])
         raw = run.motion.between(run.steps[-2][0] + 1.0, run.steps[-1][0] - 0.2)
         angle = np.where(raw.validity(ROTOR_ANGLE), raw[ROTOR_ANGLE], np.nan)
         ways = (
-            lambda s=thesis: motor_speed_thesis(s[TOP[2]], s[ROTOR[2]], RATE_HZ),
-            lambda h=heights: motor_speed_fft(*h, RATE_HZ),
+            lambda s=thesis: motor_speed_thesis(filled(s, TOP[2]), filled(s, ROTOR[2]), RATE_HZ),
+            lambda h=heights: motor_speed_fft(h[0], h[1], RATE_HZ),
             lambda r=raw, a=angle: mean_speed(r.times, a).value,
         )
         for speeds, way in zip(out.values(), ways, strict=True):
@@ -118,6 +120,12 @@ def other_speeds(bundles: list[Bundle]) -> dict[str, list[float]]:
             except InputError:
                 speeds.append(float("nan"))
     return {name: speeds for name, speeds in out.items() if np.isfinite(speeds).all()}
+
+
+def filled(series: TimeSeries, name: str) -> NDArray[np.float64]:
+    """Return a channel with straight lines across its gaps, (n,); a transform needs them all."""
+    seen = np.isfinite(series[name])
+    return np.interp(series.times, series.times[seen], series[name][seen])
 
 
 def print_draws(count: int, truth: tuple[float, float]) -> None:

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from workbench.identify import SpeedCalibration, SpeedPoint, calibrate, fit_line
 from workbench.identify.speed_line import fitted
@@ -24,9 +23,9 @@ def points(
     *,
     bend: float = 0.0,
     scatter: float = SCATTER,
-    volts: NDArray[np.float64] = VOLTS,
 ) -> list[SpeedPoint]:
     """Runs in random order, six minutes apart; own errors differ threefold; bent by rad/s."""
+    volts = VOLTS
     order = rng.permutation(len(volts))
     own = OWN * rng.uniform(0.5, 1.5, len(volts))
     parabola = 4 * (volts - volts[0]) * (volts[-1] - volts) / (volts[-1] - volts[0]) ** 2

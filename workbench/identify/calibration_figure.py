@@ -28,6 +28,7 @@ _KINDS = {
 """Kind of run -> marker, colour."""
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
+    "axes.titlesize": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -73,15 +74,16 @@ def _residuals(
     ax: Axes, calibration: SpeedCalibration, line: SpeedLine, volts: NDArray[np.float64]
 ) -> None:
     half = line.half_width(volts)
-    ax.fill_between(volts, -half, half, color=_LINE, alpha=0.18, linewidth=0, label="line, 90 %")
+    band = ax.fill_between(
+        volts, -half, half, color=_LINE, alpha=0.18, linewidth=0, label="line, 90 %"
+    )
     ax.axhline(0, color=_LINE, linewidth=1)
     _points(ax, calibration, line, residual=True)
     ax.set(xlabel="Voltage [V]", ylabel="measured - line [rad/s]")
-    ax.set_title(f"Residuals, scatter {line.scatter:.2g} rad/s", loc="left")
     found = [name.replace("_", " ") for name, one in calibration.checks.items() if one.found]
-    if found:
-        ax.text(0.02, 0.02, f"found: {', '.join(found)}", transform=ax.transAxes)
-    ax.legend(loc="best")
+    told = f"\nfound: {', '.join(found)}" if found else ""
+    ax.set_title(f"Residuals, scatter {line.scatter:.2g} rad/s{told}", loc="left")
+    ax.legend(handles=[band], loc="upper right")
 
 
 def _points(ax: Axes, calibration: SpeedCalibration, line: SpeedLine, residual: bool) -> None:
