@@ -53,15 +53,14 @@ def calibrate(
             raise InputError(f"{path}: exists and is never overwritten; give another --out")
     tell(f"rotor speed of {len(bundles)} runs")
     found = calibrate_runs(*speed_points(bundles))
-    files: dict[str, str | None] = {"calibration": None, "figure": None, "next_protocol": None}
     if found.line is None:
         mode = found.points[-1].mode if found.points else "clamped"
         write_new(proposal, propose_protocol(_bench_of(bundles), mode))
-        files["next_protocol"] = str(proposal)
+        files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}
     else:
         write_calibration(target, name or target.stem, day, found)
         figure_5_3(found).savefig(picture, metadata={"Date": None})
-        files |= {"calibration": str(target), "figure": str(picture)}
+        files = {"calibration": str(target), "figure": str(picture), "next_protocol": None}
     if as_json:
         emit(found.as_json() | files)
     else:
