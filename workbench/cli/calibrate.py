@@ -54,8 +54,7 @@ def calibrate(
     tell(f"rotor speed of {len(bundles)} runs")
     found = calibrate_runs(*speed_points(bundles))
     if found.line is None:
-        mode = found.points[-1].mode if found.points else "clamped"
-        write_new(proposal, propose_protocol(_bench_of(bundles), mode))
+        write_new(proposal, propose_protocol(_bench_of(bundles), found.mode))
         files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}
     else:
         write_calibration(target, name or target.stem, day, found)

@@ -15,6 +15,7 @@ from workbench.identify.line_checks import Check, check_line, voltage_groups
 from workbench.identify.measured import measured_run
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import Interval, SpeedLine, SpeedPoint, fit_line
+from workbench.motion import Mode
 
 __all__ = ["LeftOut", "SpeedCalibration", "calibrate", "speed_point", "speed_points"]
 
@@ -63,6 +64,11 @@ class SpeedCalibration:
             "slope": (self.line.slope, _UNITS["slope"]),
             "offset": (self.line.offset, _UNITS["offset"]),
         }
+
+    @property
+    def mode(self) -> Mode:
+        """Return the mode of the last run that counts, clamped where none does."""
+        return self.points[-1].mode if self.points else "clamped"
 
     @property
     def warnings(self) -> tuple[str, ...]:
