@@ -36,12 +36,13 @@ bench: install
 	$(BIN)/python benchmarks/thesis.py
 	$(BIN)/python benchmarks/cleaning.py
 	$(BIN)/python benchmarks/tracking.py
+	$(BIN)/python benchmarks/calibrate.py
 
 fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py
 
 schemas: install
-	for name in protocol bench sheet model shape; do \
+	for name in protocol bench sheet model shape calibration; do \
 	  $(BIN)/workbench schema $$name > docs/reference/schemas/$$name-1.json; \
 	done
 

@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("twin", ["floor: 8 bare mj_step loops", "ours: 1 hop, start-up included", "peak MB"]),
         ("integrators", ["implicitfast", "blew up", "against RK4 at 0.031 ms"]),
         ("tracking", ["1800 frames", "ours / peer, time", "memory to read / file", "row.csv"]),
+        ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
     ],
 )

@@ -25,7 +25,15 @@ from workbench.hw import (
     open_supply,
 )
 from workbench.hw.simulated import SimulatedRiden, serve
-from workbench.protocol import BenchFile, Document, Mode, ModelFile, ShapeFile, load
+from workbench.protocol import (
+    BenchFile,
+    Document,
+    Mode,
+    ModelFile,
+    ShapeFile,
+    load,
+    with_calibration,
+)
 from workbench.sim import Condition
 from workbench.takes import CameraTime, Collector, Operator, TakeFolder
 from workbench.timeseries import TimeSeries
@@ -259,20 +267,20 @@ class VirtualBench(Bench):
 
 
 def load_bench(name: str) -> Document[BenchFile]:
-    """Read a bench by path, or the built-in one by its name `virtual`.
+    """Read a bench, with the calibration that it names, by path, or the built-in one as `virtual`.
 
     Raises:
         InputError: when there is none of that name.
         FileFaults: when the file has faults.
     """
     if name == "virtual":
-        return load(Path(__file__).with_name("bench-virtual.yaml"), BenchFile)
+        return with_calibration(load(Path(__file__).with_name("bench-virtual.yaml"), BenchFile))
     if not name.endswith((".yaml", ".yml")):
         hint = did_you_mean(name, ["virtual"])
         raise InputError(
             f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
         )
-    return load(Path(name), BenchFile)
+    return with_calibration(load(Path(name), BenchFile))
 
 
 def make_bench(file: BenchFile) -> Bench:

@@ -3,6 +3,7 @@
     manifest.json     what the run was and how it ended; its status starts as `failed`
     protocol.yaml     as given            protocol.json   as resolved
     bench.yaml, model.yaml, shape.yaml    as used
+    calibration.yaml  where the bench names one
     journal.jsonl     one event a line, on disk before the next step is taken
     wire.log          every exchange with the supply
     take/             the export, byte for byte
@@ -20,7 +21,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -36,7 +37,7 @@ from workbench.timeseries import TimeSeries
 __all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
 
 Status = Literal["failed", "complete", "interrupted", "safety-stop"]
-Document = Literal["protocol", "bench", "model", "shape", "sheet"]
+Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
 Series = Literal["supply", "raw", "track", "twin"]
 View = Literal["recording", "report"]
 
@@ -114,6 +115,22 @@ class Bundle:
         """
         named = root / run
         return cls.open(named if not run.exists() and named.exists() else run)
+
+    @classmethod
+    def find_all(cls, runs: Iterable[Path], root: Path) -> list[Bundle]:
+        """Open bundles by path or name; a folder that is none stands for those in it, by name.
+
+        Raises:
+            InputError: when one is neither.
+        """
+        found: list[Bundle] = []
+        for run in runs:
+            inside = sorted(run.glob(f"*/{_MANIFEST}")) if run.is_dir() else []
+            if inside and not (run / _MANIFEST).exists():
+                found += [cls.open(path.parent) for path in inside]
+            else:
+                found.append(cls.find(run, root))
+        return found
 
     def note(self, facts: Mapping[str, Any]) -> None:
         """Add facts to the manifest, on disk at once and never half written."""

@@ -25,6 +25,7 @@ from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.pairing import pair
 from workbench.protocol import (
     BenchFile,
+    CalibrationFile,
     Document,
     ModelFile,
     Plan,
@@ -34,6 +35,7 @@ from workbench.protocol import (
     PlannedRun,
     Protocol,
     ShapeFile,
+    calibration_text,
 )
 from workbench.timeseries import TimeSeries
 
@@ -173,7 +175,7 @@ class _Conductor:
             "duration_s": run.duration,
             **_asked(run.action),
             "bench": self.experiment.bench.content.name,
-            "calibration": self.experiment.bench.content.calibration.id,
+            "calibration": self.experiment.bench.content.line.id,
             "versions": versions(),
         }
 
@@ -181,6 +183,9 @@ class _Conductor:
         experiment = self.experiment
         for kind in ("protocol", "bench", "model", "shape"):
             self.bundle.write_document(kind, getattr(experiment, kind).text)
+        line = experiment.bench.content.line
+        if isinstance(line, CalibrationFile):  # the bench names it; the bundle needs it beside
+            self.bundle.write_document("calibration", calibration_text(line))
         self.bundle.write_resolved(
             "protocol", experiment.protocol.content.model_dump(by_alias=True)
         )

@@ -26,12 +26,13 @@ from workbench.motion import (
 )
 from workbench.protocol import (
     BenchFile,
-    Calibration,
     Cameras,
     ModelFile,
+    MotorLine,
     ShapeFile,
     Sheet,
     load,
+    with_calibration,
 )
 from workbench.review import Comparison, Figure, Phase, write_recording, write_report
 from workbench.ringdown import RingDown, summarize_release
@@ -49,7 +50,7 @@ from workbench.tracking import (
 )
 from workbench.twin import Command, Release, find_release, make_twin
 
-__all__ = ["pair"]
+__all__ = ["pair", "settings"]
 
 _STILL: dict[Mode, str] = {
     "decay": "T never moves in this take; was it released while the cameras recorded, and is the "
@@ -75,7 +76,7 @@ def pair(bundle: Bundle) -> Comparison:
         InputError: when a body or a file is missing, or the robot cannot be simulated.
         WorkbenchError: when what the mode begins with never happened in the take.
     """
-    cameras, calibration = _settings(bundle)
+    cameras, calibration = settings(bundle)
     model = load(bundle.document("model"), ModelFile).content
     shape = load(bundle.document("shape"), ShapeFile).content
     track = _track(bundle, cameras)
@@ -99,7 +100,7 @@ def pair(bundle: Bundle) -> Comparison:
     return comparison
 
 
-def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:
+def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
     """Return how the cameras see the robot, and the calibration, from bench or sheet."""
     if bundle.document("sheet").exists():
         sheet = load(bundle.document("sheet"), Sheet).content
@@ -110,8 +111,9 @@ def _settings(bundle: Bundle) -> tuple[Cameras, Calibration]:
             cleaning=sheet.cleaning,
         )
         return cameras, sheet.calibration
-    bench = load(bundle.document("bench"), BenchFile).content
-    return bench.tracking, bench.calibration
+    bench = load(bundle.document("bench"), BenchFile)
+    kept = with_calibration(bench, bundle.document("calibration")).content
+    return kept.tracking, kept.line
 
 
 def _track(bundle: Bundle, cameras: Cameras) -> Track:
@@ -129,7 +131,7 @@ def _track(bundle: Bundle, cameras: Cameras) -> Track:
     return track
 
 
-def _command(bundle: Bundle, calibration: Calibration, track: Track) -> Command:
+def _command(bundle: Bundle, calibration: MotorLine, track: Track) -> Command:
     """Return the commanded speeds: of the voltages that were sent, or of what the sheet says."""
     sent = bundle.manifest.get("sent")
     if sent is not None:

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 import workbench
+from workbench.cli.calibrate import calibrate
 from workbench.cli.doctor import doctor
 from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
@@ -33,7 +34,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, live, simulate, modes, identify, review, schema, doctor):
+for verb in (run, ingest, live, calibrate, identify, simulate, modes, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

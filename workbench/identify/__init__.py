@@ -2,19 +2,47 @@
 
 `measured` is what a fit sees of a run, `drive` how the motor follows its command, `problem` the
 least-squares problem, `solve` the way to its minimum, `determinacy` and `intervals` what the
-minimum is worth, `identification` the answer. The room simulates and fits; it opens no device.
+minimum is worth, `identification` the answer.
+
+`shaft` is the motor's speed in one run, `speed_line` the line through such speeds, `line_checks`
+what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
+left of it on disk. The room simulates and fits; it opens no device.
 """
 
+from workbench.identify.calibrate import (
+    LeftOut,
+    SpeedCalibration,
+    calibrate,
+    speed_point,
+    speed_points,
+)
+from workbench.identify.calibration_figure import figure_5_3
+from workbench.identify.calibration_files import propose_protocol, write_calibration, write_new
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
 from workbench.identify.measured import MeasuredRun, measured_run
 from workbench.identify.new_model import write_model
+from workbench.identify.shaft import shaft_speed
+from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
 
 __all__ = [
     "BEAM",
     "Estimate",
     "Identification",
+    "LeftOut",
     "MeasuredRun",
+    "SpeedCalibration",
+    "SpeedLine",
+    "SpeedPoint",
+    "calibrate",
+    "figure_5_3",
+    "fit_line",
     "identify",
     "measured_run",
+    "propose_protocol",
+    "shaft_speed",
+    "speed_point",
+    "speed_points",
+    "write_calibration",
     "write_model",
+    "write_new",
 ]

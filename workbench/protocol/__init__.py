@@ -6,10 +6,10 @@ the field with its docstring, run `make schemas`, and describe it in docs/refere
 """
 
 from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSection
-from workbench.protocol.calibration import Calibration
+from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
 from workbench.protocol.experiment import Mode, Protocol, Role
 from workbench.protocol.files import Document, load, parse
-from workbench.protocol.library import load_model, load_shape
+from workbench.protocol.library import load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
 from workbench.protocol.release import PlannedRelease
@@ -23,6 +23,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "sheet": Sheet,
     "model": ModelFile,
     "shape": ShapeFile,
+    "calibration": CalibrationFile,
 }
 """Name for `workbench schema NAME` -> schema."""
 
@@ -31,11 +32,13 @@ __all__ = [
     "UNITS",
     "BenchFile",
     "Calibration",
+    "CalibrationFile",
     "Cameras",
     "Connection",
     "Document",
     "Mode",
     "ModelFile",
+    "MotorLine",
     "Plan",
     "PlannedDrive",
     "PlannedPrompt",
@@ -48,10 +51,12 @@ __all__ = [
     "Sheet",
     "SheetRun",
     "VirtualSection",
+    "calibration_text",
     "load",
     "load_model",
     "load_shape",
     "make_plan",
     "parse",
     "value_fault",
+    "with_calibration",
 ]

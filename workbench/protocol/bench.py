@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, SerializeAsAny, Tag, field_validator, model_validator
 
-from workbench.protocol.calibration import Calibration
+from workbench.errors import InputError
+from workbench.protocol.calibration import Calibration, MotorLine
 from workbench.protocol.model import UNITS
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
@@ -24,6 +25,12 @@ __all__ = [
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Probability = Annotated[float, Field(ge=0, lt=0.5)]
+
+CalibrationOrPath = Annotated[
+    Annotated[SerializeAsAny[Calibration], Tag("inline")] | Annotated[str, Tag("named")],
+    Discriminator(lambda given: "named" if isinstance(given, str) else "inline"),
+]
+"""Only the kind that was meant is reported on."""
 
 
 class Connection(Section):
@@ -167,10 +174,25 @@ class BenchFile(Section):
     shape: str = "thesis-initial"
     """Beam shape used where the protocol names none: a name or a path."""
     supply: SupplySection
-    calibration: Calibration
+    calibration: CalibrationOrPath
+    """The speed-voltage line, or the path of a calibration file from this file's folder."""
     tracking: Cameras = Cameras()
     virtual: VirtualSection | None = None
     """Present only on a bench without hardware."""
+
+    @property
+    def line(self) -> MotorLine:
+        """Return the speed-voltage line.
+
+        Raises:
+            InputError: when it is in a file that was not read with the bench.
+        """
+        if isinstance(self.calibration, str):
+            raise InputError(
+                f"bench {self.name!r}: calibration {self.calibration} was not read; "
+                "read the bench with `load_bench`"
+            )
+        return self.calibration
 
     @model_validator(mode="after")
     def _virtual_supply(self) -> BenchFile:

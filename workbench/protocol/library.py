@@ -1,15 +1,18 @@
-"""The models and shapes that come with the workbench, and how a name or a path is found."""
+"""The models and shapes that come with the workbench, and how a file named by another is found."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from workbench.errors import InputError, did_you_mean
+from workbench.protocol.bench import BenchFile
+from workbench.protocol.calibration import CalibrationFile
 from workbench.protocol.files import Document, load
 from workbench.protocol.model import ModelFile
 from workbench.protocol.shape import ShapeFile
 
-__all__ = ["builtin_folder", "load_model", "load_shape"]
+__all__ = ["builtin_folder", "load_model", "load_shape", "with_calibration"]
 
 
 def builtin_folder() -> Path:
@@ -36,6 +39,24 @@ def load_model(name: str, beside: Path) -> Document[ModelFile]:
 def load_shape(name: str, beside: Path) -> Document[ShapeFile]:
     """Read a shape by name or path; arguments and errors as for `load_model`."""
     return load(_find(name, beside, "shape"), ShapeFile)
+
+
+def with_calibration(bench: Document[BenchFile], file: Path | None = None) -> Document[BenchFile]:
+    """Return a bench with the calibration that it names read into it; another as it is.
+
+    Args:
+        bench: as read.
+        file: where that calibration is kept; by default where the bench says, from its own folder.
+
+    Raises:
+        InputError: when there is no such file.
+        FileFaults: when the file has faults.
+    """
+    named = bench.content.calibration
+    if not isinstance(named, str):
+        return bench
+    line = load(file or bench.path.parent / named, CalibrationFile).content
+    return replace(bench, content=bench.content.model_copy(update={"calibration": line}))
 
 
 def _find(name: str, beside: Path, kind: str) -> Path:

@@ -204,7 +204,7 @@ class _Planner:
 
     def _voltage(self, speed: float | None, volts: float | None, at: Location) -> Decimal | None:
         """Return the voltage that the supply can set, or note the fault."""
-        calibration = self.bench.calibration
+        calibration = self.bench.line
         try:
             exact = calibration.voltage(speed) if speed is not None else float(volts or 0)
             rounded = Decimal(repr(exact)).quantize(self.voltage_step, ROUND_HALF_EVEN)
@@ -234,13 +234,13 @@ class _Planner:
             self._fault((*at, "ramp"), text)
         return PlannedDrive(
             voltage=voltage,
-            speed=self.bench.calibration.speed(float(voltage)),
+            speed=self.bench.line.speed(float(voltage)),
             steps=self._ramp(voltage, condition.ramp),
         )
 
     def _ramp(self, voltage: Decimal, ramp: float) -> tuple[tuple[float, Decimal], ...]:
         """Return even steps from the calibration's lowest voltage, within the bench's slew."""
-        lowest = Decimal(repr(self.bench.calibration.lowest)).quantize(self.voltage_step)
+        lowest = Decimal(repr(self.bench.line.lowest)).quantize(self.voltage_step)
         rise = float(voltage - lowest)
         ramp = max(ramp, rise / self.bench.supply.limits.slew)
         count = math.ceil(round(ramp / RAMP_STEP_S, 9))

@@ -1,0 +1,132 @@
+"""`workbench calibrate`: the speed-voltage line from measured runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.bundle import Bundle
+from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
+from workbench.errors import InputError
+from workbench.identify import (
+    SpeedCalibration,
+    SpeedPoint,
+    figure_5_3,
+    propose_protocol,
+    speed_points,
+    write_calibration,
+    write_new,
+)
+from workbench.identify import calibrate as calibrate_runs
+
+__all__ = ["calibrate"]
+
+
+def calibrate(
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="New calibration file; by default calibrations/<day of the runs>.yaml."),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--id", help="Name of the calibration; by default the file's.")
+    ] = None,
+    folder: RunsFolder = Path("runs"),
+    as_json: JsonFlag = False,
+) -> None:
+    """Fit the line from voltage to rotor speed, with intervals and what speaks against a line.
+
+    Example: workbench calibrate runs
+    """
+    bundles = Bundle.find_all(runs, folder)
+    day = max(_day(bundle) for bundle in bundles)
+    target = out or Path("calibrations") / f"{day.isoformat()}.yaml"
+    picture, proposal = target.with_suffix(".svg"), target.with_name(f"{target.stem}-protocol.yaml")
+    for path in (target, picture, proposal):
+        if path.exists():
+            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+    tell(f"rotor speed of {len(bundles)} runs")
+    found = calibrate_runs(*speed_points(bundles))
+    if found.line is None:
+        write_new(proposal, propose_protocol(_bench_of(bundles), found.mode))
+        files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}
+    else:
+        write_calibration(target, name or target.stem, day, found)
+        figure_5_3(found).savefig(picture, metadata={"Date": None})
+        files = {"calibration": str(target), "figure": str(picture), "next_protocol": None}
+    if as_json:
+        emit(found.as_json() | files)
+    else:
+        _print(found, files)
+    if found.line is None:
+        raise typer.Exit(1)
+
+
+def _day(bundle: Bundle) -> date:
+    return datetime.fromisoformat(bundle.manifest["created"]).date()
+
+
+def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:
+    _print_runs(found)
+    if found.line is not None:
+        rows = [
+            [key, f"{one.value:.5g}", f"{one.low:.5g} to {one.high:.5g}", unit]
+            for key, (one, unit) in found.parameters.items()
+        ]
+        title = f"omega = slope U + offset, scatter {found.line.scatter:.2g} rad/s from run to run"
+        show_table(title, ["parameter", "value", "90 % interval", "unit"], rows)
+        _print_checks(found)
+    for one in found.left_out:
+        people.print(f"left out {one.name}: {one.reason}", markup=False)
+    for warning in found.warnings:
+        people.print(f"note: {warning}", markup=False)
+    if found.open is not None:
+        people.print(f"not determined: {found.open}", markup=False)
+        people.print("the protocol below determines it", markup=False)
+    for key, path in files.items():
+        if path is not None:
+            print(f"{key.replace('_', ' ')}: {path}")
+
+
+def _print_runs(found: SpeedCalibration) -> None:
+    rows = [
+        [f"{point.name}{held}", f"{point.voltage:.3f}", f"{point.speed:.4f}",
+         f"{point.standard_error:.4f}", _off_the_line(found, point)]
+        for held, points in (("", found.points), (" (held out)", found.held_out))
+        for point in points
+    ]  # fmt: skip
+    asked = sum(point.source == "asked" for point in found.points)
+    title = f"runs: {len(found.points)}, voltage read back in {len(found.points) - asked} of them"
+    head = ["run", "voltage [V]", "speed [rad/s]", "error [rad/s]", "off the line [rad/s]"]
+    show_table(title, head, rows)
+
+
+def _off_the_line(found: SpeedCalibration, point: SpeedPoint) -> str:
+    return "-" if found.line is None else f"{found.line.left_by(point):+.4f}"
+
+
+def _print_checks(found: SpeedCalibration) -> None:
+    rows = [
+        [key.replace("_", " "), "-", "-", f"cannot be told: {one.untested}"]
+        if one.untested is not None
+        else [key.replace("_", " "), f"{one.size:+.3g} {one.unit}", f"{one.p_value:.2g}",
+              "found" if one.found else "not found"]
+        for key, one in found.checks.items()
+    ]  # fmt: skip
+    show_table("against a straight line", ["check", "size", "p", "verdict"], rows)
+
+
+def _bench_of(bundles: Sequence[Bundle]) -> Bundle | None:
+    """Return a run on the bench in question, None where no run says what it was made on."""
+    kept = [
+        bundle
+        for bundle in bundles
+        if bundle.document("bench").exists() or bundle.document("sheet").exists()
+    ]
+    return kept[-1] if kept else None

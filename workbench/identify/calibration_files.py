@@ -1,0 +1,127 @@
+"""What a calibration leaves on disk: the file that benches name, and the next protocol."""
+
+from __future__ import annotations
+
+import math
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+
+from workbench.bundle import Bundle
+from workbench.errors import InputError
+from workbench.identify.calibrate import SpeedCalibration
+from workbench.identify.shaft import LEAST_TURNS, RUN_OUT_S, START_UP_S
+from workbench.pairing import settings
+from workbench.protocol import (
+    BenchFile,
+    Calibration,
+    CalibrationFile,
+    Mode,
+    MotorLine,
+    calibration_text,
+    load,
+)
+
+__all__ = ["propose_protocol", "write_calibration", "write_new"]
+
+LOWEST_V, HIGHEST_V = 1.0, 5.0  # thesis, fig. 5.3
+RUNS = 10
+DURATION_S = 10.0
+SLOWEST = 1.0  # [rad/s]; a motor that turns slower is about to stand
+SPARE_TURNS = 1.0  # the line that tells the slowest speed is the one in doubt
+SEED = 1
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file that does not exist yet.
+
+    Raises:
+        InputError: when it exists; a result is never overwritten.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise InputError(f"{path}: exists and is never overwritten; give another --out") from None
+
+
+def write_calibration(path: Path, name: str, day: date, found: SpeedCalibration) -> None:
+    """Write a calibration file.
+
+    Args:
+        path: a new file.
+        name: id under which bundles refer to it.
+        day: of the last run.
+        found: with a line.
+
+    Raises:
+        InputError: when there is no line, or the file exists.
+    """
+    if found.line is None:
+        raise InputError(f"no calibration to write: {found.open}")
+    line, volts = found.line, found.line.voltages
+    content = CalibrationFile.model_construct(
+        schema_="workbench/calibration-1",
+        id=name,
+        measured_on=day,
+        slope=line.slope.value,
+        slope_interval=(line.slope.low, line.slope.high),
+        offset=line.offset.value,
+        offset_interval=(line.offset.low, line.offset.high),
+        lowest=float(volts.min()),
+        highest=float(volts.max()),
+        scatter=line.scatter,
+        runs=tuple(point.name for point in found.points),
+        warnings=found.warnings,
+    )
+    write_new(path, calibration_text(content))
+
+
+def propose_protocol(bundle: Bundle | None = None, mode: Mode = "clamped") -> str:
+    """Return a protocol whose runs determine the line: ten voltages, far apart, in random order.
+
+    Args:
+        bundle: of a run on the bench in question, whose range and limit are kept to; without one,
+            the thesis' range.
+        mode: in which the motor will be used.
+    """
+    line: MotorLine = Calibration()
+    limit = math.inf
+    if bundle is not None:
+        _, line = settings(bundle)
+        if bundle.document("bench").exists():
+            limit = load(bundle.document("bench"), BenchFile).content.supply.limits.voltage
+    turning = (SLOWEST - line.offset) / line.slope
+    low = _up(max(LOWEST_V, line.lowest, turning))
+    high = min(HIGHEST_V, line.highest, limit)
+    slowest = line.slope * low + line.offset
+    needed = START_UP_S + RUN_OUT_S + (LEAST_TURNS + SPARE_TURNS) * 2 * math.pi / slowest
+    duration = max(DURATION_S, math.ceil(needed))
+    volts = ", ".join(f"{volt:.2f} V" for volt in np.linspace(low, high, RUNS))
+    return f"""\
+schema: workbench/protocol-1
+title: Speed-voltage line
+steps:
+  - prompt: {_PROMPTS[mode]}
+  - sweep:
+      mode: {mode}
+      voltages: [{volts}]
+      rest: 2 s
+      ramp: 0 s
+      duration: {duration:g} s
+      order: random
+      seed: {SEED}
+"""
+
+
+_PROMPTS: dict[Mode, str] = {
+    "clamped": "Clamp the foot. Wait until the beam is still before each run.",
+    "hop": "Stand the robot on the start line before each run.",
+}
+
+
+def _up(volts: float) -> float:
+    """Return the next 10 mV above, so that rounding never leaves the range."""
+    return math.ceil(round(100 * volts, 6)) / 100
