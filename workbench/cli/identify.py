@@ -17,7 +17,7 @@ from workbench.identify import BEAM, Identification, measured_run, write_model
 from workbench.identify import identify as identify_runs
 from workbench.protocol import Document, ModelFile, ShapeFile, load
 
-__all__ = ["find_bundles", "identify", "same_robot"]
+__all__ = ["identify", "same_robot"]
 
 
 def identify(
@@ -40,7 +40,7 @@ def identify(
     Example: workbench identify runs --fit hinge_stiffness,root_stiffness,top_mass
     """
     begin = time.perf_counter()
-    bundles = find_bundles(runs, folder)
+    bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
     names = [name.strip() for name in fit.split(",") if name.strip()]
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
@@ -65,22 +65,6 @@ def identify(
         )
         return
     _print(found, written)
-
-
-def find_bundles(runs: Sequence[Path], folder: Path) -> list[Bundle]:
-    """Return the bundles that are named, those of a folder in order of their names.
-
-    Raises:
-        InputError: when one is neither a bundle nor a folder that holds some.
-    """
-    found: list[Bundle] = []
-    for run in runs:
-        inside = sorted(run.glob("*/manifest.json")) if run.is_dir() else []
-        if inside and not (run / "manifest.json").exists():
-            found += [Bundle.open(path.parent) for path in inside]
-        else:
-            found.append(Bundle.find(run, folder))
-    return found
 
 
 def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
