@@ -21,7 +21,7 @@ from workbench.identify.determinacy import undetermined
 from workbench.identify.excitation import first_slip, unexcited
 from workbench.identify.identification import Estimate
 from workbench.identify.intervals import bootstrap
-from workbench.identify.kinked import minimum
+from workbench.identify.kinked import Minimum, minimum, redrawn
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import Solution
@@ -113,11 +113,12 @@ def identify_contact(
         return Contact({}, reasons, {}, float("nan"), (), None)
     robot = make_robot(model.values(), shape, model.increments)
     fitter = _Fitter(free, robot, progress, threads)
-    solution = fitter.fit(told)
+    found = fitter.fit(told)
+    solution = found.solution
     tolerances = {name: _tolerance(model, name) for name in told}
     for one in undetermined(solution, tolerances):
         reasons |= {name: str(one) for name in one.names}
-    estimates = _estimates(solution, model, reasons, seed)
+    estimates = _estimates(found, model, reasons, seed)
     return Contact(estimates, reasons, fitter.windows, solution.misfit,
                    tuple(_warnings(estimates, solution)), solution)  # fmt: skip
 
@@ -134,12 +135,12 @@ class _Fitter:
         self.windows = {run.name: _FALL_S for run in self.drops}
         self.known: _Known = {}
 
-    def fit(self, names: Sequence[str]) -> Solution:
-        """Return the solution over all runs."""
+    def fit(self, names: Sequence[str]) -> Minimum:
+        """Return the minimum over all runs."""
         ground = [name for name in names if name in GROUND]
         if ground and self.drops:
             self.progress(f"fit {' and '.join(ground)} to {len(self.drops)} drops")
-            self._learn(minimum(*self._problem(self.drops, ground)))
+            self._learn(minimum(*self._problem(self.drops, ground)).solution)
         if self.hops:
             self._learn_drive()
         friction = [name for name in names if name in FRICTION]
@@ -261,10 +262,11 @@ def _tolerance(model: ModelFile, name: str) -> float:
 
 
 def _estimates(
-    solution: Solution, model: ModelFile, reasons: Mapping[str, str], seed: int
+    found: Minimum, model: ModelFile, reasons: Mapping[str, str], seed: int
 ) -> dict[str, Estimate]:
-    names = solution.problem.names
-    low, high = np.percentile(bootstrap(solution, seed, block=_BLOCK_S), [5, 95], axis=0)
+    solution, names = found.solution, found.solution.problem.names
+    draws = redrawn(found, bootstrap(solution, seed, block=_BLOCK_S), seed)
+    low, high = np.percentile(draws, [5, 95], axis=0)
     estimates: dict[str, Estimate] = {}
     for k, name in enumerate(names):
         if name in reasons:

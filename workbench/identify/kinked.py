@@ -18,14 +18,16 @@ from scipy.linalg import hadamard
 from workbench.identify.problem import Problem, needs_no_simulation
 from workbench.identify.solution import ROBUST, Solution
 
-__all__ = ["minimum", "slopes_over"]
+__all__ = ["Minimum", "minimum", "redrawn", "slopes_over"]
 
 _FIRST_CHANGE = 3.0  # of the noise, root mean square: how far a cloud reaches at first
 _LAST_CHANGE = 1.0
 _LEAST_WIDTH, _MOST_WIDTH = 2e-3, 0.05  # of a parameter, share; of what a run keeps, prior
 _DAMPING = (0.0, 0.1, 1.0, 10.0)
 _ROUNDS = 8
-_WON = 1e-3  # share of the cost below which a round changed nothing
+_WON_FIRST = 1e-2  # share of the cost below which a wide cloud has done its work
+_WON = 2.0  # cost; one is what a single parameter's standard error is worth
+_LAST_CLOUDS = 3
 _TOGETHER = np.log(3.0)  # a parameter stays within a third and three times its stated value
 _REACH = 8.0
 
@@ -38,26 +40,51 @@ class _Slopes:
     jacobian: NDArray[np.float64]
 
 
-def minimum(problem: Problem, x: NDArray[np.float64]) -> Solution:
-    """Return the solution that a fit from unknowns (u,) ends in, its Jacobian over a cloud."""
+@dataclass(frozen=True, eq=False)
+class Minimum:
+    """A minimum, found to within the kinks.
+
+    Args:
+        solution: with its Jacobian over a cloud.
+        error: (names,) standard error of the minimum itself, from cloud to cloud, log share.
+    """
+
+    solution: Solution
+    error: NDArray[np.float64]
+
+
+def minimum(problem: Problem, x: NDArray[np.float64]) -> Minimum:
+    """Return where a fit from unknowns (u,) ends: the mean of what several clouds say."""
     cost = float(_costs(problem, problem.residuals(x)[None])[0])
     wanted = _FIRST_CHANGE
     jacobian = problem.jacobian(x)
-    for _ in range(_ROUNDS):
-        cloud = slopes_over(problem, x, jacobian, _widths(problem, jacobian, wanted))
+    for turn in range(_ROUNDS):
+        cloud = slopes_over(problem, x, jacobian, _widths(problem, jacobian, wanted), turn)
         jacobian = cloud.jacobian
         places = [_step(problem, x, cloud, damping) for damping in _DAMPING]
         costs = _costs(problem, problem.residuals_of(places))
         best = int(np.argmin(costs))
-        won = 1 - float(costs[best]) / cost
+        won = cost - float(costs[best])
         if won > 0:
             x, cost = places[best], float(costs[best])
-        if won < _WON:
-            if wanted == _LAST_CHANGE:
-                break
+        if wanted == _LAST_CHANGE and won < _WON:
+            break
+        if won < _WON_FIRST * cost:
             wanted = _LAST_CHANGE
-    last = slopes_over(problem, x, jacobian, _widths(problem, jacobian, _LAST_CHANGE))
-    return Solution(problem, x, problem.residuals(x), last.jacobian)
+    widths = _widths(problem, jacobian, _LAST_CHANGE)
+    clouds = [slopes_over(problem, x, jacobian, widths, turn) for turn in range(_LAST_CLOUDS)]
+    ends = np.array([_step(problem, x, cloud, 0.0) for cloud in clouds])
+    jacobian = np.mean([cloud.jacobian for cloud in clouds], axis=0)
+    x = ends.mean(axis=0)
+    solution = Solution(problem, x, problem.residuals(x), jacobian)
+    error = ends.std(axis=0, ddof=1) / np.sqrt(_LAST_CLOUDS)
+    return Minimum(solution, error[: len(problem.names)])
+
+
+def redrawn(minimum: Minimum, draws: NDArray[np.float64], seed: int) -> NDArray[np.float64]:
+    """Return draws (n, names) that also know how unsure the kinks leave the minimum itself."""
+    rng = np.random.default_rng(seed)
+    return draws + minimum.error * rng.standard_t(_LAST_CLOUDS - 1, draws.shape)
 
 
 def slopes_over(
@@ -65,8 +92,11 @@ def slopes_over(
     x: NDArray[np.float64],
     near: NDArray[np.float64],
     widths: NDArray[np.float64],
+    turn: int = 0,
 ) -> _Slopes:
     """Regress the residuals over a cloud about unknowns (u,), so wide in each of them (u,).
+
+    Another turn puts the unknowns on other columns of the design: another cloud.
 
     Slopes that need no simulation, by a delay or a place, hardly change and are taken from `near`,
     a Jacobian (m, u) close by.
@@ -75,7 +105,8 @@ def slopes_over(
     moved = [i for i, unknown in enumerate(problem.unknowns) if not needs_no_simulation(unknown)]
     column = _columns(problem, moved)
     size = 2 ** int(np.ceil(np.log2(max(column.values(), default=0) + 1)))
-    half = hadamard(max(size, 2), dtype=float)[:, 1:]
+    half = np.roll(hadamard(max(size, 2), dtype=float)[:, 1:], turn, axis=1)
+    half *= 1 - 2 * ((turn + np.arange(half.shape[1])) % 3 == 0)
     design = np.vstack([half, -half])
     places = []
     for signs in design:

@@ -23,9 +23,9 @@ from workbench.identify.drive import lagged_command
 from workbench.identify.measured import MeasuredRun
 from workbench.sim import Condition, Robot, sample_times, simulate_all
 
-__all__ = ["Problem", "Rows", "Unknown", "needs_no_simulation"]
+__all__ = ["LEAD_S", "Problem", "Rows", "Unknown", "needs_no_simulation"]
 
-_LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
+LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
 _DELAY_S = 0.01
 _LAG_S, _LAG_SHARE = 0.05, 1.0
 _GAIN_SHARE = 0.05
@@ -184,7 +184,7 @@ class Problem:
 
     def _simulated(self, asked: list[tuple[int, NDArray[np.float64]]]) -> list[CubicSpline]:
         """Return the response of run k with unknowns x, for each pair asked."""
-        jobs = [(self._robot(x), self._condition(k, x)) for k, x in asked]
+        jobs = [(self._robot(x), self.condition(k, x)) for k, x in asked]
         curves = []
         for (k, _), result in zip(asked, simulate_all(jobs, self.threads), strict=True):
             motion = result.motion
@@ -199,9 +199,13 @@ class Problem:
     def _robot(self, x: NDArray[np.float64]) -> Robot:
         return replace(self.robot, values=dict(self.robot.values) | self.values(x))
 
-    def _condition(self, k: int, x: NDArray[np.float64]) -> Condition:
+    def condition(self, k: int, x: NDArray[np.float64]) -> Condition:
+        """Return what run k was put through by unknowns (u,); a driven one begins `LEAD_S` early.
+
+        It lasts as long as the run is compared.
+        """
         run, seen = self.runs[k], self.seen[k]
-        times = sample_times(float(seen.times[-1]) + 2 * _LEAD_S) - _LEAD_S
+        times = sample_times(float(seen.times[-1]) + 2 * LEAD_S) - LEAD_S
         if not run.driven:
             still = np.zeros(len(times))
             pull = run.pull * np.exp(_PULL_SHARE * self._own(x, "pull", k))
@@ -221,7 +225,7 @@ class Problem:
     ) -> NDArray[np.float64]:
         run, seen = self.runs[k], self.seen[k]
         delay = _DELAY_S * self._own(x, "delay", k)
-        lead = _LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
+        lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         should = curve(np.clip(seen.times - delay + lead, 0.0, curve.x[-1]))
         count = len(run.places)
         offset = np.array([
