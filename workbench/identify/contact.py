@@ -111,16 +111,25 @@ def identify_contact(
     told = [name for name in CONTACT if name in names and name not in reasons]
     if not told:
         return Contact({}, reasons, {}, float("nan"), (), None)
-    robot = make_robot(model.values(), shape, model.increments)
-    fitter = _Fitter(free, robot, progress, threads)
-    found = fitter.fit(told)
+    fitter = _Fitter(free, make_robot(model.values(), shape, model.increments), progress, threads)
+    return _judged(fitter.fit(told), fitter.windows, model, reasons, seed)
+
+
+def _judged(
+    found: Minimum,
+    windows: Mapping[str, float],
+    model: ModelFile,
+    reasons: dict[str, str],
+    seed: int,
+) -> Contact:
+    """Return the answer: what the minimum is worth, and which parameters it leaves open."""
     solution = found.solution
-    tolerances = {name: _tolerance(model, name) for name in told}
+    tolerances = {name: _tolerance(model, name) for name in solution.problem.names}
     for one in undetermined(solution, tolerances):
         reasons |= {name: str(one) for name in one.names}
     estimates = _estimates(found, model, reasons, seed)
-    return Contact(estimates, reasons, fitter.windows, solution.misfit,
-                   tuple(_warnings(estimates, solution)), solution)  # fmt: skip
+    warnings = tuple(_warnings(estimates, solution))
+    return Contact(estimates, reasons, windows, solution.misfit, warnings, solution)
 
 
 class _Fitter:

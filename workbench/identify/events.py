@@ -7,6 +7,7 @@ distributions. The twin's path gets the cameras' noise, so that both pass the sa
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +83,7 @@ def hop_events(motion: TimeSeries, start: float, stop: float) -> NDArray[np.floa
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     hops = [
         (times[b] - times[a], z[a:b].max(), step * np.count_nonzero(z[a:b] < _UP_M), x[b] - x[a])
-        for a, b in zip(begins[:-1], begins[1:], strict=True)
+        for a, b in pairwise(begins)
     ]
     return np.array(hops).reshape(-1, len(EVENTS))
 
@@ -121,7 +122,7 @@ def compare_events(
 def _test(k: int, measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> EventTest:
     m, s = measured[:, k], simulated[:, k]
     error = float(np.hypot(m.std(ddof=1) / np.sqrt(len(m)), s.std(ddof=1) / np.sqrt(len(s))))
-    p_value = float(np.asarray(ks_2samp(m, s).pvalue))
+    p_value = float(np.asarray(ks_2samp(m, s)[1]))
     return EventTest(EVENTS[k], float(m.mean()), error, float(s.mean()), p_value)
 
 
@@ -144,12 +145,9 @@ def _from_rest(run: MeasuredRun) -> TimeSeries:
     return TimeSeries(motion.times, motion.values - origin, motion.names, motion.valid)
 
 
-def _filmed(
-    motion: TimeSeries, noise: NDArray[np.float64], rng: np.random.Generator
-) -> TimeSeries:
-    """Return the foot's motion with the cameras' noise, (c,) of which the first two are its x, z."""
+def _filmed(motion: TimeSeries, noise: NDArray[np.float64], rng: np.random.Generator) -> TimeSeries:
+    """Return the foot's motion with the cameras' noise, (c,), first in x and z."""
     foot = motion.select(FOOT)
     deviation = np.array([noise[0], 0.0, noise[1]])
     values = foot.values + deviation * rng.standard_normal(foot.values.shape)
     return TimeSeries(foot.times, values, foot.names, foot.valid)
-

@@ -20,7 +20,7 @@ from workbench.identify.solution import ROBUST, Solution
 
 __all__ = ["Minimum", "minimum", "redrawn", "slopes_over"]
 
-_FIRST_CHANGE = 3.0  # of the noise, root mean square: how far a cloud reaches at first
+_FIRST_CHANGE = 3.0  # of the noise, root mean square, by one unknown: a cloud's reach at first
 _LAST_CHANGE = 1.0
 _LEAST_WIDTH, _MOST_WIDTH = 2e-3, 0.05  # of a parameter, share; of what a run keeps, prior
 _DAMPING = (0.0, 0.1, 1.0, 10.0)
@@ -28,7 +28,7 @@ _ROUNDS = 8
 _WON_FIRST = 1e-2  # share of the cost below which a wide cloud has done its work
 _WON = 2.0  # cost; one is what a single parameter's standard error is worth
 _LAST_CLOUDS = 3
-_TOGETHER = np.log(3.0)  # a parameter stays within a third and three times its stated value
+_LARGEST = np.log(3.0)  # a parameter stays within a third and three times its stated value
 _REACH = 8.0
 
 
@@ -105,7 +105,7 @@ def slopes_over(
     moved = [i for i, unknown in enumerate(problem.unknowns) if not needs_no_simulation(unknown)]
     column = _columns(problem, moved)
     size = 2 ** int(np.ceil(np.log2(max(column.values(), default=0) + 1)))
-    half = np.roll(hadamard(max(size, 2), dtype=float)[:, 1:], turn, axis=1)
+    half = np.roll(hadamard(max(size, 2)).astype(float)[:, 1:], turn, axis=1)
     half *= 1 - 2 * ((turn + np.arange(half.shape[1])) % 3 == 0)
     design = np.vstack([half, -half])
     places = []
@@ -136,9 +136,7 @@ def _columns(problem: Problem, moved: list[int]) -> dict[int, int]:
     return column
 
 
-def _widths(
-    problem: Problem, jacobian: NDArray[np.float64], wanted: float
-) -> NDArray[np.float64]:
+def _widths(problem: Problem, jacobian: NDArray[np.float64], wanted: float) -> NDArray[np.float64]:
     """Return how far to move each unknown for a change of so many noise deviations, (u,)."""
     widths = np.empty(jacobian.shape[1])
     for i in range(len(widths)):
@@ -163,7 +161,7 @@ def _step(
     slope = cloud.jacobian.T @ (at.weights * cloud.middle)
     step = np.linalg.lstsq(information + scale, slope, rcond=1e-12)[0]
     reach = np.full(len(x), _REACH)
-    reach[: len(problem.names)] = _TOGETHER
+    reach[: len(problem.names)] = _LARGEST
     return np.clip(x - step, -reach, reach)
 
 

@@ -10,7 +10,7 @@ reproduced even by the robot itself.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,9 +198,7 @@ def validate(
     return Validation(tuple(_validated(run, robots, seed, threads) for run in runs))
 
 
-def _validated(
-    run: MeasuredRun, robots: Sequence[Robot], seed: int, threads: int
-) -> RunValidation:
+def _validated(run: MeasuredRun, robots: Sequence[Robot], seed: int, threads: int) -> RunValidation:
     window = float(run.motion.times[-1])
     if run.mode == "hop":
         window = min(window, _MOST_HOP_S, first_slip(run) + _AFTER_SLIP_S)
