@@ -33,6 +33,7 @@ bench: install
 	$(BIN)/python benchmarks/twin.py
 	$(BIN)/python benchmarks/integrators.py
 	$(BIN)/python benchmarks/thesis.py
+	$(BIN)/python benchmarks/contact.py
 
 schemas: install
 	for name in protocol bench sheet model shape; do \

@@ -198,14 +198,16 @@ class _Fitter:
 
     def _look_around(self, names: Sequence[str]) -> None:
         """Search a grid of friction levels, then ever closer about the best."""
-        self.progress(f"look at {len(_GRID) ** len(names)} levels of {' and '.join(names)}")
+        self.progress(f"look around for {' and '.join(names)}")
         hops = [_cut(run, first_slip(run) + _AFTER_SLIP_S) for run in self.hops]
         problem, x = self._problem(hops, names)
         signs = np.array(np.meshgrid(*[[-1, 0, 1]] * len(names))).reshape(len(names), -1).T
         grid = np.log(np.array(np.meshgrid(*[_GRID] * len(names))).reshape(len(names), -1).T)
         width, best = float(np.log(_GRID[1] / _GRID[0])), np.zeros(len(names))
+        stated = np.log([problem.robot.values[name] for name in names])
         for _ in range(1 + _HALVINGS):
-            best = self._best(problem, x, grid)
+            # what sticks holds at least as much as what slides: FRICTION in this order
+            best = self._best(problem, x, grid[(np.diff(grid + stated) >= 0).all(axis=1)])
             width /= 2
             grid = best + width * signs
         self.known |= {(name, ""): float(v) for name, v in zip(names, best, strict=True)}
