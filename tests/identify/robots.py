@@ -29,21 +29,23 @@ def changed(**values: float) -> ModelFile:
     return MODEL.model_copy(update={"parameters": parameters})
 
 
-def driven(model: ModelFile, mode: str, omega: float, seconds: float, **facts: str) -> MeasuredRun:
+def driven(
+    model: ModelFile, mode: str, omega: float, seconds: float, role: str = "train"
+) -> MeasuredRun:
     """Return a run at a constant speed [rad/s]."""
     steps = ((0.0, omega),)
     command = lagged_command(sample_times(seconds), steps, LAG_S, 1.0)
     condition = Condition("hop" if mode == "hop" else "clamped", command, rest=REST_S)
     return MeasuredRun(f"{mode}_{omega:g}", condition.mode, seen(model, condition),
-                       steps, **facts)  # fmt: skip
+                       steps, role=role)  # fmt: skip
 
 
-def dropped(model: ModelFile, height: float, seconds: float, **facts: str) -> MeasuredRun:
+def dropped(model: ModelFile, height: float, seconds: float, role: str = "train") -> MeasuredRun:
     """Return a fall from a height [m]."""
     still = np.zeros(len(sample_times(seconds)))
     condition = Condition("drop", still, rest=REST_S, height=height)
     name = f"drop_{1000 * height:g}mm"
-    return MeasuredRun(name, "drop", seen(model, condition), height=height, **facts)
+    return MeasuredRun(name, "drop", seen(model, condition), height=height, role=role)
 
 
 def seen(model: ModelFile, condition: Condition) -> TimeSeries:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from workbench.errors import InputError
@@ -40,8 +40,10 @@ _LEAST_HELD_S = 0.5
 _AFTER_SLIP_S = 0.75  # the first hops; their shape still tells a level that is far off
 _LONGEST_S = 3.0
 _HOLDING = 100.0  # a friction under which nothing slips
-_GRID = np.exp(np.linspace(-0.75, 0.75, 7))  # of the stated level
+_GRID = np.linspace(-0.6, 0.6, 13)  # log share of the stated level; the valley is as narrow
 _HALVINGS = 3
+_KEPT = 4  # valleys that are followed: a late slip of one level looks like an early one of another
+_UNSETTLED = 0.05  # log share by which clouds disagree: this is no minimum
 _BLOCK_S = 0.25  # less than a hop, more than an impact
 _POOR = 1.5
 
@@ -127,6 +129,12 @@ def _judged(
     tolerances = {name: _tolerance(model, name) for name in solution.problem.names}
     for one in undetermined(solution, tolerances):
         reasons |= {name: str(one) for name in one.names}
+    for name, error in zip(solution.problem.names, found.error, strict=True):
+        if error > _UNSETTLED:
+            reasons[name] = (
+                f"the fit does not settle: it finds {name} within {100 * error:.0f} % only, "
+                f"{solution.misfit:.1f} times the noise from the runs; add runs or mend the model"
+            )
     estimates = _estimates(found, model, reasons, seed)
     warnings = tuple(_warnings(estimates, solution))
     return Contact(estimates, reasons, windows, solution.misfit, warnings, solution)
@@ -201,24 +209,25 @@ class _Fitter:
         self.progress(f"look around for {' and '.join(names)}")
         hops = [_cut(run, first_slip(run) + _AFTER_SLIP_S) for run in self.hops]
         problem, x = self._problem(hops, names)
-        signs = np.array(np.meshgrid(*[[-1, 0, 1]] * len(names))).reshape(len(names), -1).T
-        grid = np.log(np.array(np.meshgrid(*[_GRID] * len(names))).reshape(len(names), -1).T)
-        width, best = float(np.log(_GRID[1] / _GRID[0])), np.zeros(len(names))
+        signs = _lattice([-1.0, 0.0, 1.0], len(names))
         stated = np.log([problem.robot.values[name] for name in names])
+        width, grid = float(_GRID[1] - _GRID[0]), _lattice(_GRID, len(names))
+        best = grid
         for _ in range(1 + _HALVINGS):
-            # what sticks holds at least as much as what slides: FRICTION in this order
+            # what sticks holds at least as much as what slides: FRICTION is in this order
             best = self._best(problem, x, grid[(np.diff(grid + stated) >= 0).all(axis=1)])
             width /= 2
-            grid = best + width * signs
-        self.known |= {(name, ""): float(v) for name, v in zip(names, best, strict=True)}
+            near = (best[:, None, :] + width * signs).reshape(-1, len(names))
+            grid = np.unique(near.round(6), axis=0)
+        self.known |= {(name, ""): float(v) for name, v in zip(names, best[0], strict=True)}
 
     def _best(
         self, problem: Problem, x: NDArray[np.float64], grid: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the levels (names,) that miss the runs least; far misses count little more."""
-        places = [np.concatenate([levels, x[len(levels) :]]) for levels in grid]
+        """Return the few levels (kept, names) that miss the runs least, the best one first."""
+        places = [np.concatenate([levels, x[len(problem.names) :]]) for levels in grid]
         costs = np.log1p(problem.residuals_of(places) ** 2).sum(axis=1)
-        return grid[int(np.argmin(costs))]
+        return grid[np.argsort(costs)[:_KEPT]]
 
     def _reproducible(self) -> list[MeasuredRun]:
         """Return the hops, each for as long as its unsure start moves it less than the noise."""
@@ -240,6 +249,11 @@ class _Fitter:
             slipped = first_slip(run) + _AFTER_SLIP_S
             out.append(_cut(run, max(float(times.min(initial=_LONGEST_S)), slipped)))
         return out
+
+
+def _lattice(levels: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Return every combination of levels, (levels ** count, count)."""
+    return np.array(np.meshgrid(*[levels] * count), dtype=float).reshape(count, -1).T
 
 
 def _keys(problem: Problem) -> list[tuple[str, str]]:

@@ -75,14 +75,20 @@ def minimum(problem: Problem, x: NDArray[np.float64]) -> Minimum:
     clouds = [slopes_over(problem, x, jacobian, widths, turn) for turn in range(_LAST_CLOUDS)]
     ends = np.array([_step(problem, x, cloud, 0.0) for cloud in clouds])
     jacobian = np.mean([cloud.jacobian for cloud in clouds], axis=0)
-    x = ends.mean(axis=0)
+    x = ends.mean(axis=0)  # the mean of several clouds is nearer to the valley's floor than one
     solution = Solution(problem, x, problem.residuals(x), jacobian)
     error = ends.std(axis=0, ddof=1) / np.sqrt(_LAST_CLOUDS)
     return Minimum(solution, error[: len(problem.names)])
 
 
 def redrawn(minimum: Minimum, draws: NDArray[np.float64], seed: int) -> NDArray[np.float64]:
-    """Return draws (n, names) that also know how unsure the kinks leave the minimum itself."""
+    """Return draws (n, names) that also know how unsure the kinks leave the minimum itself.
+
+    Args:
+        minimum: with its error.
+        draws: (n, names) of the bootstrap, logarithms.
+        seed: of the draws, from Student's distribution for so few clouds.
+    """
     rng = np.random.default_rng(seed)
     return draws + minimum.error * rng.standard_t(_LAST_CLOUDS - 1, draws.shape)
 
