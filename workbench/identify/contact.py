@@ -20,7 +20,6 @@ from workbench.errors import InputError
 from workbench.identify.determinacy import undetermined
 from workbench.identify.excitation import first_slip, unexcited
 from workbench.identify.identification import Estimate
-from workbench.identify.intervals import bootstrap
 from workbench.identify.kinked import Minimum, minimum, redrawn
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
@@ -44,7 +43,6 @@ _GRID = np.linspace(-0.6, 0.6, 13)  # log share of the stated level; the valley 
 _HALVINGS = 3
 _KEPT = 4  # valleys that are followed: a late slip of one level looks like an early one of another
 _UNSETTLED = 0.05  # log share by which clouds disagree: this is no minimum
-_BLOCK_S = 0.25  # less than a hop, more than an impact
 _POOR = 1.5
 
 Progress = Callable[[str], None]
@@ -290,8 +288,7 @@ def _estimates(
     found: Minimum, model: ModelFile, reasons: Mapping[str, str], seed: int
 ) -> dict[str, Estimate]:
     solution, names = found.solution, found.solution.problem.names
-    draws = redrawn(found, bootstrap(solution, seed, block=_BLOCK_S), seed)
-    low, high = np.percentile(draws, [5, 95], axis=0)
+    low, high = np.percentile(redrawn(found, seed), [5, 95], axis=0)
     estimates: dict[str, Estimate] = {}
     for k, name in enumerate(names):
         if name in reasons:

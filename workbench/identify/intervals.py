@@ -7,30 +7,28 @@ from numpy.typing import NDArray
 
 from workbench.identify.solution import Solution
 
-__all__ = ["BLOCK_S", "bootstrap"]
+__all__ = ["BLOCK_S", "blocks", "bootstrap"]
 
 BLOCK_S = 1.0  # longer than what the noise and the robot's faster swings remember
 _DRAWS = 2000
 
 
-def bootstrap(
-    solution: Solution, seed: int = 0, draws: int = _DRAWS, block: float = BLOCK_S
-) -> NDArray[np.float64]:
+def bootstrap(solution: Solution, seed: int = 0, draws: int = _DRAWS) -> NDArray[np.float64]:
     """Return redrawn parameters as logarithms of their share, (draws, names).
 
-    Whole blocks are drawn with replacement within each run, so that what hangs together in time
-    stays together, and the fit is solved again in its linear neighbourhood (one-step bootstrap;
-    Davison and Hinkley 1997, sections 8.2.3 and 7.2). The priors are drawn with their own spread.
+    Whole blocks of one second are drawn with replacement within each run, so that what hangs
+    together in time stays together, and the fit is solved again in its linear neighbourhood
+    (one-step bootstrap; Davison and Hinkley 1997, sections 8.2.3 and 7.2). The priors are drawn
+    with their own spread.
 
     Args:
         solution: with residuals and Jacobian.
         seed: the same seed gives the same draws.
         draws: how many.
-        block: its length [s]; a run needs several.
     """
     rng = np.random.default_rng(seed)
     count = len(solution.problem.names)
-    slopes, curvatures, runs = _blocks(solution, block)
+    slopes, curvatures, runs = blocks(solution)
     prior = np.zeros(len(solution.x))
     prior[count:] = 1.0
     total = slopes.sum(axis=0)
@@ -47,10 +45,10 @@ def bootstrap(
     return out
 
 
-def _blocks(
-    solution: Solution, length: float
+def blocks(
+    solution: Solution, length: float = BLOCK_S
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return gradient (b, u), curvature (b, u, u) and run (b,) of each block of measured rows."""
+    """Return gradient (b, u), curvature (b, u, u) and run (b,) of each block of so many seconds."""
     rows, weights = solution.problem.rows, solution.weights
     key = rows.run * 100_000 + np.floor(rows.time / length).astype(np.int64)
     keys = np.unique(key[rows.run >= 0])
