@@ -37,6 +37,7 @@ bench: install
 	$(BIN)/python benchmarks/cleaning.py
 	$(BIN)/python benchmarks/tracking.py
 	$(BIN)/python benchmarks/calibrate.py
+	$(BIN)/python benchmarks/contact.py
 
 fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from workbench.identify.solution import Solution
 
-__all__ = ["BLOCK_S", "bootstrap"]
+__all__ = ["BLOCK_S", "blocks", "bootstrap"]
 
 BLOCK_S = 1.0  # longer than what the noise and the robot's faster swings remember
 _DRAWS = 2000
@@ -28,7 +28,7 @@ def bootstrap(solution: Solution, seed: int = 0, draws: int = _DRAWS) -> NDArray
     """
     rng = np.random.default_rng(seed)
     count = len(solution.problem.names)
-    slopes, curvatures, runs = _blocks(solution)
+    slopes, curvatures, runs = blocks(solution)
     prior = np.zeros(len(solution.x))
     prior[count:] = 1.0
     total = slopes.sum(axis=0)
@@ -45,12 +45,12 @@ def bootstrap(solution: Solution, seed: int = 0, draws: int = _DRAWS) -> NDArray
     return out
 
 
-def _blocks(
-    solution: Solution,
+def blocks(
+    solution: Solution, length: float = BLOCK_S
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Return gradient (b, u), curvature (b, u, u) and run (b,) of each block of measured rows."""
+    """Return gradient (b, u), curvature (b, u, u) and run (b,) of each block of so many seconds."""
     rows, weights = solution.problem.rows, solution.weights
-    key = rows.run * 100_000 + np.floor(rows.time / BLOCK_S).astype(np.int64)
+    key = rows.run * 100_000 + np.floor(rows.time / length).astype(np.int64)
     keys = np.unique(key[rows.run >= 0])
     slopes, curvatures = [], []
     for one in keys:

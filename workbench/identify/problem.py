@@ -24,13 +24,14 @@ from workbench.identify.drive import lagged_command
 from workbench.identify.measured import MeasuredRun
 from workbench.sim import Condition, Robot, Simulation, sample_times, simulate_all
 
-__all__ = ["Problem", "Rows", "Unknown"]
+__all__ = ["LEAD_S", "Problem", "Rows", "Unknown", "needs_no_simulation"]
 
-_LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
+LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
 _DELAY_S = 0.01
 _LAG_S, _LAG_SHARE = 0.05, 1.0
 _GAIN_SHARE = 0.05
 _PULL_SHARE = 0.03
+_HEIGHT_M = 1e-3  # how well a hand holds a foot above the floor
 _PLACE_M = 2e-3  # how well a technician places a marker, and the shape file the strip
 _RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
 _ANGLE_RAD = 5e-3
@@ -125,6 +126,15 @@ class Problem:
         parts = [self._run_residual(k, x, c) for k, c in enumerate(self._responses(x))]
         return np.concatenate([*parts, x[len(self.names) :]])
 
+    def residuals_of(self, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Return the residuals of many unknowns at once, (places, m), in one batch."""
+        curves = iter(self._simulated([(k, x) for x in places for k in range(len(self.runs))]))
+        return np.array([
+            np.concatenate([*(self._run_residual(k, x, next(curves))
+                              for k in range(len(self.runs))), x[len(self.names) :]])
+            for x in places
+        ])  # fmt: skip
+
     def jacobian(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the derivatives of the residuals by the unknowns, (m, u).
 
@@ -145,7 +155,7 @@ class Problem:
             jacobian[begin[k] : begin[k + 1], i] = change / (moved[i] - x[i])
         self._adapt_steps(jacobian[: begin[-1]])
         for i, unknown in enumerate(self.unknowns):
-            if _needs_no_simulation(unknown):
+            if needs_no_simulation(unknown):
                 for k in range(len(at)) if unknown.run < 0 else [unknown.run]:
                     moved = x.copy()
                     moved[i] += 1e-3
@@ -166,7 +176,7 @@ class Problem:
         """Return (unknown, run, moved unknowns) of every simulation that a Jacobian needs."""
         moves = []
         for i, unknown in enumerate(self.unknowns):
-            if _needs_no_simulation(unknown):
+            if needs_no_simulation(unknown):
                 continue
             moved = x.copy()
             moved[i] += self.steps[i]
@@ -205,7 +215,7 @@ class Problem:
             InputError: when even the shortest do not help, or the robot does not stand.
         """
         while True:
-            jobs = [(self._robot(x), self._condition(k, x)) for k, x in asked]
+            jobs = [(self._robot(x), self.condition(k, x)) for k, x in asked]
             try:
                 return simulate_all(jobs, self.threads)
             except InputError:
@@ -217,13 +227,18 @@ class Problem:
     def _robot(self, x: NDArray[np.float64]) -> Robot:
         return replace(self.robot, values=dict(self.robot.values) | self.values(x))
 
-    def _condition(self, k: int, x: NDArray[np.float64]) -> Condition:
+    def condition(self, k: int, x: NDArray[np.float64]) -> Condition:
+        """Return what run k was put through by unknowns (u,); a driven one begins `LEAD_S` early.
+
+        It lasts as long as the run is compared.
+        """
         run, seen = self.runs[k], self.seen[k]
-        times = sample_times(float(seen.times[-1]) + 2 * _LEAD_S) - _LEAD_S
+        times = sample_times(float(seen.times[-1]) + 2 * LEAD_S) - LEAD_S
         if not run.driven:
             still = np.zeros(len(times))
             pull = run.pull * np.exp(_PULL_SHARE * self._own(x, "pull", k))
-            return Condition(run.mode, still, run.start_angle, pull=pull, height=run.height)
+            height = max(run.height + _HEIGHT_M * self._own(x, "height", k), 0.0)
+            return Condition(run.mode, still, run.start_angle, pull=pull, height=height)
         start = run.start_angle + _ANGLE_RAD * self._own(x, "start angle", k)
         lag = _LAG_S * np.exp(_LAG_SHARE * self._own(x, "lag", k))
         gain = 1 + _GAIN_SHARE * self._own(x, "gain", k)
@@ -238,7 +253,7 @@ class Problem:
     ) -> NDArray[np.float64]:
         run, seen = self.runs[k], self.seen[k]
         delay = _DELAY_S * self._own(x, "delay", k)
-        lead = _LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
+        lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         should = curve(np.clip(seen.times - delay + lead, 0.0, curve.x[-1]))
         count = len(run.places)
         offset = np.array([
@@ -252,7 +267,7 @@ class Problem:
         return np.concatenate([np.nan_to_num(rest), parted.ravel()])
 
 
-def _needs_no_simulation(unknown: Unknown) -> bool:
+def needs_no_simulation(unknown: Unknown) -> bool:
     """Tell whether an unknown only moves what was simulated, in time or place."""
     return unknown.name == "delay" or unknown.name.startswith("place ")
 
@@ -262,7 +277,7 @@ def _own(run: MeasuredRun) -> list[str]:
     places = [f"place {axis}" for axis in range(len(run.places))]
     if run.driven:
         return ["delay", "lag", "gain", "start angle", *places]
-    return ["delay", "pull", *places] if run.mode == "decay" else ["delay", *places]
+    return ["delay", "pull" if run.mode == "decay" else "height", *places]
 
 
 def _seen(run: MeasuredRun, window: float) -> _Seen:
