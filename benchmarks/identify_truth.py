@@ -36,6 +36,7 @@ __all__ = [
     "commanded",
     "drawn",
     "driven_by",
+    "robot_with",
     "taken",
     "thesis_files",
 ]
@@ -165,6 +166,6 @@ def taken(truth: Truth, seconds: float = 10.0, threads: int = 0) -> list[Take]:
     return takes
 
 
-def changed(robot: Robot, values: Mapping[str, float]) -> Robot:
+def robot_with(robot: Robot, values: Mapping[str, float]) -> Robot:
     """Return a robot with some of its values changed."""
     return replace(robot, values=dict(robot.values) | dict(values))
