@@ -22,9 +22,11 @@ from pathlib import Path
 from identify_methods import NOT_INSTALLED, Row, ours, plain, thesis
 from identify_peer import installed, peer
 from identify_repeats import SHORT, Setting, print_repeats
-from identify_truth import NAMES, Take, Truth, drawn, taken
+from identify_truth import NAMES, PULLS_N, SPEEDS_RAD_S, Take, Truth, drawn, taken
 
-RUN_S, QUICK_RUN_S = 10.0, 2.0
+RUN_S = 10.0
+QUICK_RUN_S, QUICK_SPEEDS_RAD_S, QUICK_PULLS_N = 1.5, (11.0, 15.0), (0.4,)
+ITERATIONS, QUICK_ITERATIONS = 100, 1  # of the thesis' criterion
 WINDOWS_S = (1.0, 2.5, 6.0)
 """What the peer is led through by hand before whole runs; ours goes the same way by itself."""
 
@@ -32,7 +34,7 @@ WINDOWS_S = (1.0, 2.5, 6.0)
 def main() -> None:
     """Print the table of methods, or that of repeats."""
     parser = argparse.ArgumentParser(description="Compare methods that find k, kT, d and dT.")
-    parser.add_argument("--quick", action="store_true", help=f"runs of {QUICK_RUN_S:g} s")
+    parser.add_argument("--quick", action="store_true", help=f"few runs of {QUICK_RUN_S:g} s")
     parser.add_argument("--seed", type=int, default=0, help="of the robot drawn")
     parser.add_argument("--repeats", type=int, default=0, help="robots drawn, ours only")
     parser.add_argument("--increments", type=int, default=16, help="of the true beam")
@@ -53,8 +55,9 @@ def print_methods(truth: Truth, seconds: float, quick: bool) -> None:
     print("  " + ", ".join(f"{name} {truth.values[name]:.5g}" for name in NAMES))
     head = "".join(f"{SHORT[name] + ' err %':>11}" for name in NAMES)
     print(f"\n{'method':33}{head}{'covered':>9}{'seconds':>9}{'simulations':>13}  what it tells")
+    runs = (QUICK_SPEEDS_RAD_S, QUICK_PULLS_N) if quick else (SPEEDS_RAD_S, PULLS_N)
     rows = []
-    for row in _rows(taken(truth, seconds), seconds, quick):
+    for row in _rows(taken(truth, seconds, *runs), seconds, quick):
         rows.append(row)
         _print_row(row, truth)
     for row in rows:
@@ -66,12 +69,12 @@ def print_methods(truth: Truth, seconds: float, quick: bool) -> None:
 def _rows(takes: Sequence[Take], seconds: float, quick: bool) -> Iterator[Row]:
     yield ours(takes)
     if installed():
-        yield peer(takes, [seconds])
-        yield peer(takes, [*(w for w in WINDOWS_S if w < seconds), seconds])
+        yield peer(takes, [seconds], by_hand=False)
+        yield peer(takes, [*(w for w in WINDOWS_S if w < seconds), seconds], by_hand=True)
     else:
         yield Row("mujoco.sysid", {}, {}, 0.0, 0, NOT_INSTALLED)
     yield plain(takes)
-    yield thesis(iterations=1 if quick else 100)
+    yield thesis(QUICK_ITERATIONS if quick else ITERATIONS)
 
 
 def _print_row(row: Row, truth: Truth) -> None:

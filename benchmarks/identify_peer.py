@@ -2,24 +2,29 @@
 
 It takes an initial state for each run, not a rest that depends on the parameters; here each
 candidate starts where its own weight lets it rest. It gets the true lag of the motor, the true
-starts and the true pulls. Its tools, defaults and optimiser are its own, with the scaling that its
-conditioning check recommends.
+starts and the true pulls. Its optimiser is its own, with the scaling that it recommends. It is run
+twice: as documented, and led by hand, with windows that grow and with residuals of the hopping
+plane over the noise. Its default divides each coordinate by its size, so that y, which is noise
+alone, outweighs all others and widens every interval.
 """
 
 from __future__ import annotations
 
+import io
 import logging
 import time
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 from identify_methods import BOUND, Row, true_condition
-from identify_truth import NAMES, Take, robot_with, thesis_files
+from identify_truth import NAMES, NOISE_M, Take, robot_with, thesis_files
 from mujoco import sysid
 from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult
 
 from workbench.errors import InputError
 from workbench.sim import Robot, build_spec, make_robot, settle
@@ -27,7 +32,8 @@ from workbench.sim import Robot, build_spec, make_robot, settle
 __all__ = ["installed", "peer"]
 
 ALPHA = 0.10  # for intervals of 90 %
-LEAST_SQUARES = Callable[..., Any]
+PLANE = [0, 2, 3, 5]  # x and z of T, x and z of the rotor
+ResidualFn = Callable[..., Any]
 
 
 def installed() -> bool:
@@ -35,36 +41,34 @@ def installed() -> bool:
     return hasattr(sysid, "optimize")
 
 
-def peer(takes: Sequence[Take], windows_s: Sequence[float]) -> Row:
+def peer(takes: Sequence[Take], windows_s: Sequence[float], by_hand: bool) -> Row:
     """Fit with mujoco.sysid, window after window, each from where the last one ended.
 
     Args:
         takes: all of them.
-        windows_s: how much of each run is compared, in order [s]; one is the documented way.
+        windows_s: how much of each run is compared, in order [s].
+        by_hand: whether residuals are those of the hopping plane over the noise.
     """
     model, shape = thesis_files()
     base = make_robot(model.values(), shape)
     parameters = _parameters(model.values())
-    told = _Told()
+    told, printed = _Told(), io.StringIO()
     log = logging.getLogger("absl")
     log.addHandler(told)
-    runs = [_Run(base, take) for take in takes]
+    runs = [_Run(base, take, by_hand) for take in takes]
     begin = time.perf_counter()
     try:
-        for window in windows_s:
-            residual_fn = _joined([run.residual_fn(window) for run in runs])
-            parameters, result = sysid.optimize(
-                parameters, residual_fn, optimizer="mujoco", verbose=False, x_scale="jac",
-                check_conditioning=window == windows_s[0],
-            )  # fmt: skip
-        residuals, _, _ = residual_fn(result.x, parameters)
-        _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
+        with redirect_stdout(printed):
+            for window in windows_s[:-1]:
+                parameters, _, _ = _fitted(runs, parameters, window)
+            parameters, result, residuals = _fitted(runs, parameters, windows_s[-1])
+            _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
     finally:
         log.removeHandler(told)
     seconds = time.perf_counter() - begin
     value = dict(zip(NAMES, map(float, result.x), strict=True))
     return Row(
-        method="mujoco.sysid, " + ("windows by hand" if len(windows_s) > 1 else "whole runs"),
+        method="mujoco.sysid, " + ("led by hand" if by_hand else "as documented"),
         value=value,
         interval90={
             name: (value[name] - float(h), value[name] + float(h))
@@ -73,7 +77,15 @@ def peer(takes: Sequence[Take], windows_s: Sequence[float]) -> Row:
         seconds=seconds,
         simulations=sum(run.simulations for run in runs),
         tells=f"no unit, no misfit in noise, nothing on what is open; {len(told.lines)} warnings",
-        words=(*told.lines, *_insights(parameters)),
+        words=(
+            *told.lines,
+            *(line for line in printed.getvalue().splitlines() if line.startswith("Terminated")),
+            *(
+                f"{name} {v:.5g} +- {h:.2g}"
+                for (name, v), h in zip(value.items(), half, strict=True)
+            ),
+            *_insights(parameters),
+        ),
     )
 
 
@@ -83,9 +95,10 @@ class _Run:
 
     base: Robot
     take: Take
+    by_hand: bool
     simulations: int = 0
 
-    def residual_fn(self, window: float) -> LEAST_SQUARES:
+    def residual_fn(self, window: float) -> ResidualFn:
         """Return the peer's own residual function over the first seconds of the run."""
         spec = _observed(self.base)
         model = spec.compile()
@@ -101,7 +114,11 @@ class _Run:
         group = sysid.ModelSequences(
             "hopper", spec, self.take.name, self._at_rest(model, self.base), control, measured
         )
-        return sysid.build_residual_fn(models_sequences=[group], custom_rollout=self._rollout)
+        return sysid.build_residual_fn(
+            models_sequences=[group],
+            custom_rollout=self._rollout,
+            modify_residual=_in_the_plane if self.by_hand else None,
+        )
 
     def _rollout(
         self,
@@ -136,6 +153,37 @@ class _Told(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         self.lines.append(record.getMessage())
+
+
+def _fitted(
+    runs: Sequence[_Run], parameters: sysid.ParameterDict, window: float
+) -> tuple[sysid.ParameterDict, OptimizeResult, list[NDArray[np.float64]]]:
+    """Return the peer's parameters, its result and its residuals there."""
+    residual_fn = _joined([run.residual_fn(window) for run in runs])
+    parameters, result = sysid.optimize(
+        parameters,
+        residual_fn,
+        optimizer="mujoco",
+        verbose=False,
+        x_scale="jac",
+        check_conditioning=True,
+    )
+    return parameters, result, residual_fn(result.x, parameters)[0]
+
+
+def _in_the_plane(
+    _parameters: sysid.ParameterDict,
+    predicted: sysid.TimeSeries,
+    measured: sysid.TimeSeries,
+    *_others: object,
+    **_named: object,
+) -> tuple[NDArray[np.float64], sysid.TimeSeries, sysid.TimeSeries]:
+    """Return measured less predicted over the noise, x and z of T and of the rotor."""
+    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, predicted, 0.0, 0.0)
+    should = predicted.resample(inside.times)
+    # the peer wants the very same mapping, not an equal one
+    named = sysid.TimeSeries(should.times, should.data, inside.signal_mapping)
+    return (inside.data - should.data)[:, PLANE] / NOISE_M, named, inside
 
 
 def _observed(robot: Robot) -> mujoco.MjSpec:
@@ -173,7 +221,7 @@ def _set(spec: mujoco.MjSpec, part: str, quantity: str, value: float) -> None:
             setattr(joint, quantity, [value, 0, 0])
 
 
-def _joined(parts: Sequence[LEAST_SQUARES]) -> LEAST_SQUARES:
+def _joined(parts: Sequence[ResidualFn]) -> ResidualFn:
     """Return one residual function of all runs."""
 
     def residual_fn(x: NDArray[np.float64], parameters: Any, **others: Any) -> tuple[Any, Any, Any]:

@@ -41,7 +41,7 @@ __all__ = [
     "thesis_files",
 ]
 
-NAMES = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
+NAMES: tuple[str, ...] = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 SPEEDS_RAD_S = (7.0, 11.0, 13.0, 15.0, 17.0)
 PULLS_N = (0.2, 0.4, 0.8)
 OFF = 0.3  # a parameter lies within this share of its stated value
@@ -132,15 +132,28 @@ def driven_by(steps: Sequence[tuple[float, float]], seconds: float) -> NDArray[n
     return speed.reshape(count, _FINE).mean(axis=1)
 
 
-def taken(truth: Truth, seconds: float = 10.0, threads: int = 0) -> list[Take]:
-    """Run and film the truth: five clamped runs and three ring-downs.
+def taken(
+    truth: Truth,
+    seconds: float = 10.0,
+    speeds: Sequence[float] = SPEEDS_RAD_S,
+    pulls: Sequence[float] = PULLS_N,
+    threads: int = 0,
+) -> list[Take]:
+    """Run and film the truth: a clamped run a speed and a ring-down a pull.
+
+    Args:
+        truth: the robot.
+        seconds: of each run.
+        speeds: of the clamped runs [rad/s].
+        pulls: of the ring-downs [N].
+        threads: of the simulation; 0 takes all cores.
 
     Raises:
         RuntimeError: when a run does not last, so that no laboratory would have kept it.
     """
     rng = np.random.default_rng([truth.seed, 1])
-    asked = [(f"clamped {speed:g}", commanded(speed), 0.0) for speed in SPEEDS_RAD_S]
-    asked += [(f"decay {pull:g}", (), pull) for pull in PULLS_N]
+    asked = [(f"clamped {speed:g}", commanded(speed), 0.0) for speed in speeds]
+    asked += [(f"decay {pull:g}", (), pull) for pull in pulls]
     still = np.zeros(len(sample_times(seconds)))
     conditions = [
         Condition("clamped", driven_by(steps, seconds), rest=REST_S)
