@@ -1,7 +1,7 @@
 # make demo   run the example protocol on the virtual bench
 # make test   run the tests
 # make check  ruff, format, pyright, import-linter, examples, wheel
-# make bench  time the twin, print the thesis' results beside ours
+# make bench  time the twin, print the thesis' results beside ours, compare ways to identify
 # make schemas / make pictures   write docs/reference/schemas and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
@@ -33,6 +33,7 @@ bench: install
 	$(BIN)/python benchmarks/twin.py
 	$(BIN)/python benchmarks/integrators.py
 	$(BIN)/python benchmarks/thesis.py
+	$(BIN)/python benchmarks/identify.py
 
 schemas: install
 	for name in protocol bench sheet model shape; do \

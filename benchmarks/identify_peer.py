@@ -225,10 +225,13 @@ def _joined(parts: Sequence[ResidualFn]) -> ResidualFn:
     """Return one residual function of all runs."""
 
     def residual_fn(x: NDArray[np.float64], parameters: Any, **others: Any) -> tuple[Any, Any, Any]:
-        found = [part(x, parameters, **others) for part in parts]
-        return tuple(
-            [one for each in column for one in each] for column in zip(*found, strict=True)
-        )
+        residuals, predicted, measured = [], [], []
+        for part in parts:
+            found = part(x, parameters, **others)
+            residuals += found[0]
+            predicted += found[1]
+            measured += found[2]
+        return residuals, predicted, measured
 
     return residual_fn
 

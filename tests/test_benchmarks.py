@@ -18,6 +18,10 @@ ROOT = Path(__file__).resolve().parents[1]
         ("twin", ["floor: 8 bare mj_step loops", "ours: 1 hop, start-up included", "peak MB"]),
         ("integrators", ["implicitfast", "blew up", "against RK4 at 0.031 ms"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
+        (
+            "identify",
+            ["workbench identify", "mujoco.sysid", "scipy least_squares", "looks at no data"],
+        ),
     ],
 )
 def test_a_benchmark_prints_its_tables(name: str, told: list[str], tmp_path: Path) -> None:

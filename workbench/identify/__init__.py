@@ -2,7 +2,8 @@
 
 `measured` is what a fit sees of a run, `drive` how the motor follows its command, `problem` the
 least-squares problem, `solve` the way to its minimum, `determinacy` and `intervals` what the
-minimum is worth, `identification` the answer. The room simulates and fits; it opens no device.
+minimum is worth, `identification` the answer; `objective` is what the thesis minimised instead.
+The room simulates and fits; it opens no device.
 """
 
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
