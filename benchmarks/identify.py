@@ -7,7 +7,7 @@ The first prints one table of methods on the same data: five clamped runs and th
 robot whose parameters are off by up to 30 %, every coordinate with 0.3 mm of noise. All start from
 the stated values and stay within a third and three times of them; the thesis' criterion has its own
 start and bounds. The peer and the plain fit are given the true lag of the motor, the true starts
-and the true pulls; ours finds them. The peer is mujoco.sysid: pip install workbench[sysid].
+and the true pulls; ours finds them. The peer is mujoco.sysid: pip install hopping-workbench[sysid].
 
 The second draws many robots and counts how often our intervals cover the truth; with --log it goes
 on where it was stopped.

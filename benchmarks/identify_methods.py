@@ -32,7 +32,7 @@ from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_a
 __all__ = ["BOUND", "NOT_INSTALLED", "Row", "ours", "plain", "thesis"]
 
 BOUND = 3.0  # every method stays within a third and three times the stated values
-NOT_INSTALLED = "not installed: pip install workbench[sysid]"
+NOT_INSTALLED = "not installed: pip install hopping-workbench[sysid]"
 Z90 = float(norm.ppf(0.95))
 _STEP = 1e-4  # of the logarithm of a parameter, for the plain fit's differences
 _OF_THE_NOISE = 1e3  # residual where a robot cannot be simulated
