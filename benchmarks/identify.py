@@ -89,7 +89,7 @@ def _print_row(row: Row, truth: Truth) -> None:
     covered = "none"
     if row.interval90:
         inside = [low <= truth.values[name] <= high for name, (low, high) in row.interval90.items()]
-        covered = f"{sum(inside)} of {len(NAMES)}"
+        covered = f"{sum(inside)} of {len(inside)}"
     print(
         f"{row.method:33}{errors}{covered:>9}{row.seconds:9.1f}{row.simulations:13d}  {row.tells}",
         flush=True,
