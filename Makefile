@@ -38,6 +38,7 @@ bench: install
 	$(BIN)/python benchmarks/tracking.py
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
+	$(BIN)/python benchmarks/identify.py
 
 fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py

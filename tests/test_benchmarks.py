@@ -22,6 +22,10 @@ ROOT = Path(__file__).resolve().parents[1]
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
+        (
+            "identify",
+            ["workbench identify", "mujoco.sysid", "scipy least_squares", "looks at no data"],
+        ),
     ],
 )
 def test_a_benchmark_prints_its_tables(name: str, told: list[str], tmp_path: Path) -> None:

@@ -1,12 +1,18 @@
-"""Identification: the model's parameters from measured runs, each with its interval.
+"""Identification: parameters and the motor's line from measured runs, each with its interval.
 
-`measured` is what a fit sees of a run, `drive` how the motor follows its command, `problem` the
-least-squares problem, `solve` the way to its minimum, `determinacy` and `intervals` what the
-minimum is worth, `identification` the answer.
+The beam: `measured` is what a fit sees of a run, `drive` how the motor follows its command,
+`problem` the least-squares problem, `solve` the way to its minimum, `determinacy` and `intervals`
+what the minimum is worth, `identification` the answer, `new_model` the file that is left of it;
+`objective` is what the thesis minimised instead.
 
-`shaft` is the motor's speed in one run, `speed_line` the line through such speeds, `line_checks`
+The ground: `contact` fits ground and friction with what `excitation`, `kinked` and `events` know of
+hopping. `validation` judges a fitted model on runs that were held out.
+
+The motor: `shaft` is its speed in one run, `speed_line` the line through such speeds, `line_checks`
 what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
-left of it on disk. The room simulates and fits; it opens no device.
+left of it on disk.
+
+The room simulates and fits; it opens no device.
 """
 
 from workbench.identify.calibrate import (
@@ -18,11 +24,13 @@ from workbench.identify.calibrate import (
 )
 from workbench.identify.calibration_figure import figure_5_3
 from workbench.identify.calibration_files import propose_protocol, write_calibration, write_new
+from workbench.identify.contact import CONTACT, Contact, identify_contact
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
 from workbench.identify.measured import MeasuredRun, measured_run
 from workbench.identify.new_model import write_model
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
+from workbench.identify.validation import Validation, validate
 
 __all__ = [
     "BEAM",
