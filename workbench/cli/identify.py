@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +14,16 @@ import typer
 from workbench.bundle import Bundle, sha256
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
-from workbench.identify import BEAM, Identification, measured_run, write_model
+from workbench.identify import (
+    BEAM,
+    CONTACT,
+    Estimate,
+    MeasuredRun,
+    identify_contact,
+    measured_run,
+    validate,
+    write_model,
+)
 from workbench.identify import identify as identify_runs
 from workbench.protocol import Document, ModelFile, ShapeFile, load
 
@@ -34,37 +44,92 @@ def identify(
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
-    """Fit stiffness and damping, or what --fit names, to clamped runs and ring-downs.
+    """Fit stiffness and damping, or what --fit names, to runs; validate on those held out.
+
+    Beam and masses are told by clamped runs and ring-downs, ground and friction by drops and hops.
 
     Example: workbench identify runs
     Example: workbench identify runs --fit hinge_stiffness,root_stiffness,top_mass
+    Example: workbench identify runs --fit ground_stiffness,ground_damping,friction_slide
     """
     begin = time.perf_counter()
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
-    names = [name.strip() for name in fit.split(",") if name.strip()]
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
     if target.exists():
         raise InputError(f"{target}: exists; a model is never changed, give another --out")
-    fitted = [run for run in map(measured_run, bundles) if run.role == "train"]
-    found = identify_runs(fitted, stated.content, shape.content, names, seed=seed, progress=tell)
-    written = write_model(target, stated, found, date.today())
+    measured = [measured_run(bundle) for bundle in bundles]
+    train = [run for run in measured if run.role == "train"]
+    found = _fit(_names(fit), train, stated.content, shape.content, seed)
+    written = write_model(
+        target, stated, found.values, found.estimates, found.runs, date.today(), found.increments
+    )
+    tell("validate on runs that the fit has not seen")
+    held = [run for run in measured if run.role == "held_out"]
+    validation = validate(held, stated.content, written.content, shape.content)
     if as_json:
         emit(
             {
                 "parameters": {n: e.as_json() for n, e in found.estimates.items()},
-                "not_determined": [str(one) for one in found.not_determined],
-                "validation": None,
+                "not_determined": list(found.not_determined),
+                "validation": validation.as_json(),
                 "misfit": found.misfit,
-                "increments": found.increments,
-                "runs": [run.name for run in found.runs],
+                "runs": list(found.runs),
                 "warnings": list(found.warnings),
                 "model": str(written.path),
                 "seconds": time.perf_counter() - begin,
             }
         )
         return
-    _print(found, written)
+    _print(found)
+    print(validation)
+    print(f"model: {written.path}")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What either fit came to."""
+
+    estimates: Mapping[str, Estimate]
+    values: Mapping[str, float]
+    not_determined: tuple[str, ...]
+    warnings: tuple[str, ...]
+    misfit: float
+    runs: tuple[str, ...]
+    increments: int | None
+
+
+def _names(fit: str) -> list[str]:
+    names = [name.strip() for name in fit.split(",") if name.strip()]
+    ground = [name for name in names if name in CONTACT]
+    if ground and len(ground) < len(names):
+        raise InputError(
+            f"{', '.join(ground)} are told by drops and hops, the others by clamped runs and "
+            "ring-downs; identify the beam first, then the ground with the new model"
+        )
+    return names
+
+
+def _fit(
+    names: list[str],
+    train: list[MeasuredRun],
+    model: ModelFile,
+    shape: ShapeFile,
+    seed: int,
+) -> _Found:
+    if names and names[0] in CONTACT:
+        ground = identify_contact(train, model, shape, names, seed=seed, progress=tell)
+        open_ = tuple(f"{name}: {why}" for name, why in ground.not_determined.items())
+        used = tuple(run.name for run in train if run.name in ground.windows)
+        return _Found(
+            ground.estimates, ground.values, open_, (*open_, *ground.warnings), ground.misfit,
+            used, None,
+        )  # fmt: skip
+    beam = identify_runs(train, model, shape, names, seed=seed, progress=tell)
+    return _Found(
+        beam.estimates, beam.values, tuple(map(str, beam.not_determined)), beam.warnings,
+        beam.misfit, tuple(run.name for run in beam.runs), beam.increments,
+    )  # fmt: skip
 
 
 def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
@@ -86,7 +151,7 @@ def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document
     return load(first.document("model"), ModelFile), load(first.document("shape"), ShapeFile)
 
 
-def _print(found: Identification, written: Document[ModelFile]) -> None:
+def _print(found: _Found) -> None:
     rows = [
         [name, f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}", f"{e.stated:.5g}",
          f"{100 * (e.value / e.stated - 1):+.2f} %", e.unit]
@@ -96,4 +161,3 @@ def _print(found: Identification, written: Document[ModelFile]) -> None:
     show_table(f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise", head, rows)
     for warning in found.warnings:
         people.print(f"note: {warning}", markup=False)
-    print(f"model: {written.path}")

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
 from ruamel.yaml import YAML
 
 from workbench.errors import InputError
-from workbench.identify.identification import Identification
+from workbench.identify.identification import Estimate
 from workbench.protocol import Document, ModelFile, parse
 
 __all__ = ["write_model"]
@@ -18,18 +19,27 @@ _DIGITS = 6
 
 
 def write_model(
-    path: Path, stated: Document[ModelFile], found: Identification, day: date
+    path: Path,
+    stated: Document[ModelFile],
+    values: Mapping[str, float],
+    estimates: Mapping[str, Estimate],
+    runs: Sequence[str],
+    day: date,
+    increments: int | None = None,
 ) -> Document[ModelFile]:
     """Write the stated model with its identified values, and return it as read back.
 
     A fitted parameter's tolerance becomes half its 90 % interval, and its source names day, runs
-    and the value before. One that carries a product or ratio keeps its tolerance.
+    and the value before. One that only acts together with others keeps its tolerance.
 
     Args:
         path: of the new file.
         stated: the model that the fit began with; its comments are kept.
-        found: what the fit found.
+        values: of every parameter that the fit changed, SI.
+        estimates: of those that are determined.
+        runs: names of the fitted ones.
         day: of the identification.
+        increments: of the beam that was fitted, where it is not the stated one.
 
     Raises:
         InputError: when the file exists; a model that runs refer to is never changed.
@@ -40,12 +50,12 @@ def write_model(
     yaml.width = 10_000
     tree = yaml.load(stated.text)
     tree["name"] = path.stem
-    if found.increments != stated.content.increments:
-        tree["increments"] = found.increments
-    for name, value in found.values.items():
+    if increments is not None and increments != stated.content.increments:
+        tree["increments"] = increments
+    for name, value in values.items():
         entry = tree["parameters"][name]
-        source = f"identified {day.isoformat()} from {_runs(found)}"
-        estimate = found.estimates.get(name)
+        source = f"identified {day.isoformat()} from {_told(runs)}"
+        estimate = estimates.get(name)
         if estimate is None:
             source += "; only in combination with others, see not_determined"
         else:
@@ -61,10 +71,9 @@ def write_model(
     return document
 
 
-def _runs(found: Identification) -> str:
-    names = [run.name for run in found.runs]
-    shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-    return f"{len(names)} run(s) ({shown})"
+def _told(runs: Sequence[str]) -> str:
+    shown = ", ".join(runs[:3]) + (f" and {len(runs) - 3} more" if len(runs) > 3 else "")
+    return f"{len(runs)} run(s) ({shown})"
 
 
 def _rounded(value: float, digits: int) -> float:
