@@ -48,9 +48,17 @@ def dropped(model: ModelFile, height: float, seconds: float, role: str = "train"
     return MeasuredRun(name, "drop", seen(model, condition), height=height, role=role)
 
 
-def seen(model: ModelFile, condition: Condition) -> TimeSeries:
+def released(model: ModelFile, pull: float, seconds: float, increments: int = 16) -> MeasuredRun:
+    """Return a ring-down after a pull [N]."""
+    still = np.zeros(len(sample_times(seconds)))
+    condition = Condition("decay", still, rest=REST_S, pull=pull)
+    motion = seen(model, condition, increments)
+    return MeasuredRun(f"decay_{pull:g}N", "decay", motion, pull=pull)
+
+
+def seen(model: ModelFile, condition: Condition, increments: int = 16) -> TimeSeries:
     """Return the motion with white noise; the rotor's angle has that of its arm."""
-    motion = simulate(make_robot(model.values(), SHAPE), condition).motion
+    motion = simulate(make_robot(model.values(), SHAPE, increments), condition).motion
     motion = motion.select([*FOOT, *TOP, ROTOR_ANGLE])
     deviation = np.array([NOISE_M] * 6 + [NOISE_M / ARM_M])
     noise = deviation * np.random.default_rng(7).standard_normal(motion.values.shape)

@@ -1,0 +1,148 @@
+"""The fit of the beam: known robots in, their parameters and honest intervals out."""
+
+from __future__ import annotations
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.identify.robots import MODEL, SHAPE, changed, driven, released
+from workbench.errors import InputError
+from workbench.identify import Identification, identify, write_model
+from workbench.identify.determinacy import Combination, undetermined
+from workbench.identify.drive import lagged_angle, lagged_command
+from workbench.identify.problem import Problem
+from workbench.identify.solution import Solution
+from workbench.identify.solve import FINER, fit_runs
+from workbench.protocol import ModelFile, load, load_model
+from workbench.sim import make_robot
+
+STIFF = ("hinge_stiffness", "root_stiffness")
+TRUE = {"hinge_stiffness": 11.6, "root_stiffness": 9.4}
+ROBOT = make_robot(MODEL.values(), SHAPE)
+
+
+@pytest.fixture(scope="module")
+def found() -> Identification:
+    true = changed(**TRUE)
+    runs = [driven(true, "clamped", 13.0, 2.0), released(true, 0.4, 2.0)]
+    return identify(runs, MODEL, SHAPE, STIFF)
+
+
+def test_stiffness_20_percent_off_is_found(found: Identification) -> None:
+    assert found.increments == 16
+    assert found.misfit == pytest.approx(1.0, abs=0.1)
+    assert found.not_determined == ()
+    for name, truth in TRUE.items():
+        estimate = found.estimates[name]
+        assert estimate.value == pytest.approx(truth, rel=0.01)
+        assert estimate.low < estimate.value < estimate.high
+        assert abs(estimate.value - truth) < 3 * estimate.half_width
+        assert estimate.stated == MODEL.values()[name]
+
+
+def test_the_new_model_holds_what_was_found_and_where_from(
+    found: Identification, tmp_path: Path
+) -> None:
+    stated = load_model("thesis", tmp_path)
+    names = [run.name for run in found.runs]
+    path = tmp_path / "models" / "mine.yaml"
+    write_model(path, stated, found.values, found.estimates, names, date(2026, 3, 12), 32)
+    read = load(path, ModelFile).content
+    assert (read.name, read.increments) == ("mine", 32)
+    for name, estimate in found.estimates.items():
+        entry = getattr(read.parameters, name)
+        assert entry.value == pytest.approx(estimate.value, rel=1e-5)
+        assert entry.tolerance == pytest.approx(estimate.half_width, rel=0.05)
+        assert entry.source.startswith("identified 2026-03-12 from 2 run(s) (clamped_13, decay_0.4")
+        assert "; was " in entry.source
+    assert read.parameters.top_mass == stated.content.parameters.top_mass
+    with pytest.raises(InputError, match=r"mine.yaml: exists; a model is never changed"):
+        write_model(path, stated, found.values, found.estimates, names, date(2026, 3, 12))
+
+
+def test_the_jacobian_is_the_slope_of_the_residuals() -> None:
+    problem = Problem(
+        [driven(MODEL, "clamped", 13.0, 0.6), released(MODEL, 0.4, 0.6)], ROBOT, STIFF
+    )
+    x = problem.start + 0.02
+    slopes = problem.jacobian(x)
+    step = 1e-4
+    for i, unknown in enumerate(problem.unknowns):
+        ahead, behind = x.copy(), x.copy()
+        ahead[i] += step
+        behind[i] -= step
+        slope = (problem.residuals(ahead) - problem.residuals(behind)) / (2 * step)
+        apart = np.linalg.norm(slopes[:, i] - slope) / np.linalg.norm(slope)
+        assert apart < 0.02, unknown
+
+
+def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:
+    runs = [released(MODEL, pull, 2.0, increments=40) for pull in (0.3, 0.8)]
+    fit = fit_runs(runs, ROBOT, {"hinge_stiffness": 0.1})
+    assert fit.solution.problem.robot.increments == FINER
+    assert fit.solution.misfit < 1.2
+
+
+@pytest.mark.parametrize(
+    ("exponents", "words"),
+    [
+        ({"a": 1.0, "b": -1.0}, "a * b: only this product is determined"),
+        ({"a": 1.0, "b": 0.97}, "a / b: only this ratio is determined"),
+        ({"a": 1.0}, "a: the data do not depend on it"),
+        ({"a": 1.0, "b": -0.5}, "a common change of a^1, b^-0.5 is not determined"),
+    ],
+)
+def test_a_combination_is_told_in_words(exponents: dict[str, float], words: str) -> None:
+    assert str(Combination(exponents, 3.0)) == words
+
+
+def test_parameters_that_only_act_as_a_product_are_told_as_such() -> None:
+    run = driven(MODEL, "clamped", 13.0, 1.0)
+    names = ("top_mass", "rotor_mass", "rotor_radius")
+    wide = dict.fromkeys(names, 0.5)
+    problem = Problem([run], ROBOT, names)
+    # nobody can weigh T alone here, so its mass takes up what the rotor's own weight does
+    slopes = problem.jacobian(problem.start)
+    mass, radius = slopes[:, 1], slopes[:, 2]
+    told = slopes.copy()
+    told[:, 2] = mass  # what a rotor does whose inertia about T does not matter
+    solution = Solution(problem, problem.start, problem.residuals(problem.start), told)
+    (one,) = undetermined(solution, wide)
+    assert str(one) == "rotor_mass * rotor_radius: only this product is determined"
+    assert undetermined(Solution.at(problem, problem.start), wide) == []
+    assert not np.allclose(mass, radius)
+
+
+def test_a_fit_without_its_runs_or_names_says_what_to_do() -> None:
+    hop = driven(MODEL, "hop", 17.0, 0.5)
+    with pytest.raises(InputError, match=r"given are hop\. protocols/clamped-sweep\.yaml and"):
+        identify([hop], MODEL, SHAPE)
+    clamped = driven(MODEL, "clamped", 13.0, 0.5)
+    with pytest.raises(InputError, match="'hinge_stifness' is unknown; did you mean"):
+        identify([clamped], MODEL, SHAPE, ["hinge_stifness"])
+    with pytest.raises(InputError, match="no parameter is named; --fit takes names"):
+        identify([clamped], MODEL, SHAPE, [])
+    known = MODEL.parameters.top_mass.model_copy(update={"tolerance": 0.0})
+    exact = MODEL.parameters.model_copy(update={"top_mass": known})
+    model = MODEL.model_copy(update={"parameters": exact})
+    with pytest.raises(InputError, match="top_mass has tolerance 0 in model 'thesis'"):
+        identify([clamped], model, SHAPE, ["top_mass"])
+
+
+def test_a_lagging_motor_turns_as_its_equation_says() -> None:
+    times = np.linspace(0, 3, 30001)
+    steps = ((0.2, 5.0), (0.7, 17.0), (2.0, 0.0))
+    speed, turned = 0.0, [0.0]
+    for at in times[1:]:
+        wanted = 0.98 * [w for t, w in ((-1.0, 0.0), *steps) if t <= at][-1]
+        speed += (wanted - speed) * 1e-4 / 0.06
+        turned.append(turned[-1] + speed * 1e-4)
+    angle = lagged_angle(times, steps, 0.06, 0.98)
+    np.testing.assert_allclose(angle, turned, atol=4e-3)  # two steps of the sum at full speed
+    coarse = times[::250]
+    command = lagged_command(coarse, steps, 0.06, 0.98)
+    reached = np.concatenate([[0.0], np.cumsum(command[:-1] * np.diff(coarse))])
+    np.testing.assert_allclose(reached, angle[::250], atol=1e-9)
