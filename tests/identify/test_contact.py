@@ -20,7 +20,7 @@ TRUE = {"ground_stiffness": 155.0, "ground_damping": 13.0, "friction_slide": 0.3
 
 def test_drops_tell_the_ground_whose_height_was_read_off_badly() -> None:
     true = changed(**TRUE)
-    drops = [dropped(true, 0.01, 0.7), dropped(true, 0.03, 0.7)]
+    drops = [dropped(true, 0.01, 0.9), dropped(true, 0.03, 0.9)]
     drops = [replace(run, height=run.height + off)
              for run, off in zip(drops, (1e-3, -1e-3), strict=True)]  # fmt: skip
     model = changed(**TRUE | {"ground_stiffness": 140.0, "ground_damping": 15.0})
