@@ -90,9 +90,8 @@ def fit_swings(
     Raises:
         ValueError: fewer than `LEAST_SAMPLES` samples were seen.
     """
-    seen = np.isfinite(paths).all(axis=1)
     columns = np.ones((len(times), 1)) if beside is None else np.insert(beside, 0, 1.0, axis=1)
-    seen &= np.isfinite(columns).all(axis=1)
+    seen = np.asarray(np.isfinite(np.hstack([paths, columns])).all(axis=1))
     if np.count_nonzero(seen) < LEAST_SAMPLES:
         raise ValueError(f"{np.count_nonzero(seen)} samples tell no swing; {LEAST_SAMPLES} do")
     record = _Record(times[seen] - times[seen][0], paths[seen], columns[seen])

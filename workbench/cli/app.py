@@ -13,6 +13,7 @@ import workbench
 from workbench.cli.doctor import doctor
 from workbench.cli.ingest import ingest
 from workbench.cli.modes import modes
+from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
 from workbench.cli.runs import runs
@@ -31,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, simulate, modes, review, schema, doctor):
+for verb in (run, ingest, simulate, modes, resonances, review, schema, doctor):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

@@ -1,7 +1,7 @@
 """Resonances from data: peaks of the answer over the rotor's speed, and jumps between its branches.
 
-Two things are told apart. A resonance is steep, but one over its answer, w^2 / a, is a smooth curve
-of w^2: for one oscillator a straight line. A jump between two possible motions is smooth in neither.
+Two things are told apart. A resonance is steep, but w^2 over its answer is a smooth curve of w^2:
+for one oscillator a straight line. A jump between two possible motions is smooth in neither.
 """
 
 from __future__ import annotations
@@ -161,8 +161,8 @@ def find_peaks(points: Sequence[SweepPoint]) -> Iterator[Peak]:
     """Yield the peaks of the answer at the rotor's speed, both axes together.
 
     An oscillator is fitted to the highest point and its neighbours, amplitude and phase at once.
-    Where it does not fit between them, the peak is the highest point and its error that of a place
-    anywhere between the neighbours.
+    Where it does not fit between them, or a branch ends beside it, the peak is the highest point
+    and its error that of a place anywhere between the neighbours.
     """
     for leg in _by_direction(points):
         size = np.array([_size(point) for point in leg])
@@ -194,7 +194,8 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
     near = leg[max(k - 2, 0) : k + 3] if len(leg) >= 5 else leg[k - 1 : k + 2]
     low, high = leg[k - 1].speed, leg[k + 1].speed
     x, z = (float(a) for a in leg[k].amplitude())
-    for chosen in (near, leg[k - 1 : k + 2]):
+    broken = _jumps(leg, k - 1) or _jumps(leg, k)  # the branch ends here: no oscillator does that
+    for chosen in () if broken else (near, leg[k - 1 : k + 2]):
         found = fit_oscillator(
             np.array([p.speed for p in chosen]),
             np.array([p.answer[:, ORDERS.index(1.0)] for p in chosen]),
@@ -225,8 +226,7 @@ def _surprises(
 ) -> bool:
     """Tell whether `there` is far from the straight line through the two points before it.
 
-    Args:
-        inverse: lines of w^2 / answer over w^2, that of a resonance; else of the answer itself.
+    Inverse lines are those of w^2 / answer over w^2, as a resonance has them; else of the answer.
     """
     first = ORDERS.index(1.0)
     w = np.array([p.speed for p in (before, here, there)]) ** 2

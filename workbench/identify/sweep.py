@@ -61,7 +61,7 @@ class SweepPoint:
         speed_error: standard error of it.
         answer: (2, orders) complex, of T along x and z [m].
         error: (2, orders) standard error of each answer's real and imaginary part [m].
-        change: of the greater amplitude at the rotor's speed, last half over first half, less one.
+        change: of the greatest of these amplitudes, last half over first half, less one.
         steady: whether that change is within 5 % and one of its errors.
     """
 
@@ -214,20 +214,18 @@ def _factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]
 def _change(
     times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], found: Swings
 ) -> tuple[float, bool]:
-    """Return how the amplitude at the rotor's speed changed from half to half; is that steady?"""
+    """Return how the greatest of the answers changed from half to half; is that steady?"""
     columns = np.insert(_terms(phi), 0, 1.0, axis=1)
     driven = columns @ found.beside + found.left  # without the robot's own swings
+    greatest = np.unravel_index(np.abs(_factors(found)[0]).argmax(), (2, len(ORDERS)))
     middle = (times[0] + times[-1]) / 2
-    answers, errors = [], []
+    sizes, errors = [], []
     for half in (times <= middle, times > middle):
-        part = fit_swings(times[half], driven[half], 0, beside=_terms(phi[half]))
-        answer, error = _factors(part)
-        answers.append(np.abs(answer[:, ORDERS.index(1.0)]))
-        errors.append(error[:, ORDERS.index(1.0)])
-    axis = int(np.argmax(answers[0] + answers[1]))
-    first, last = answers[0][axis], answers[1][axis]
-    unsure = float(np.hypot(errors[0][axis], errors[1][axis])) / first
-    change = float(last / first - 1)
+        answer, error = _factors(fit_swings(times[half], driven[half], 0, beside=_terms(phi[half])))
+        sizes.append(float(np.abs(answer[greatest])))
+        errors.append(float(error[greatest]))
+    change = sizes[1] / sizes[0] - 1
+    unsure = float(np.hypot(*errors)) / sizes[0]
     return change, abs(change) <= _STEADY_SHARE + unsure
 
 
