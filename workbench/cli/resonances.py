@@ -105,13 +105,12 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
 
 
 def _show_lines(found: Resonances) -> None:
-    head = ["run", "line [Hz]", "error [mHz]", "[rad/s]", "x [mm]", "z [mm]", "is"]
+    head = ["run", "line [Hz]", "[rad/s]", "x [mm]", "z [mm]", "is"]
     rows = []
     for one in found.spectra:
         for line in one.lines[:1]:
-            what = line.oscillation if line.order is None else f"{line.order:g} x rotor"
-            rows.append([one.run.split("_")[-1], f"{line.hz:.3f}", f"{1000 * line.hz_error:.1f}",
-                         f"{line.rad_s:.2f}", *(f"{1000 * a:.1f}" for a in line.amplitude),
-                         what])  # fmt: skip
+            sizes = [f"{1000 * amplitude:.1f}" for amplitude in line.amplitude]
+            name = one.run.split("_")[-1]
+            rows.append([name, f"{line.hz:.3f}", f"{line.rad_s:.2f}", *sizes, line.name])
     if rows:
         show_table("strongest line of T's motion", head, rows)

@@ -78,7 +78,7 @@ def figure_4_2(spectra: Sequence[Spectrum]) -> Figure:
             for (name, color), amplitude in zip(_AXES, one.amplitude.T, strict=True):
                 ax.plot(one.hz, 1000 * amplitude, color=color, label=f"{name} of T")
             for line in one.lines[:3]:
-                if line.hz <= _HIGHEST_HZ:
+                if line.hz <= _HIGHEST_HZ and not line.overtone:
                     _name_line(ax, line)
             driven = f"driven at {abs(one.speed):.1f} rad/s" if one.speed else "after the release"
             ax.set(title=driven, ylabel="amplitude [mm]", xlim=(0, _HIGHEST_HZ))
@@ -114,8 +114,7 @@ def figure_4_3(
                        linewidths=[0.6, 1.6, 0.6][: len(band)])  # fmt: skip
             ax.plot([], [], color=palette.REAL, label=f"measured, {hz:.3f} Hz")
         _mark_found(ax, surface, identified)
-        ax.set(xlabel="k, stiffness of a hinge [N m/rad]", ylabel="kT, stiffness of the root "
-               "[N m/rad]", title="longitudinal frequency of the clamped robot")  # fmt: skip
+        ax.set(xlabel="k, stiffness of a hinge [N m/rad]", ylabel="kT, stiffness of the root [N m/rad]")  # fmt: skip
         legend(ax)
 
     return drawn(draw, 3.8)
@@ -183,7 +182,7 @@ def sweep_figure(found: Resonances) -> Figure:
         rows = figure.subplots(4, 1, sharex=True, height_ratios=(1.4, 1.4, 1, 1))
         for axis, (name, color) in enumerate(_AXES):
             _draw_axis(rows[axis], rows[2 + axis], found.points, axis, color)
-            rows[axis].set(ylabel=f"{name} of T [mm]", ylim=(0, None))
+            rows[axis].set(ylabel=f"{name} of T [mm]")
             rows[2 + axis].set(ylabel=f"lag of {name} [deg]", ylim=(-190, 190))
             rows[2 + axis].set_yticks([-180, -90, 0, 90, 180])
         _mark_jumps(rows, found)
@@ -194,6 +193,8 @@ def sweep_figure(found: Resonances) -> Figure:
                     f"{peak.speed_error:.2f} rad/s", (peak.speed, 1000 * peak.amplitude[0]),
                     xytext=(-8, -4), textcoords="offset points", ha="right", va="top", fontsize=8,
                 )  # fmt: skip
+        for ax in rows[:2]:
+            ax.set_ylim(0, None)
         legend(rows[0])
         rows[-1].set_xlabel("speed of the rotor [rad/s]")
 
@@ -272,12 +273,8 @@ def _mark_jumps(rows: NDArray[np.object_], found: Resonances) -> None:
 
 
 def _name_line(ax: Axes, line: Line) -> None:
-    if line.order is None:
-        name = line.oscillation
-    else:
-        name = "rotor" if line.order == 1 else f"{line.order:g} x rotor"
     height = 1000 * max(line.amplitude)
-    ax.annotate(f"{name}\n{line.hz:.3f} Hz", (line.hz, height), xytext=(0, 3),
+    ax.annotate(f"{line.name}\n{line.hz:.3f} Hz", (line.hz, height), xytext=(0, 3),
                 textcoords="offset points", ha="center", va="bottom", fontsize=8)  # fmt: skip
 
 

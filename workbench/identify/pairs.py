@@ -102,17 +102,21 @@ def simulated_pair(run: MeasuredRun, robot: Robot) -> Pair:
 
 
 def frequency_surface(
-    robot: Robot, hinge: Sequence[float], root: Sequence[float]
+    robot: Robot,
+    hinge: Sequence[float],
+    root: Sequence[float],
+    rotor_angle: float | None = None,
 ) -> FrequencySurface:
     """Return the longitudinal frequency of the clamped robot for pairs of stiffnesses.
 
-    The rotor is a point mass at T, as in `workbench modes`. Of the two slowest modes the one in
-    which T moves more upward is the longitudinal one.
+    Of the two slowest modes the one in which T moves more upward is the longitudinal one.
 
     Args:
         robot: everything else stays as it is here.
         hinge: k of the beam [N m/rad].
         root: kT of the root [N m/rad].
+        rotor_angle: where the gearbox holds the rotor, as in a ring-down [rad]; None takes it as a
+            point mass at T.
 
     Raises:
         InputError: when the robot does not stand with one of the pairs.
@@ -121,6 +125,6 @@ def frequency_surface(
     for i, k in enumerate(hinge):
         for j, at_root in enumerate(root):
             values = dict(robot.values) | {"hinge_stiffness": k, "root_stiffness": at_root}
-            modes = linear_modes(replace(robot, values=values), count=2)
+            modes = linear_modes(replace(robot, values=values), rotor_angle=rotor_angle, count=2)
             hz[i, j] = max(modes, key=lambda mode: abs(mode.top_direction[1])).hz
     return FrequencySurface(np.asarray(hinge), np.asarray(root), hz)

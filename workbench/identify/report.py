@@ -25,6 +25,7 @@ from workbench.identify.identification import Identification
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import Pair, fitted_pairs, frequency_surface, run_misfits
 from workbench.identify.resonance import Resonances
+from workbench.identify.spectrum import Spectrum
 from workbench.review.drawing import as_svg
 from workbench.review.page import figure, table, warning_list, write_page
 
@@ -33,6 +34,7 @@ __all__ = ["Part", "write_identification", "write_resonances"]
 _SHARE = 0.2  # of both stiffnesses, either way, that figure 4.3 shows
 _GRID = 9
 _MOST_ROWS = 4
+_MOST_SPECTRA = 2  # one at each resonance, as in the thesis
 _NAMES = {
     "hinge_stiffness": "k, stiffness of a hinge",
     "root_stiffness": "kT, stiffness of the root",
@@ -77,7 +79,7 @@ def write_resonances(
         ("Warnings", warning_list(found.warnings)),
         *_resonance_sections(found, runs),
         ("Damping", _damping(modes)),
-        ("Runs", _lines((run.name, run.mode, run.role) for run in runs)),
+        ("Runs", _lines((f"{run.mode}, {run.role}", run.name) for run in runs)),
     ]
     write_page(path, title, f"{len(runs)} runs", _resonance_verdict(found, modes), sections)
 
@@ -181,11 +183,12 @@ def _surface(found: Identification, resonances: Resonances | None) -> Markup:
     ]
     robot = found.solution.problem.robot
     fitted = replace(robot, values=dict(robot.values) | found.values)
-    surface = frequency_surface(fitted, grids[0].tolist(), grids[1].tolist())
+    angle = next((run.start_angle for run in found.runs if run.mode == "decay"), None)
+    surface = frequency_surface(fitted, grids[0].tolist(), grids[1].tolist(), angle)
     return _drawn(
         figure_4_3(surface, found.estimates, _longitudinal(resonances)), "figure-4-3",
-        "Longitudinal frequency of small swings over both stiffnesses, the rotor a point mass at T "
-        "(thesis, figure 4.3). The measured one bends with the rotor and with the amplitude.",
+        "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the rotor "
+        "where it stood in the ring-downs. Measured: the ring-down with the smallest swings.",
     )  # fmt: skip
 
 
@@ -198,7 +201,7 @@ def _longitudinal(found: Resonances | None) -> tuple[float, float] | None:
         for one in found.spectra
         if one.speed == 0
         for line in one.lines
-        if line.oscillation == "longitudinal"
+        if line.name == "longitudinal"
     ]
     if not lines:
         return None
@@ -210,7 +213,7 @@ def _resonance_sections(found: Resonances, runs: Sequence[MeasuredRun]) -> list[
     return [
         ("Resonances", _peaks(found)),
         ("Answer over the rotor's speed", _sweep(found)),
-        ("Oscillation of T", _paths(runs)),
+        ("Oscillation of T", _paths(found, runs)),
         ("Spectra", _spectra(found)),
     ]
 
@@ -253,10 +256,12 @@ def _sweep(found: Resonances) -> Markup:
     return _drawn(sweep_figure(found), "sweep", caption)
 
 
-def _paths(runs: Sequence[MeasuredRun]) -> Markup:
-    clamped = [run for run in runs if run.mode == "clamped"]
+def _paths(found: Resonances, runs: Sequence[MeasuredRun]) -> Markup:
+    used = {point.run: point.speed for point in found.points}
+    clamped = [run for run in runs if run.name in used]
     if not clamped:
         return Markup()
+    clamped.sort(key=lambda run: used[run.name])
     caption = "Path of T and its height over time (thesis, figure 4.1)."
     return _drawn(figure_4_1(_spread(clamped)), "figure-4-1", caption)
 
@@ -265,8 +270,11 @@ def _spectra(found: Resonances) -> Markup:
     if not found.spectra:
         return Markup()
     strongest = sorted(found.spectra, key=lambda s: -float(s.amplitude.max()))
-    free = [s for s in found.spectra if s.speed == 0][:1]
-    driven = [s for s in strongest if s.speed][: 2 if free else 3]
+    speeds: dict[str, Spectrum] = {}
+    for one in strongest:
+        speeds.setdefault(f"{one.speed:.1f}", one)
+    free = [one for one in speeds.values() if one.speed == 0]
+    driven = [one for one in speeds.values() if one.speed][:_MOST_SPECTRA]
     caption = "Spectra of T's motion where it swings most (thesis, figure 4.2)."
     return _drawn(figure_4_2([*driven, *free]), "figure-4-2", caption)
 

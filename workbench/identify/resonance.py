@@ -7,7 +7,7 @@ for one oscillator a straight line. A jump between two possible motions is smoot
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -119,7 +119,7 @@ class Resonances:
             "peaks": [asdict(peak) | {"hz": peak.hz} for peak in self.peaks],
             "jumps": [asdict(jump) | {"text": str(jump)} for jump in self.jumps],
             "lines": {
-                s.run: [asdict(line) | {"oscillation": line.oscillation} for line in s.lines]
+                s.run: [asdict(line) | {"name": line.name} for line in s.lines]
                 for s in self.spectra
             },
             "warnings": list(self.warnings),
@@ -165,11 +165,8 @@ def find_peaks(points: Sequence[SweepPoint]) -> Iterator[Peak]:
     and its error that of a place anywhere between the neighbours.
     """
     for leg in _by_direction(points):
-        size = np.array([_size(point) for point in leg])
-        error = np.array([np.hypot(*point.amplitude_error()) for point in leg])
         for k in range(1, len(leg) - 1):
-            over = size[k] - np.maximum(size[k - 1], size[k + 1])
-            if over > _SIGMAS * np.hypot(error[k], error[[k - 1, k + 1]].max()):
+            if _stands_out(leg, k):
                 yield _peak(leg, k)
 
 
@@ -188,6 +185,24 @@ def find_jumps(points: Sequence[SweepPoint]) -> Iterator[Jump]:
         if _is_doubled(point):
             yield Jump("period doubled", point.direction, (point.speed, point.speed),
                        (_size(point), _size(point, 0.5)))  # fmt: skip
+
+
+def _stands_out(leg: Sequence[SweepPoint], k: int) -> bool:
+    """Tell whether the answer falls on both sides of a point, by more than errors, before it rises.
+
+    That is the prominence of a peak, as scipy.signal.peak_prominences has it.
+    """
+    size = np.array([_size(point) for point in leg])
+    if size[k] < max(size[k - 1], size[k + 1]):
+        return False
+    feet = []
+    for side in (range(k - 1, -1, -1), range(k + 1, len(leg))):
+        until = next((i for i in side if size[i] > size[k]), None)
+        lower = [i for i in side if until is None or abs(i - k) < abs(until - k)]
+        feet.append(min(lower, key=lambda i: size[i]))
+    foot = max(feet, key=lambda i: size[i])
+    unsure = np.hypot(*(np.hypot(*leg[i].amplitude_error()) for i in (k, foot)))
+    return bool(size[k] - size[foot] > _SIGMAS * unsure)
 
 
 def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
@@ -273,6 +288,9 @@ def _slope(leg: Sequence[SweepPoint], point: SweepPoint, axis: int) -> float:
 
 
 def _is_doubled(point: SweepPoint) -> bool:
+    """Tell whether T keeps swinging at half the rotor's speed; a swing of its own would fade."""
+    if not point.steady and point.change < 0:
+        return False
     half = point.amplitude(0.5)
     axis = int(np.argmax(half))
     sure = half[axis] > _SIGMAS * point.amplitude_error(0.5)[axis]
@@ -284,10 +302,29 @@ def _size(point: SweepPoint, order: float = 1.0) -> float:
 
 
 def _by_direction(points: Sequence[SweepPoint]) -> Iterator[list[SweepPoint]]:
-    """Yield the points of each direction by rising speed; repeats stay apart by their errors."""
+    """Yield the points of each direction by rising speed, those of one speed as their mean."""
     for direction in dict.fromkeys(point.direction for point in points):
-        leg = [point for point in points if point.direction == direction]
-        yield sorted(leg, key=lambda point: point.speed)
+        alike: list[list[SweepPoint]] = []
+        for point in sorted((p for p in points if p.direction == direction), key=lambda p: p.speed):
+            if alike and point.speed / alike[-1][0].speed - 1 < _ALIKE:
+                alike[-1].append(point)
+            else:
+                alike.append([point])
+        yield [_mean(group) for group in alike]
+
+
+def _mean(group: Sequence[SweepPoint]) -> SweepPoint:
+    """Return the weighted mean of repeats; its error knows of their scatter."""
+    if len(group) == 1:
+        return group[0]
+    answers = np.array([point.answer for point in group])
+    weights = np.array([point.error for point in group]) ** -2.0
+    total = weights.sum(axis=0)
+    mean = (weights * answers).sum(axis=0) / total
+    misfit = (weights * np.abs(answers - mean) ** 2).sum(axis=0) / (2 * (len(group) - 1))
+    error = np.sqrt(np.maximum(misfit, 1.0) / total)
+    speed = float(np.mean([point.speed for point in group]))
+    return replace(group[0], speed=speed, answer=mean, error=error)
 
 
 def _point_json(point: SweepPoint) -> dict[str, Any]:

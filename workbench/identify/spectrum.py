@@ -40,17 +40,26 @@ class Line:
         hz_error: standard error from the noise beside it [Hz]; what fades or bends is not in it.
         amplitude: of T along x and z [m].
         order: multiple of the rotor's speed that it is, or None where the robot rings by itself.
+        overtone: whether it is twice a stronger line, as a beam that bends far answers.
     """
 
     hz: float
     hz_error: float
     amplitude: tuple[float, float]
     order: float | None
+    overtone: bool = False
 
     @property
     def rad_s(self) -> float:
         """Return the angular frequency [rad/s]."""
         return 2 * np.pi * self.hz
+
+    @property
+    def name(self) -> str:
+        """Return what it is: of the rotor, an overtone, or an oscillation of the robot."""
+        if self.order is not None:
+            return "rotor" if self.order == 1 else f"{self.order:g} x rotor"
+        return "overtone" if self.overtone else self.oscillation
 
     @property
     def oscillation(self) -> Oscillation:
@@ -126,14 +135,16 @@ def _lines(
     peaks, _ = find_peaks(total, height=least, distance=apart, prominence=0.3 * least)
     peaks = [k for k in peaks if hz[k] >= _LOWEST_HZ]
     peaks = sorted(peaks, key=lambda k: -total[k])[:_MOST_LINES]
-    found = []
+    found: list[Line] = []
     for k in peaks:
         low, mid, high = np.log(total[k - 1 : k + 2])
         shift = 0.5 * (low - high) / (low - 2 * mid + high)
         at = float(hz[k] + shift * (hz[1] - hz[0]))
         error = _HANN_LOSS * noise / (np.pi * total[k] * duration)
         along = float(amplitude[k, 0]), float(amplitude[k, 1])
-        found.append(Line(at, error, along, _order(at, speed, _LOBE_BINS / duration)))
+        order = _order(at, speed, _LOBE_BINS / duration)
+        doubled = any(abs(at - 2 * line.hz) < _LOBE_BINS / duration / 2 for line in found)
+        found.append(Line(at, error, along, order, overtone=order is None and doubled))
     return tuple(found)
 
 

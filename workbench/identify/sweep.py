@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.identify.measured import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
-from workbench.swings import LEAST_SAMPLES, Swings, fit_swings
+from workbench.swings import LEAST_SAMPLES, Pole, Swings, fit_swings
 from workbench.timeseries import TimeSeries
 from workbench.tracking.rotor import mean_speed, unwrapped
 
@@ -36,7 +36,9 @@ _LEAST_END_S = 6.0  # tells swings apart that differ by 1 rad/s from the rotor
 _SEEN_SHARE = 0.6
 _OWN_SWINGS = 2  # modes below 20 Hz
 _STEADY_SHARE = 0.05  # of the amplitude, from one half of the window to the other
-_LEAST_LEG = 3  # speeds in a row that make a direction
+_FADING = 0.1  # [1/s], where the search for a swing at an order begins
+_FADES = 0.4  # of its logarithm, over the window, that tells a fading swing from a steady answer
+_LEAST_LEG = 3  # speeds in a row, on the mean, that make a direction
 _ALIKE = 0.01  # share of the speed within which two commands are one
 
 
@@ -60,7 +62,8 @@ class SweepPoint:
         speed: of the rotor in the world, always positive [rad/s].
         speed_error: standard error of it.
         answer: (2, orders) complex, of T along x and z [m].
-        error: (2, orders) standard error of each answer's real and imaginary part [m].
+        error: (2, orders) standard error of each answer's real and imaginary part [m]; one that is
+            not steady is unsure by its change.
         change: of the greatest of these amplitudes, last half over first half, less one.
         steady: whether that change is within 5 % and one of its errors.
     """
@@ -168,6 +171,8 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
     found = _answer(times, top, phi, abs(speed.value))
     answer, error = _factors(found)
     change, steady = _change(times, top, phi, found)
+    if not steady:
+        error = np.hypot(error, abs(change) * np.abs(answer))
     return SweepPoint(
         run.name, start, plateau.stop, "unordered", abs(speed.value), speed.standard_error,
         answer, error, change, steady,
@@ -188,19 +193,24 @@ def _answer(
 ) -> Swings:
     """Return the fit of the orders with the robot's own swings beside them.
 
-    A swing so near to an order that the window does not part them is the answer still growing: it
-    is left to the answer, whose change then tells.
+    A swing at the frequency of an order is only told from it by its fading, so it is looked for
+    there too. One that does not fade within the window is left to the answer.
     """
-    found = fit_swings(times, top, _OWN_SWINGS, beside=_terms(phi))
-    apart = 2 * np.pi / (times[-1] - times[0])
+    beside = _terms(phi)
+    near = [Pole(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
+    tried = [fit_swings(times, top, _OWN_SWINGS, beside=beside, start=start)
+             for start in ([], *([pole] for pole in near))]  # fmt: skip
+    found = min(tried, key=lambda one: float(np.nansum(one.left**2)))
+    length = times[-1] - times[0]
     own = [
         pole
         for pole in found.poles
-        if all(abs(2 * np.pi * pole.hz - order * speed) > apart for order in ORDERS)
+        if pole.decay * length > _FADES
+        or all(abs(pole.hz - other.hz) * length > 1 for other in near)
     ]
     if len(own) == len(found.poles):
         return found
-    return fit_swings(times, top, len(own), beside=_terms(phi), start=own)
+    return fit_swings(times, top, len(own), beside=beside, start=own)
 
 
 def _factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
@@ -256,7 +266,7 @@ def _legs(speeds: Sequence[float]) -> list[tuple[range, Direction]]:
         elif step:
             sign = step
     legs.append((range(begin, len(speeds)), "up" if sign > 0 else "down"))
-    if sign == 0 or np.median([len(leg) for leg, _ in legs]) < min(_LEAST_LEG, len(speeds)):
+    if sign == 0 or len(legs) > max(2.0, len(speeds) / _LEAST_LEG):
         return [(range(len(speeds)), "unordered")]
     return legs
 
