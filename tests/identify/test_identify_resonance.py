@@ -34,7 +34,8 @@ def exact(w: float, direction: str = "up") -> SweepPoint:
     full = np.zeros((2, len(ORDERS)), complex)
     full[:, FIRST] = answer(w)
     return SweepPoint(f"at-{w:g}", 4.0, 10.0, direction, w, 1e-3, full,  # pyright: ignore[reportArgumentType]
-                      np.full(full.shape, 5e-5), 0.0, True)  # fmt: skip
+                      np.full(full.shape, 5e-5), np.zeros(full.shape),
+                      np.full(full.shape, True))  # fmt: skip
 
 
 def scaled(point: SweepPoint, factor: float) -> SweepPoint:
@@ -50,12 +51,14 @@ def test_amplitude_and_phase_are_those_of_closed_form_within_their_errors(
         parts = (point.answer[:, FIRST] - truth) / point.error[:, FIRST]
         off += [*parts.real, *parts.imag]
         if min(abs(point.speed - mode.w0) for mode in (SWAY, BOUNCE)) > 1.2:
-            sure.append(np.abs(point.amplitude() / np.abs(truth) - 1).max())
+            apart = np.abs(point.answer[:, FIRST] - truth).max()
+            sure.append(apart / np.abs(truth).max())
             assert np.exp(1j * point.lag) == pytest.approx(
-                np.exp(-1j * np.angle(truth / np.array([1, 1j]))), abs=0.05
+                np.exp(-1j * np.angle(truth / np.array([1, 1j]))),
+                abs=max(0.02, 4 * point.lag_error.max()),
             )
     assert np.sqrt(np.mean(np.square(off))) < 2
-    assert max(sure) < 0.03  # off resonance, after ten seconds from rest
+    assert max(sure) < 0.02  # off resonance, after ten seconds from rest
 
 
 def test_the_swings_of_its_own_would_spoil_the_answer_if_they_were_not_told_apart() -> None:
@@ -120,21 +123,24 @@ def test_half_the_rotor_s_speed_is_told_and_marked_as_a_doubled_period() -> None
 
 
 def test_a_swing_of_its_own_that_fades_at_half_the_rotor_s_speed_is_no_doubled_period() -> None:
-    (point,) = read_sweep([driven(2 * SWAY.w0)]).points
-    assert point.amplitude(0.5)[0] > 0.25 * point.amplitude()[0]
-    assert point.change < -0.2
+    run = driven(20.0, seed=1)
+    columns = {n: run.motion[n].copy() for n in run.motion.names}
+    times = run.motion.times
+    own = 0.06 * np.exp(-0.1 * times) * np.cos(10 * times)
+    columns[TOP[0]] = REST[0] + own + 0.01 * np.cos(20 * times)
+    (point,) = read_sweep([replace(run, motion=TimeSeries.of(times, columns))]).points
+    assert point.amplitude(0.5)[0] > point.amplitude().max()
+    assert point.change == pytest.approx(np.exp(-0.3) - 1, abs=0.03)
     assert not list(find_jumps([point]))
 
 
-def test_an_answer_that_still_grows_is_not_steady() -> None:
-    run = driven(14.0)
-    columns = {n: run.motion[n].copy() for n in run.motion.names}
-    grown = 1 + 0.1 * run.motion.times
-    columns[TOP[0]] = REST[0] + grown * 0.02 * np.cos(14.0 * run.motion.times)
-    (point,) = read_sweep([replace(run, motion=TimeSeries.of(run.motion.times, columns))]).points
+def test_an_answer_that_still_grows_is_not_steady_and_unsure_by_its_growth() -> None:
+    (point,) = read_sweep([driven(SWAY.w0)]).points
     assert not point.steady
-    assert point.change == pytest.approx(1.85 / 1.55 - 1, abs=0.02)
-    assert read_sweep([run]).points[0].steady
+    assert point.change > 0.1
+    assert point.amplitude()[0] < 0.8 * abs(answer(SWAY.w0)[0])
+    assert point.amplitude_error()[0] > 0.1 * point.amplitude()[0]
+    assert read_sweep([driven(14.0)]).points[0].steady
 
 
 def test_a_run_that_fell_is_left_out_with_its_reason() -> None:
@@ -189,9 +195,9 @@ def test_a_jump_along_the_sweep_is_marked_where_it_is() -> None:
 
 def test_repeats_count_as_their_mean_and_widen_its_error() -> None:
     points = [exact(w) for w in (8.0, 9.2, 10.6, 12.0)]
-    more = [p for point in points for p in (scaled(point, 0.95), scaled(point, 1.05))]
+    more = [p for point in points for p in (scaled(point, 0.99), scaled(point, 1.01))]
     (peak,), (alone,) = list(find_peaks(more)), list(find_peaks(points))
-    assert peak.speed == pytest.approx(alone.speed, rel=1e-3)
+    assert peak.speed == pytest.approx(alone.speed, rel=0.01)
     assert peak.speed_error > 2 * alone.speed_error
 
 

@@ -114,7 +114,8 @@ def figure_4_3(
                        linewidths=[0.6, 1.6, 0.6][: len(band)])  # fmt: skip
             ax.plot([], [], color=palette.REAL, label=f"measured, {hz:.3f} Hz")
         _mark_found(ax, surface, identified)
-        ax.set(xlabel="k, stiffness of a hinge [N m/rad]", ylabel="kT, stiffness of the root [N m/rad]")  # fmt: skip
+        ax.set_xlabel("k, stiffness of a hinge [N m/rad]")
+        ax.set_ylabel("kT, stiffness of the root [N m/rad]")
         legend(ax)
 
     return drawn(draw, 3.8)

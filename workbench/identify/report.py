@@ -187,8 +187,8 @@ def _surface(found: Identification, resonances: Resonances | None) -> Markup:
     surface = frequency_surface(fitted, grids[0].tolist(), grids[1].tolist(), angle)
     return _drawn(
         figure_4_3(surface, found.estimates, _longitudinal(resonances)), "figure-4-3",
-        "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the rotor "
-        "where it stood in the ring-downs. Measured: the ring-down with the smallest swings.",
+        "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the "
+        "rotor where it stood in the ring-downs. Measured: the ring-down with the smallest swings.",
     )  # fmt: skip
 
 

@@ -24,6 +24,7 @@ __all__ = ["Jump", "Peak", "Resonances", "find_jumps", "find_peaks", "resonances
 JumpKind = Literal["along the sweep", "up against down", "period doubled"]
 
 _SIGMAS = 3.0
+_PEAK_SIGMAS = 2.0  # a peak's own error is large where it still grows
 _LEAST_JUMP = 0.5  # of the greater amplitude: what no smooth course explains
 _LEAST_SPLIT = 0.2  # of the greater amplitude, between up and down
 _ALIKE = 0.01  # share of a speed within which up and down are compared
@@ -202,7 +203,7 @@ def _stands_out(leg: Sequence[SweepPoint], k: int) -> bool:
         feet.append(min(lower, key=lambda i: size[i]))
     foot = max(feet, key=lambda i: size[i])
     unsure = np.hypot(*(np.hypot(*leg[i].amplitude_error()) for i in (k, foot)))
-    return bool(size[k] - size[foot] > _SIGMAS * unsure)
+    return bool(size[k] - size[foot] > _PEAK_SIGMAS * unsure)
 
 
 def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
@@ -225,8 +226,7 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
 
 def _jumps(leg: Sequence[SweepPoint], k: int) -> bool:
     """Tell whether no smooth course from either side leads from point k to the next."""
-    amplitudes = np.array([leg[k].amplitude(), leg[k + 1].amplitude()])
-    axis = int(np.argmax(np.abs(np.diff(amplitudes, axis=0))))
+    axis = int(np.argmax(leg[k].amplitude() + leg[k + 1].amplitude()))
     expected = [(leg[a], leg[b], leg[c]) for a, b, c in ((k - 1, k, k + 1), (k + 2, k + 1, k))
                 if 0 <= a < len(leg)]  # fmt: skip
     return bool(expected) and all(
@@ -289,12 +289,12 @@ def _slope(leg: Sequence[SweepPoint], point: SweepPoint, axis: int) -> float:
 
 def _is_doubled(point: SweepPoint) -> bool:
     """Tell whether T keeps swinging at half the rotor's speed; a swing of its own would fade."""
-    if not point.steady and point.change < 0:
-        return False
+    at = ORDERS.index(0.5)
     half = point.amplitude(0.5)
     axis = int(np.argmax(half))
-    sure = half[axis] > _SIGMAS * point.amplitude_error(0.5)[axis]
-    return bool(sure and half[axis] > _DOUBLED * point.amplitude()[axis])
+    fades = point.changes[axis, at] < 0 and not point.steadies[axis, at]
+    sure = half[axis] > _SIGMAS * point.error[axis, at]
+    return bool(sure and not fades and half[axis] > _DOUBLED * point.amplitude().max())
 
 
 def _size(point: SweepPoint, order: float = 1.0) -> float:

@@ -37,7 +37,6 @@ _SEEN_SHARE = 0.6
 _OWN_SWINGS = 2  # modes below 20 Hz
 _STEADY_SHARE = 0.05  # of the amplitude, from one half of the window to the other
 _FADING = 0.1  # [1/s], where the search for a swing at an order begins
-_FADES = 0.4  # of its logarithm, over the window, that tells a fading swing from a steady answer
 _LEAST_LEG = 3  # speeds in a row, on the mean, that make a direction
 _ALIKE = 0.01  # share of the speed within which two commands are one
 
@@ -64,8 +63,8 @@ class SweepPoint:
         answer: (2, orders) complex, of T along x and z [m].
         error: (2, orders) standard error of each answer's real and imaginary part [m]; one that is
             not steady is unsure by its change.
-        change: of the greatest of these amplitudes, last half over first half, less one.
-        steady: whether that change is within 5 % and one of its errors.
+        changes: (2, orders) of each amplitude, last half over first half, less one.
+        steadies: (2, orders) whether that change is within 5 % and one of its errors.
     """
 
     run: str
@@ -76,8 +75,18 @@ class SweepPoint:
     speed_error: float
     answer: NDArray[np.complex128]
     error: NDArray[np.float64]
-    change: float
-    steady: bool
+    changes: NDArray[np.float64]
+    steadies: NDArray[np.bool_]
+
+    @property
+    def change(self) -> float:
+        """Return the change of the greatest amplitude."""
+        return float(self.changes.flat[np.abs(self.answer).argmax()])
+
+    @property
+    def steady(self) -> bool:
+        """Tell whether the greatest amplitude is steady."""
+        return bool(self.steadies.flat[np.abs(self.answer).argmax()])
 
     def amplitude(self, order: float = 1.0) -> NDArray[np.float64]:
         """Return the amplitudes of T along x and z, (2,) [m]."""
@@ -170,12 +179,11 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
     speed = mean_speed(times, phi)
     found = _answer(times, top, phi, abs(speed.value))
     answer, error = _factors(found)
-    change, steady = _change(times, top, phi, found)
-    if not steady:
-        error = np.hypot(error, abs(change) * np.abs(answer))
+    changes, steadies = _changes(times, top, phi, found)
+    error = np.where(steadies, error, np.hypot(error, changes * np.abs(answer)))
     return SweepPoint(
         run.name, start, plateau.stop, "unordered", abs(speed.value), speed.standard_error,
-        answer, error, change, steady,
+        answer, error, changes, steadies,
     )  # fmt: skip
 
 
@@ -193,8 +201,8 @@ def _answer(
 ) -> Swings:
     """Return the fit of the orders with the robot's own swings beside them.
 
-    A swing at the frequency of an order is only told from it by its fading, so it is looked for
-    there too. One that does not fade within the window is left to the answer.
+    A swing that the window does not part from an order is looked for, but then left to the answer,
+    whose change tells of it: a large answer bends the beam, so that nothing linear takes it off.
     """
     beside = _terms(phi)
     near = [Pole(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
@@ -203,10 +211,7 @@ def _answer(
     found = min(tried, key=lambda one: float(np.nansum(one.left**2)))
     length = times[-1] - times[0]
     own = [
-        pole
-        for pole in found.poles
-        if pole.decay * length > _FADES
-        or all(abs(pole.hz - other.hz) * length > 1 for other in near)
+        pole for pole in found.poles if all(abs(pole.hz - other.hz) * length > 1 for other in near)
     ]
     if len(own) == len(found.poles):
         return found
@@ -221,22 +226,21 @@ def _factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]
     return pairs[..., 0] - 1j * pairs[..., 1], error
 
 
-def _change(
+def _changes(
     times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], found: Swings
-) -> tuple[float, bool]:
-    """Return how the greatest of the answers changed from half to half; is that steady?"""
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return how the amplitudes changed from half to half, and which are steady, (2, orders)."""
     columns = np.insert(_terms(phi), 0, 1.0, axis=1)
     driven = columns @ found.beside + found.left  # without the robot's own swings
-    greatest = np.unravel_index(np.abs(_factors(found)[0]).argmax(), (2, len(ORDERS)))
     middle = (times[0] + times[-1]) / 2
-    sizes, errors = [], []
-    for half in (times <= middle, times > middle):
-        answer, error = _factors(fit_swings(times[half], driven[half], 0, beside=_terms(phi[half])))
-        sizes.append(float(np.abs(answer[greatest])))
-        errors.append(float(error[greatest]))
-    change = sizes[1] / sizes[0] - 1
-    unsure = float(np.hypot(*errors)) / sizes[0]
-    return change, abs(change) <= _STEADY_SHARE + unsure
+    (first, first_error), (last, last_error) = (
+        _factors(fit_swings(times[half], driven[half], 0, beside=_terms(phi[half])))
+        for half in (times <= middle, times > middle)
+    )
+    size = np.maximum(np.abs(first), np.finfo(float).tiny)
+    changes = np.abs(last) / size - 1
+    unsure = np.hypot(first_error, last_error) / size
+    return changes, np.abs(changes) <= _STEADY_SHARE + unsure
 
 
 def _directed(points: Sequence[SweepPoint]) -> Iterator[SweepPoint]:
