@@ -101,8 +101,8 @@ def test_a_combination_is_told_in_words(exponents: dict[str, float], words: str)
 
 def test_parameters_that_only_act_as_a_product_are_told_as_such() -> None:
     run = driven(MODEL, "clamped", 13.0, 1.0)
-    names = ("top_mass", "rotor_mass", "rotor_radius")
-    wide = dict.fromkeys(names, 0.5)
+    names = ["top_mass", "rotor_mass", "rotor_radius"]
+    wide: dict[str, float] = dict.fromkeys(names, 0.5)
     problem = Problem([run], ROBOT, names)
     # nobody can weigh T alone here, so its mass takes up what the rotor's own weight does
     slopes = problem.jacobian(problem.start)

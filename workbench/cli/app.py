@@ -16,6 +16,7 @@ from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
 from workbench.cli.live import live
 from workbench.cli.modes import modes
+from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
 from workbench.cli.runs import runs
@@ -34,7 +35,19 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (run, ingest, live, calibrate, identify, simulate, modes, review, schema, doctor):
+for verb in (
+    run,
+    ingest,
+    live,
+    calibrate,
+    identify,
+    resonances,
+    simulate,
+    modes,
+    review,
+    schema,
+    doctor,
+):
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)

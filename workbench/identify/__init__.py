@@ -12,6 +12,9 @@ The motor: `shaft` is its speed in one run, `speed_line` the line through such s
 what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
 left of it on disk.
 
+Without a model: `sweep`, `spectrum`, `resonance`, `oscillator` and `damping` tell how the robot
+answers and rings; `figures` and `report` show it.
+
 The room simulates and fits; it opens no device.
 """
 
@@ -25,9 +28,12 @@ from workbench.identify.calibrate import (
 from workbench.identify.calibration_figure import figure_5_3
 from workbench.identify.calibration_files import propose_protocol, write_calibration, write_new
 from workbench.identify.contact import CONTACT, Contact, identify_contact
+from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
 from workbench.identify.measured import MeasuredRun, measured_run
 from workbench.identify.new_model import write_model
+from workbench.identify.report import Part, write_identification, write_resonances
+from workbench.identify.resonance import Resonances, resonances
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
 from workbench.identify.validation import Validation, validate
@@ -40,22 +46,29 @@ __all__ = [
     "Identification",
     "LeftOut",
     "MeasuredRun",
+    "ModeDamping",
+    "Part",
+    "Resonances",
     "SpeedCalibration",
     "SpeedLine",
     "SpeedPoint",
     "Validation",
     "calibrate",
+    "damping",
     "figure_5_3",
     "fit_line",
     "identify",
     "identify_contact",
     "measured_run",
     "propose_protocol",
+    "resonances",
     "shaft_speed",
     "speed_point",
     "speed_points",
     "validate",
     "write_calibration",
+    "write_identification",
     "write_model",
     "write_new",
+    "write_resonances",
 ]

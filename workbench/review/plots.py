@@ -1,54 +1,21 @@
-"""The figures of the report as SVG text that takes its ink from the page around it.
-
-No state of pyplot is touched. Text stays text, so that it can be found, read aloud and printed in
-the page's own face; black becomes `currentColor`, so that one picture serves light and dark.
-"""
+"""The figures of the report, as SVG elements."""
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR_SPEED, TOP
 from workbench.review import palette
 from workbench.review.comparison import FOOT_ERROR, TOP_ERROR, Comparison
+from workbench.review.drawing import as_svg, drawn, legend
 from workbench.timeseries import TimeSeries
 
 __all__ = ["error_plot", "motion_plot", "speed_plot", "supply_plot", "trajectory_plot"]
-
-_INK = "#010203"  # stands for the page's ink until the SVG is written
-_WIDTH_IN = 7.6
-_COLORED = dict.fromkeys(
-    ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"),
-    _INK,
-)
-_STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "font.family": "DejaVu Sans",  # only to measure; the page sets its own face
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.6,
-    "axes.xmargin": 0.01,
-    "axes.grid": True,
-    "grid.linewidth": 0.4,
-    "grid.alpha": 0.18,
-    "lines.linewidth": 1.1,
-    "path.simplify_threshold": 0.3,
-    "legend.frameon": False,
-    **_COLORED,
-}
 
 
 def trajectory_plot(comparison: Comparison) -> str:
@@ -66,7 +33,7 @@ def trajectory_plot(comparison: Comparison) -> str:
             ax.set(title=name, ylabel="z [m]")
         axes[1].set_xlabel("x [m]")
 
-    return _svg(draw, 3.6, "trajectory")
+    return as_svg(drawn(draw, 3.6), "trajectory")
 
 
 def motion_plot(comparison: Comparison) -> str:
@@ -78,10 +45,10 @@ def motion_plot(comparison: Comparison) -> str:
         channels |= {"T x [m]": TOP[0], "T z [m]": TOP[2]}
         for ax, (label, channel) in zip(axes, channels.items(), strict=True):
             _both(ax, comparison, channel, label)
-        _legend(axes[0])
+        legend(axes[0])
         _time_axis(axes[-1], comparison.time_zero)
 
-    return _svg(draw, 6.0, "motion")
+    return as_svg(drawn(draw, 6.0), "motion")
 
 
 def speed_plot(comparison: Comparison) -> str:
@@ -90,10 +57,10 @@ def speed_plot(comparison: Comparison) -> str:
     def draw(figure: Figure) -> None:
         ax = figure.subplots()
         _both(ax, comparison, ROTOR_SPEED, "rotor speed [rad/s]")
-        _legend(ax)
+        legend(ax)
         _time_axis(ax, comparison.time_zero)
 
-    return _svg(draw, 2.2, "speed")
+    return as_svg(drawn(draw, 2.2), "speed")
 
 
 def error_plot(comparison: Comparison) -> str:
@@ -107,10 +74,10 @@ def error_plot(comparison: Comparison) -> str:
             color = palette.SHADES[shade]
             ax.plot(error.times, _seen(error, column), color=color, label=name)
         ax.set(ylabel="distance [mm]", ylim=(0, None))
-        _legend(ax)
+        legend(ax)
         _time_axis(ax, comparison.time_zero)
 
-    return _svg(draw, 2.2, "error")
+    return as_svg(drawn(draw, 2.2), "error")
 
 
 def supply_plot(supply: TimeSeries, time_zero: str) -> str:
@@ -125,10 +92,10 @@ def supply_plot(supply: TimeSeries, time_zero: str) -> str:
         for ax, (label, lines) in zip(axes, panels.items(), strict=True):
             _supply_panel(ax, supply, lines)
             ax.set(ylabel=label, ylim=(0, None))
-        _legend(axes[0])
+        legend(axes[0])
         _time_axis(axes[-1], time_zero)
 
-    return _svg(draw, 2.8, "supply")
+    return as_svg(drawn(draw, 2.8), "supply")
 
 
 def _supply_panel(ax: Axes, supply: TimeSeries, lines: Mapping[str, tuple[str, str]]) -> None:
@@ -160,34 +127,5 @@ def _seen(series: TimeSeries, name: str) -> NDArray[np.float64]:
     return np.where(series.validity(name), series[name], np.nan)
 
 
-def _legend(ax: Axes) -> None:
-    """Place the legend above the axes, where no curve can run under it."""
-    ax.legend(loc="lower right", bbox_to_anchor=(1, 0.98), ncols=3, borderaxespad=0.2)
-
-
 def _time_axis(ax: Axes, time_zero: str) -> None:
     ax.set_xlabel(f"time since {time_zero} [s]")
-
-
-def _svg(draw: Callable[[Figure], None], height_in: float, name: str) -> str:
-    """Return the figure as an `<svg>` element; `name` keeps its ids apart from other figures'."""
-    text = io.StringIO()
-    with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
-        figure = Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
-        figure.patch.set_visible(False)
-        draw(figure)
-        for ax in figure.axes:
-            ax.patch.set_visible(False)
-        figure.align_ylabels()
-        FigureCanvasSVG(figure).print_svg(text, metadata={"Date": None})
-    return _inline(text.getvalue())
-
-
-def _inline(document: str) -> str:
-    """Turn an SVG file into an element of an HTML page: no prolog, namespaces or doubled ids."""
-    svg = document[document.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg)
-    svg = re.sub(r' id="[\w.]+_\d+"', "", svg)
-    svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
-    return svg.replace("xlink:href", "href").replace(_INK, "currentColor")

@@ -6,7 +6,7 @@ body is empty is left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -14,6 +14,7 @@ from markupsafe import Markup
 from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
 from workbench.review.headline import HEADINGS, headline, misfit_rows
+from workbench.review.page import figure, table, warning_list
 from workbench.review.plots import (
     error_plot,
     motion_plot,
@@ -38,17 +39,16 @@ class Section(NamedTuple):
 
 
 def _warnings(comparison: Comparison) -> Markup:
-    items = Markup().join(Markup("<li>{}</li>").format(text) for text in comparison.warnings)
-    return Markup('<ul class="warnings">{}</ul>').format(items) if items else items
+    return warning_list(comparison.warnings)
 
 
 def _headline(comparison: Comparison) -> Markup:
-    return _table(headline(comparison), HEADINGS)
+    return table(headline(comparison), HEADINGS, css="numbers compared")
 
 
 def _misfit(comparison: Comparison) -> Markup:
     rows = [(name[0].upper() + name[1:], rms) for name, rms in misfit_rows(comparison.misfit)]
-    return _table(rows, ("", "Root mean square")) + _figure(
+    return table(rows, ("", "Root mean square")) + figure(
         error_plot(comparison),
         "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing.",
     )
@@ -57,20 +57,20 @@ def _misfit(comparison: Comparison) -> Markup:
 def _trajectory(comparison: Comparison) -> Markup:
     who = "the foot's centre" if comparison.mover == FOOT else "T, the tip of the beam,"
     when = "of drive" if comparison.driven else "after the release"
-    return _figure(
+    return figure(
         trajectory_plot(comparison),
         f"Path of {who} during the {comparison.duration_s:g} s {when}. The height is stretched.",
     )
 
 
 def _motion(comparison: Comparison) -> Markup:
-    return _figure(motion_plot(comparison), "Foot and T, the tip of the beam, over time.")
+    return figure(motion_plot(comparison), "Foot and T, the tip of the beam, over time.")
 
 
 def _speed(comparison: Comparison) -> Markup:
     if not comparison.driven:
         return Markup()
-    return _figure(
+    return figure(
         speed_plot(comparison), "Speed of the rotor, as measured and as the twin was driven."
     )
 
@@ -78,19 +78,19 @@ def _speed(comparison: Comparison) -> Markup:
 def _supply(comparison: Comparison) -> Markup:
     if comparison.supply is None:
         return Markup()
-    return _figure(
+    return figure(
         supply_plot(comparison.supply, comparison.time_zero),
         "What was set on the supply and read back.",
     )
 
 
 def _facts(comparison: Comparison) -> Markup:
-    return _table([("Run", comparison.run), *comparison.facts.items()], css="facts")
+    return table([("Run", comparison.run), *comparison.facts.items()], css="facts")
 
 
 def _journal(comparison: Comparison) -> Markup:
     rows = [(f"{time:.2f} s", text) for time, text in comparison.log]
-    return _table(rows, ("Time", "Event"), css="facts") if rows else Markup()
+    return table(rows, ("Time", "Event"), css="facts") if rows else Markup()
 
 
 def _recording(comparison: Comparison) -> Markup:
@@ -114,23 +114,3 @@ SECTIONS = (
     Section("Journal", _journal),
     Section("Facts", _facts),
 )
-
-
-def _figure(svg: str, caption: str) -> Markup:
-    return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(svg), caption)
-
-
-def _table(
-    rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "numbers"
-) -> Markup:
-    head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
-    body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)
-    return Markup('<table class="{}">{}<tbody>{}</tbody></table>').format(css, head, body)
-
-
-def _row(row: Sequence[str]) -> Markup:
-    return Markup('<th scope="row">{}</th>{}').format(row[0], _cells(row[1:], "td"))
-
-
-def _cells(texts: Sequence[str], tag: str) -> Markup:
-    return Markup().join(Markup(f"<{tag}>{{}}</{tag}>").format(text) for text in texts)

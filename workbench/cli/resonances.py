@@ -1,0 +1,116 @@
+"""`workbench resonances`: amplitude, phase, spectra and damping of measured runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.bundle import Bundle
+from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
+from workbench.errors import InputError
+from workbench.identify import ModeDamping, Resonances, damping, measured_run, write_resonances
+from workbench.identify import resonances as find_resonances
+
+__all__ = ["resonances"]
+
+
+def resonances(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(help="Bundles by folder or name, or folders that hold bundles."),
+    ],
+    folder: RunsFolder = Path("runs"),
+    report: Annotated[
+        Path | None, typer.Option(help="Write figures and tables to this HTML file.")
+    ] = None,
+    as_json: JsonFlag = False,
+) -> None:
+    """Tell the resonances of a clamped sweep and the damping of ring-downs.
+
+    Example: workbench resonances runs --report resonances.html
+    """
+    bundles = _bundles(runs, folder)
+    measured = [measured_run(bundle) for bundle in bundles]
+    tell(f"looking at {len(measured)} runs")
+    found = find_resonances(measured)
+    modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
+    if report is not None:
+        title = bundles[0].manifest["title"] if len(measured) == 1 else "Resonances of the robot"
+        write_resonances(report, title, measured, found, modes)
+    if as_json:
+        emit(found.as_json() | {
+            "damping": [mode.as_json() for mode in modes],
+            "report": None if report is None else str(report),
+        })  # fmt: skip
+        return
+    _show(found, modes)
+    if report is not None:
+        print(f"report: {report}")
+
+
+def _bundles(given: Sequence[Path], folder: Path) -> list[Bundle]:
+    """Return the complete bundles given, in the order in which they were measured.
+
+    Of a folder of bundles those that are complete are taken; a bundle that is named must be.
+    """
+    bundles: list[Bundle] = []
+    for path in given:
+        inside = sorted(path.glob("*/manifest.json"))
+        if inside:
+            opened = [Bundle.open(manifest.parent) for manifest in inside]
+            bundles += [b for b in opened if b.manifest.get("status") == "complete"]
+        else:
+            bundles.append(Bundle.find(path, folder))
+    if not bundles:
+        raise InputError(
+            f"{', '.join(map(str, given))}: holds no complete bundle; "
+            "`workbench run protocols/clamped-sweep.yaml` makes some"
+        )
+    return sorted(bundles, key=lambda b: (b.manifest["created"], b.manifest.get("number", 0)))
+
+
+def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
+    if found.points:
+        head = ["speed [rad/s]", "sweep", "x [mm]", "z [mm]", "lag x [deg]", "lag z [deg]",
+                "half x [mm]", "half z [mm]"]  # fmt: skip
+        rows = [
+            [("" if p.steady else "~") + f"{p.speed:.2f}", p.direction,
+             *(f"{1000 * a:.1f}" for a in p.amplitude()),
+             *(f"{57.29578 * lag:.0f}" for lag in p.lag),
+             *(f"{1000 * a:.1f}" for a in p.amplitude(0.5))]
+            for p in found.points
+        ]  # fmt: skip
+        show_table(
+            "T's answer at the rotor's speed and at half of it; ~ where it still changed",
+            head,
+            rows,
+        )
+    if found.peaks:
+        head = ["resonance", "sweep", "speed [rad/s]", "error [rad/s]", "frequency [Hz]"]
+        rows = [
+            [p.oscillation, p.direction, f"{p.speed:.2f}", f"{p.speed_error:.2f}", f"{p.hz:.3f}"]
+            for p in found.peaks
+        ]
+        show_table("resonances", head, rows)
+    _show_lines(found)
+    for mode in modes:
+        print(mode)
+    for jump in found.jumps:
+        print(jump)
+    for warning in found.warnings:
+        tell(f"warning: {warning}")
+
+
+def _show_lines(found: Resonances) -> None:
+    head = ["run", "line [Hz]", "[rad/s]", "x [mm]", "z [mm]", "is"]
+    rows = []
+    for one in found.spectra:
+        for line in one.lines[:1]:
+            sizes = [f"{1000 * amplitude:.1f}" for amplitude in line.amplitude]
+            name = one.run.split("_")[-1]
+            rows.append([name, f"{line.hz:.3f}", f"{line.rad_s:.2f}", *sizes, line.name])
+    if rows:
+        show_table("strongest line of T's motion", head, rows)

@@ -1,0 +1,130 @@
+"""A measured motion beside the simulated one of the same run, for figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.identify.measured import MeasuredRun
+from workbench.identify.solution import Solution
+from workbench.motion import time_zero
+from workbench.sim import Condition, Robot, linear_modes, sample_times, simulate, staircase
+from workbench.timeseries import TimeSeries
+
+__all__ = ["FrequencySurface", "Pair", "fitted_pairs", "frequency_surface", "label",
+           "run_misfits", "simulated_pair"]  # fmt: skip
+
+_REST_S = 0.6
+_AFTER_S = 0.2
+
+
+class Pair(NamedTuple):
+    """One run, measured and simulated.
+
+    Args:
+        run: its name.
+        label: what was done, `17.0 rad/s`.
+        measured: channels of `workbench.motion`.
+        simulated: the same channels.
+    """
+
+    run: str
+    label: str
+    measured: TimeSeries
+    simulated: TimeSeries
+
+
+class FrequencySurface(NamedTuple):
+    """The longitudinal frequency over both stiffnesses: (n,), (m,) [N m/rad], (n, m) [Hz]."""
+
+    hinge: NDArray[np.float64]
+    root: NDArray[np.float64]
+    hz: NDArray[np.float64]
+
+
+def label(run: MeasuredRun) -> str:
+    """Return in few words what was done in a run."""
+    if run.driven:
+        speed = next((s for _, s in reversed(run.steps) if s), 0.0)
+        return f"{speed:.1f} rad/s"
+    if run.mode == "decay":
+        return f"released from {run.pull:.2g} N"
+    return f"dropped by {1000 * run.height:.3g} mm"
+
+
+def fitted_pairs(solution: Solution) -> list[Pair]:
+    """Return each fitted run beside the simulation that the fit ended with.
+
+    Start, lag, gain and places are those of the fit, so what is left is the model's. Where a
+    sample was not seen, both sides are NaN.
+    """
+    problem, rows = solution.problem, solution.problem.rows
+    pairs = []
+    for k, (run, seen) in enumerate(zip(problem.runs, problem.seen, strict=True)):
+        parted = solution.residuals[rows.run == k][len(seen.rest) :].reshape(seen.values.shape)
+        measured = np.where(seen.valid, seen.values, np.nan)
+        simulated = measured - parted * seen.sigma
+        pairs.append(Pair(run.name, label(run), *(
+            TimeSeries(seen.times, values, run.channels, seen.valid)
+            for values in (measured, simulated)
+        )))  # fmt: skip
+    return pairs
+
+
+def run_misfits(solution: Solution) -> dict[str, float]:
+    """Return the root mean square of each run's residuals in noise deviations, by name."""
+    found = {}
+    for k, run in enumerate(solution.problem.runs):
+        own = solution.residuals[solution.problem.rows.run == k]
+        own = own[own != 0]  # a sample that was not seen has residual zero
+        found[run.name] = float(np.sqrt(np.mean(own**2))) if len(own) else float("nan")
+    return found
+
+
+def simulated_pair(run: MeasuredRun, robot: Robot) -> Pair:
+    """Return a run beside its simulation from rest as commanded; nothing is fitted to it.
+
+    Args:
+        run: in any mode.
+        robot: with the parameters to be shown.
+    """
+    stop = float(run.motion.times[-1])
+    times = sample_times(stop + _AFTER_S)
+    speed = staircase(times, run.steps) if run.driven else np.zeros(len(times))
+    condition = Condition(run.mode, speed, run.start_angle, _REST_S, run.pull, run.height)
+    motion = simulate(robot, condition).motion
+    zero = time_zero(run.mode, motion) or 0.0  # by the same estimator as the track's
+    return Pair(run.name, label(run), run.motion, motion.shifted(-zero))
+
+
+def frequency_surface(
+    robot: Robot,
+    hinge: Sequence[float],
+    root: Sequence[float],
+    rotor_angle: float | None = None,
+) -> FrequencySurface:
+    """Return the longitudinal frequency of the clamped robot for pairs of stiffnesses.
+
+    Of the two slowest modes the one in which T moves more upward is the longitudinal one.
+
+    Args:
+        robot: everything else stays as it is here.
+        hinge: k of the beam [N m/rad].
+        root: kT of the root [N m/rad].
+        rotor_angle: where the gearbox holds the rotor, as in a ring-down [rad]; None takes it as a
+            point mass at T.
+
+    Raises:
+        InputError: when the robot does not stand with one of the pairs.
+    """
+    hz = np.empty((len(hinge), len(root)))
+    for i, k in enumerate(hinge):
+        for j, at_root in enumerate(root):
+            values = dict(robot.values) | {"hinge_stiffness": k, "root_stiffness": at_root}
+            modes = linear_modes(replace(robot, values=values), rotor_angle=rotor_angle, count=2)
+            hz[i, j] = max(modes, key=lambda mode: abs(mode.top_direction[1])).hz
+    return FrequencySurface(np.asarray(hinge), np.asarray(root), hz)

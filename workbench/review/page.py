@@ -1,0 +1,76 @@
+"""A page of the workbench: one HTML file that needs nothing beside it, on screen and on paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from workbench.review import palette
+
+__all__ = ["figure", "table", "warning_list", "write_page"]
+
+
+def write_page(
+    path: Path, title: str, subtitle: str, verdict: str, sections: Iterable[tuple[str, Markup]]
+) -> None:
+    """Write a page; the same content gives the same bytes.
+
+    Args:
+        path: the `.html` file; one that is there is replaced.
+        title: headline in people's words.
+        subtitle: what it is about, below.
+        verdict: the result in one sentence.
+        sections: (title, body); one whose body is empty is left out.
+    """
+    page = _template().render(
+        title=title,
+        run=subtitle,
+        verdict=verdict,
+        sections=[(title, body) for title, body in sections if body],
+        real=palette.REAL,
+        twin=palette.TWIN,
+    )
+    path.write_text(page, encoding="utf-8", newline="\n")
+
+
+def warning_list(warnings: Iterable[str]) -> Markup:
+    """Return warnings as a list, empty when there are none."""
+    items = Markup().join(Markup("<li>{}</li>").format(text) for text in warnings)
+    return Markup('<ul class="warnings">{}</ul>').format(items) if items else items
+
+
+def figure(svg: str, caption: str) -> Markup:
+    """Return a figure with its caption."""
+    return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(svg), caption)
+
+
+def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "numbers") -> Markup:
+    """Return a table; the first cell of a row is its heading.
+
+    Args:
+        rows: cells as text.
+        heads: of the columns.
+        css: `numbers` aligns right, `facts` left; `compared` adds the inks of real and twin.
+    """
+    head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
+    body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)
+    return Markup('<table class="{}">{}<tbody>{}</tbody></table>').format(css, head, body)
+
+
+def _row(row: Sequence[str]) -> Markup:
+    return Markup('<th scope="row">{}</th>{}').format(row[0], _cells(row[1:], "td"))
+
+
+def _cells(texts: Sequence[str], tag: str) -> Markup:
+    return Markup().join(Markup(f"<{tag}>{{}}</{tag}>").format(text) for text in texts)
+
+
+def _template() -> jinja2.Template:
+    rooms = jinja2.PackageLoader("workbench.review", package_path="")
+    environment = jinja2.Environment(
+        loader=rooms, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
+    )
+    return environment.get_template("report.html.j2")
