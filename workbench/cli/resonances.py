@@ -56,14 +56,12 @@ def _bundles(given: Sequence[Path], folder: Path) -> list[Bundle]:
 
     Of a folder of bundles those that are complete are taken; a bundle that is named must be.
     """
-    bundles: list[Bundle] = []
-    for path in given:
-        inside = sorted(path.glob("*/manifest.json"))
-        if inside:
-            opened = [Bundle.open(manifest.parent) for manifest in inside]
-            bundles += [b for b in opened if b.manifest.get("status") == "complete"]
-        else:
-            bundles.append(Bundle.find(path, folder))
+    named = {path.name for path in given}
+    bundles = [
+        b
+        for b in Bundle.find_all(given, folder)
+        if b.path.name in named or b.manifest.get("status") == "complete"
+    ]
     if not bundles:
         raise InputError(
             f"{', '.join(map(str, given))}: holds no complete bundle; "
