@@ -176,6 +176,18 @@ def test_the_place_of_an_exact_peak_is_found_between_coarse_speeds() -> None:
     assert peak.damping_ratio == pytest.approx(SWAY.ratio, rel=0.5)
 
 
+def test_an_answer_that_bends_is_not_taken_for_an_oscillator() -> None:
+    """The upper branch of a hardening spring: it peaks where its backbone ends, in phase."""
+    sizes = {6.0: 2.1, 8.0: 6.2, 10.0: 27.0, 12.0: 8.0, 14.0: 5.4}
+    bent = [scaled(exact(w), 1e-3 * s / float(np.linalg.norm(answer(w)))) for w, s in sizes.items()]
+    bent[2] = replace(bent[2], answer=3 * bent[1].answer)
+    (peak,) = find_peaks(bent)
+    assert not peak.fitted
+    assert peak.damping_ratio is None
+    assert peak.speed == 10.0
+    assert peak.speed_error == pytest.approx(4 / np.sqrt(12))
+
+
 def test_a_smooth_resonance_is_no_jump(measured: tuple[SweepPoint, ...]) -> None:
     assert not list(find_jumps(measured))
     for step in (0.25, 0.5, 1.0, 1.5):

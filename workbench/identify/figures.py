@@ -192,7 +192,7 @@ def sweep_figure(found: Resonances) -> Figure:
                 rows[0].annotate(
                     f"{peak.oscillation}\n{peak.speed:.2f} \N{PLUS-MINUS SIGN} "
                     f"{peak.speed_error:.2f} rad/s", (peak.speed, 1000 * peak.amplitude[0]),
-                    xytext=(-8, -4), textcoords="offset points", ha="right", va="top", fontsize=8,
+                    xytext=(-8, 8), textcoords="offset points", ha="right", va="bottom", fontsize=8,
                 )  # fmt: skip
         for ax in rows[:2]:
             ax.set_ylim(0, None)

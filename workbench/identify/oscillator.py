@@ -21,11 +21,13 @@ class Oscillator(NamedTuple):
         speed: of the greatest answer, w0 / sqrt(1 - 2 zeta^2) [rad/s].
         speed_error: standard error of it [rad/s].
         damping_ratio: zeta.
+        miss: greatest distance of an answer from the oscillator's, as a share of the answer.
     """
 
     speed: float
     speed_error: float
     damping_ratio: float
+    miss: float
 
 
 def fit_oscillator(
@@ -56,15 +58,22 @@ def fit_oscillator(
         noise = rng.standard_normal((2, *answers.shape)) * errors
         again = _solved(speeds, answers + noise[0] + 1j * noise[1], errors)
         if again is not None:
-            drawn.append(_peak(again[:2]))
+            drawn.append(_peak(again.pole))
     if len(drawn) < _DRAWS / 2:
         return None
     low, high = np.percentile(drawn, [16, 84])
-    widen = np.sqrt(max(1.0, found[2]))
-    square, rate = found[:2]
-    return Oscillator(
-        _peak((square, rate)), float(high - low) / 2 * widen, rate / (2 * np.sqrt(square))
-    )
+    error = float(high - low) / 2 * float(np.sqrt(max(1.0, found.misfit)))
+    square, rate = found.pole
+    ratio = rate / (2 * float(np.sqrt(square)))
+    return Oscillator(_peak(found.pole), error, ratio, found.miss)
+
+
+class _Solution(NamedTuple):
+    """w0^2 and 2 zeta w0, chi^2 per degree of freedom, and the greatest relative miss."""
+
+    pole: tuple[float, float]
+    misfit: float
+    miss: float
 
 
 def _peak(pole: tuple[float, float]) -> float:
@@ -75,8 +84,8 @@ def _peak(pole: tuple[float, float]) -> float:
 
 def _solved(
     w: NDArray[np.float64], answers: NDArray[np.complex128], errors: NDArray[np.float64]
-) -> tuple[float, float, float] | None:
-    """Return w0^2, 2 zeta w0 and chi^2 per degree of freedom; None where it is no oscillator."""
+) -> _Solution | None:
+    """Return the weighted solution; None where it is no oscillator."""
     count, axes = answers.shape
     rows = np.zeros((axes, count, 2 + 2 * axes), dtype=complex)
     for axis in range(axes):
@@ -99,4 +108,8 @@ def _solved(
     free = left.size - len(solution)
     if not (solution[0] > 0 and solution[1] > 0 and free > 0):
         return None
-    return float(solution[0]), float(solution[1]), float(left @ left) / free
+    pole = solution[0] - w**2 + 1j * solution[1] * w
+    told = np.outer(w**2 / pole, solution[2::2] + 1j * solution[3::2])
+    miss = np.linalg.norm(told - answers, axis=1) / np.linalg.norm(answers, axis=1)
+    misfit = float(left @ left) / free
+    return _Solution((float(solution[0]), float(solution[1])), misfit, float(miss.max()))

@@ -219,17 +219,19 @@ def _resonance_sections(found: Resonances, runs: Sequence[MeasuredRun]) -> list[
 
 
 def _resonance_verdict(found: Resonances, modes: Sequence[ModeDamping]) -> str:
-    named = {peak.oscillation: peak for peak in found.peaks}
-    told = [f"{name} at {peak.speed:.2f} rad/s ({peak.hz:.2f} Hz)" for name, peak in named.items()]
+    named = {peak.oscillation: peak for peak in sorted(found.peaks, key=lambda p: -p.speed_error)}
+    told = [
+        f"{name} at {peak.speed:.2f} \N{PLUS-MINUS SIGN} {peak.speed_error:.2f} rad/s"
+        for name, peak in named.items()
+    ]
     told = [f"Driven, the robot resonates {', '.join(told)}"] if told else []
     if modes:
         rings = " and ".join(f"{mode.hz:.3f} Hz ({mode.oscillation})" for mode in modes)
         told.append(
             f"let go, it rings at {rings}" if told else f"Let go, the robot rings at {rings}"
         )
-    jumps = sum(jump.kind != "period doubled" for jump in found.jumps)
     if found.points:
-        told.append(f"{jumps or 'no'} branch jumps are seen")
+        told.append(f"jumps and doubled periods seen: {len(found.jumps) or 'none'}")
     return "; ".join(told) + "." if told else "No resonance is seen in these runs."
 
 

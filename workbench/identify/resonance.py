@@ -25,6 +25,7 @@ JumpKind = Literal["along the sweep", "up against down", "period doubled"]
 
 _SIGMAS = 3.0
 _PEAK_SIGMAS = 2.0  # a peak's own error is large where it still grows
+_MOST_MISS = 0.5  # of an answer beside a peak: beyond, it is no oscillator
 _LEAST_JUMP = 0.5  # of the greater amplitude: what no smooth course explains
 _LEAST_SPLIT = 0.2  # of the greater amplitude, between up and down
 _ALIKE = 0.01  # share of a speed within which up and down are compared
@@ -217,7 +218,9 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
             np.array([p.answer[:, ORDERS.index(1.0)] for p in chosen]),
             np.array([p.error[:, ORDERS.index(1.0)] for p in chosen]),
         )
-        if found is not None and low < found.speed < high and found.speed_error < (high - low) / 4:
+        if found is None or found.miss > _MOST_MISS or found.speed_error > (high - low) / 4:
+            continue
+        if low < found.speed < high:
             return Peak(leg[k].direction, oscillation(x, z), found.speed, found.speed_error,
                         (x, z), found.damping_ratio, True)  # fmt: skip
     spread = (high - low) / np.sqrt(12)
