@@ -4,8 +4,10 @@ It takes an initial state for each run, not a rest that depends on the parameter
 candidate starts where its own weight lets it rest. It gets the true lag of the motor, the true
 starts and the true pulls. Its optimiser is its own, with the scaling that it recommends. It is run
 twice: as documented, and led by hand, with windows that grow and with residuals of the hopping
-plane over the noise. Its default divides each coordinate by its size, so that y, which is noise
-alone, outweighs all others and widens every interval.
+plane over the noise, its two defaults put right that cost it most: it divides each coordinate by
+its size, so that y, which is noise alone, outweighs all others and widens every interval; and it
+stamps what its sensors saw before a step with the time after it. Those 0.245 ms alone shift the
+damping of robot 0 by 14 % at a misfit of 1.03.
 """
 
 from __future__ import annotations
@@ -179,8 +181,10 @@ def _in_the_plane(
     **_named: object,
 ) -> tuple[NDArray[np.float64], sysid.TimeSeries, sysid.TimeSeries]:
     """Return measured less predicted over the noise, x and z of T and of the rotor."""
-    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, predicted, 0.0, 0.0)
-    should = predicted.resample(inside.times)
+    times = predicted.times - (predicted.times[1] - predicted.times[0])
+    told = sysid.TimeSeries(times, predicted.data, predicted.signal_mapping)
+    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, told, 0.0, 0.0)
+    should = told.resample(inside.times)
     # the peer wants the very same mapping, not an equal one
     named = sysid.TimeSeries(should.times, should.data, inside.signal_mapping)
     return (inside.data - should.data)[:, PLANE] / NOISE_M, named, inside
