@@ -15,8 +15,8 @@ from __future__ import annotations
 import io
 import logging
 import time
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,20 +54,14 @@ def peer(takes: Sequence[Take], windows_s: Sequence[float], by_hand: bool) -> Ro
     model, shape = thesis_files()
     base = make_robot(model.values(), shape)
     parameters = _parameters(model.values())
-    told, printed = _Told(), io.StringIO()
-    log = logging.getLogger("absl")
-    log.addHandler(told)
     runs = [_Run(base, take, by_hand) for take in takes]
-    begin = time.perf_counter()
-    try:
-        with redirect_stdout(printed):
-            for window in windows_s[:-1]:
-                parameters, _, _ = _fitted(runs, parameters, window)
-            parameters, result, residuals = _fitted(runs, parameters, windows_s[-1])
-            _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
-    finally:
-        log.removeHandler(told)
-    seconds = time.perf_counter() - begin
+    with _listening() as (told, printed):
+        begin = time.perf_counter()
+        for window in windows_s[:-1]:
+            parameters, _, _ = _fitted(runs, parameters, window)
+        parameters, result, residuals = _fitted(runs, parameters, windows_s[-1])
+        _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
+        seconds = time.perf_counter() - begin
     value = dict(zip(NAMES, map(float, result.x), strict=True))
     return Row(
         method="mujoco.sysid, " + ("led by hand" if by_hand else "as documented"),
@@ -144,6 +138,18 @@ class _Run:
     def _at_rest(self, model: mujoco.MjModel, robot: Robot) -> NDArray[np.float64]:
         _, data = settle(robot, "fixed", np.pi / 2, self.take.true_pull)
         return sysid.create_initial_state(model, data.qpos, data.qvel, data.act)
+
+
+@contextmanager
+def _listening() -> Iterator[tuple[_Told, io.StringIO]]:
+    """Keep what the peer warns of and prints."""
+    told, printed, log = _Told(), io.StringIO(), logging.getLogger("absl")
+    log.addHandler(told)
+    try:
+        with redirect_stdout(printed):
+            yield told, printed
+    finally:
+        log.removeHandler(told)
 
 
 class _Told(logging.Handler):
