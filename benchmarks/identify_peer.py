@@ -4,8 +4,10 @@ It takes an initial state for each run, not a rest that depends on the parameter
 candidate starts where its own weight lets it rest. It gets the true lag of the motor, the true
 starts and the true pulls. Its optimiser is its own, with the scaling that it recommends. It is run
 twice: as documented, and led by hand, with windows that grow and with residuals of the hopping
-plane over the noise. Its default divides each coordinate by its size, so that y, which is noise
-alone, outweighs all others and widens every interval.
+plane over the noise, its two defaults put right that cost it most: it divides each coordinate by
+its size, so that y, which is noise alone, outweighs all others and widens every interval; and it
+stamps what its sensors saw before a step with the time after it. Those 0.245 ms alone shift the
+damping of robot 0 by 14 % at a misfit of 1.03.
 """
 
 from __future__ import annotations
@@ -13,8 +15,8 @@ from __future__ import annotations
 import io
 import logging
 import time
-from collections.abc import Callable, Sequence
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,20 +54,14 @@ def peer(takes: Sequence[Take], windows_s: Sequence[float], by_hand: bool) -> Ro
     model, shape = thesis_files()
     base = make_robot(model.values(), shape)
     parameters = _parameters(model.values())
-    told, printed = _Told(), io.StringIO()
-    log = logging.getLogger("absl")
-    log.addHandler(told)
     runs = [_Run(base, take, by_hand) for take in takes]
-    begin = time.perf_counter()
-    try:
-        with redirect_stdout(printed):
-            for window in windows_s[:-1]:
-                parameters, _, _ = _fitted(runs, parameters, window)
-            parameters, result, residuals = _fitted(runs, parameters, windows_s[-1])
-            _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
-    finally:
-        log.removeHandler(told)
-    seconds = time.perf_counter() - begin
+    with _listening() as (told, printed):
+        begin = time.perf_counter()
+        for window in windows_s[:-1]:
+            parameters, _, _ = _fitted(runs, parameters, window)
+        parameters, result, residuals = _fitted(runs, parameters, windows_s[-1])
+        _, half = sysid.calculate_intervals(residuals, result.jac, alpha=ALPHA)
+        seconds = time.perf_counter() - begin
     value = dict(zip(NAMES, map(float, result.x), strict=True))
     return Row(
         method="mujoco.sysid, " + ("led by hand" if by_hand else "as documented"),
@@ -144,6 +140,18 @@ class _Run:
         return sysid.create_initial_state(model, data.qpos, data.qvel, data.act)
 
 
+@contextmanager
+def _listening() -> Iterator[tuple[_Told, io.StringIO]]:
+    """Keep what the peer warns of and prints."""
+    told, printed, log = _Told(), io.StringIO(), logging.getLogger("absl")
+    log.addHandler(told)
+    try:
+        with redirect_stdout(printed):
+            yield told, printed
+    finally:
+        log.removeHandler(told)
+
+
 class _Told(logging.Handler):
     """Keeps the peer's warnings."""
 
@@ -179,8 +187,10 @@ def _in_the_plane(
     **_named: object,
 ) -> tuple[NDArray[np.float64], sysid.TimeSeries, sysid.TimeSeries]:
     """Return measured less predicted over the noise, x and z of T and of the rotor."""
-    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, predicted, 0.0, 0.0)
-    should = predicted.resample(inside.times)
+    times = predicted.times - (predicted.times[1] - predicted.times[0])
+    told = sysid.TimeSeries(times, predicted.data, predicted.signal_mapping)
+    inside = sysid.signal_modifier.apply_delayed_ts_window(measured, told, 0.0, 0.0)
+    should = told.resample(inside.times)
     # the peer wants the very same mapping, not an equal one
     named = sysid.TimeSeries(should.times, should.data, inside.signal_mapping)
     return (inside.data - should.data)[:, PLANE] / NOISE_M, named, inside

@@ -26,6 +26,7 @@ from workbench.sim import (
     simulate_all,
     staircase,
 )
+from workbench.timeseries import TimeSeries
 
 __all__ = [
     "NAMES",
@@ -152,9 +153,9 @@ def taken(
         RuntimeError: when a run does not last, so that no laboratory would have kept it.
     """
     rng = np.random.default_rng([truth.seed, 1])
+    still = np.zeros(len(sample_times(seconds)))
     asked = [(f"clamped {speed:g}", commanded(speed), 0.0) for speed in speeds]
     asked += [(f"decay {pull:g}", (), pull) for pull in pulls]
-    still = np.zeros(len(sample_times(seconds)))
     conditions = [
         Condition("clamped", driven_by(steps, seconds), rest=REST_S)
         if steps
@@ -166,17 +167,26 @@ def taken(
     for (name, steps, pull), result in zip(asked, results, strict=True):
         if result.outcome != "completed":
             raise RuntimeError(f"seed {truth.seed}: the robot {result.outcome} in run {name}")
-        motion = result.motion
-        top, rotor, foot = (
-            position(motion, point) + rng.normal(0, NOISE_M, (len(motion), 3))
-            for point in (TOP, ROTOR, FOOT)
-        )
-        late = float(rng.normal(0, START_S))
-        stated = pull * (1 + PULL_SHARE * float(rng.standard_normal()))
-        mode: Mode = "clamped" if steps else "decay"
-        times = motion.times - late
-        takes.append(Take(name, mode, times, top, rotor, foot, steps, stated, late, pull))
+        takes.append(_filmed(result.motion, name, steps, pull, rng))
     return takes
+
+
+def _filmed(
+    motion: TimeSeries,
+    name: str,
+    steps: tuple[tuple[float, float], ...],
+    pull: float,
+    rng: np.random.Generator,
+) -> Take:
+    """Return a motion as cameras and paper have it."""
+    top, rotor, foot = (
+        position(motion, point) + rng.normal(0, NOISE_M, (len(motion), 3))
+        for point in (TOP, ROTOR, FOOT)
+    )
+    late = float(rng.normal(0, START_S))
+    stated = pull * (1 + PULL_SHARE * float(rng.standard_normal()))
+    mode: Mode = "clamped" if steps else "decay"
+    return Take(name, mode, motion.times - late, top, rotor, foot, steps, stated, late, pull)
 
 
 def robot_with(robot: Robot, values: Mapping[str, float]) -> Robot:
