@@ -90,6 +90,13 @@ class TimeSeries:
         chosen = tuple(self.names[i] for i in index)
         return TimeSeries(self.times, self.values[:, index], chosen, self.valid[:, index])
 
+    def replaced(self, columns: Mapping[str, NDArray[np.float64]]) -> TimeSeries:
+        """Return the series with other values, (n,), in some of its columns; the mask stays."""
+        values = self.values.copy()
+        for name, column in columns.items():
+            values[:, self._index(name)] = column
+        return TimeSeries(self.times, values, self.names, self.valid)
+
     def at(self, times: NDArray[np.float64]) -> TimeSeries:
         """Interpolate linearly to other times.
 

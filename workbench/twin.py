@@ -16,6 +16,7 @@ from workbench.ringdown import summarize_release
 from workbench.sim import (
     Condition,
     Robot,
+    applied,
     make_robot,
     require_stable,
     sample_times,
@@ -80,11 +81,12 @@ def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> Non
     """Find out before anything is switched whether this robot can be simulated.
 
     Raises:
-        InputError: when it cannot be built, does not stand, has effects, or its step is too long.
+        InputError: when it cannot be built, does not stand or its step is too long, or when one of
+            its effects is unknown.
     """
     for mode in sorted(set(modes)):
         foot = Condition(mode, np.zeros(1)).foot
-        require_stable(*settle(unloaded(_robot(model, shape)), foot, np.pi / 2))
+        require_stable(*settle(unloaded(applied(_robot(model, shape))), foot, np.pi / 2))
 
 
 def make_twin(
@@ -104,7 +106,7 @@ def make_twin(
         The motion with its time zero, and the simulation's outcome.
 
     Raises:
-        InputError: when the model has effects, which cannot be simulated yet, or does not stand.
+        InputError: when the model has unknown effects or does not stand.
     """
     condition = _condition(mode, command, track, release or Release())
     result = simulate(_robot(model, shape), condition)
@@ -178,9 +180,4 @@ def _condition(mode: Mode, command: Command, track: Track, release: Release) -> 
 
 
 def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
-    if model.effects:
-        names = ", ".join(effect.name for effect in model.effects)
-        raise InputError(
-            f"model {model.name!r} has effects ({names}); they cannot be simulated yet"
-        )
-    return make_robot(model.values(), shape, model.increments)
+    return make_robot(model.values(), shape, model.increments, model.quantities())

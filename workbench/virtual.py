@@ -49,8 +49,9 @@ def draw_current(volts: float) -> float:
 
 def true_robot(model: ModelFile, shape: ShapeFile, section: VirtualSection) -> Robot:
     """Return the robot that stands on the virtual bench."""
-    robot = make_robot(model.values() | section.parameters, shape)
-    return replace(robot, increments=section.increments)
+    values = model.values() | section.parameters
+    effects = model.quantities() | section.effects
+    return make_robot(values, shape, section.increments, effects)
 
 
 def move(

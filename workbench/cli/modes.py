@@ -61,7 +61,10 @@ def modes(
     """
     file = load_model(model, Path()).content
     robot = make_robot(
-        file.values(), load_shape(shape, Path()).content, increments or file.increments
+        file.values(),
+        load_shape(shape, Path()).content,
+        increments or file.increments,
+        file.quantities(),
     )
     angle = None if rotor_angle is None else math.radians(rotor_angle)
     natural = linear_modes(robot, rotor_angle=angle)

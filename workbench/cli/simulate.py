@@ -54,7 +54,10 @@ def simulate(
     begin = time.perf_counter()
     file = load_model(model, Path()).content
     robot = make_robot(
-        file.values(), load_shape(shape, Path()).content, increments or file.increments
+        file.values(),
+        load_shape(shape, Path()).content,
+        increments or file.increments,
+        file.quantities(),
     )
     robot = replace(robot, slope=math.radians(slope))
     command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)

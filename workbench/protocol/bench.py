@@ -139,6 +139,8 @@ class VirtualSection(Section):
     """Wait as long as a real bench would; otherwise the clock is simulated."""
     parameters: dict[str, float] = {}
     """Where the true robot differs from the model: parameter of the model file -> true value."""
+    effects: dict[str, dict[str, Annotated[float, Field(allow_inf_nan=False)]]] = {}
+    """What the true robot has and the model lacks: effect -> quantity -> value, SI."""
     motor_slope: Annotated[float, Quantity("speed_per_voltage", above=0)] = 4.4
     motor_offset: Annotated[float, Quantity("speed")] = -2.9
     motor_lag: Annotated[float, Quantity("time", above=0)] = 0.05

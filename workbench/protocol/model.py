@@ -127,6 +127,7 @@ class Effect(Section):
 
     name: str
     parameters: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = {}
+    """Quantity -> value, SI; one that is not given is zero, which is its absence."""
     standard_errors: dict[str, Annotated[float, Field(ge=0)]] = {}
     diagnosis: str | None = None
     """The diagnosis it came from."""
@@ -145,3 +146,7 @@ class ModelFile(Section):
     def values(self) -> dict[str, float]:
         """Return the plain values by name, SI."""
         return {name: getattr(self.parameters, name).value for name in UNITS}
+
+    def quantities(self) -> dict[str, dict[str, float]]:
+        """Return the effects' quantities by effect."""
+        return {effect.name: dict(effect.parameters) for effect in self.effects}

@@ -13,6 +13,7 @@ from workbench.sim.checks import require_stable
 from workbench.sim.command import replayed, sample_times, staircase
 from workbench.sim.condition import Condition
 from workbench.sim.drive import LIMITS, Drive
+from workbench.sim.effects import EFFECTS, Effect, Quantity, applied, effect_named
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.fanout import Fanout
 from workbench.sim.gait import Gait, gait
@@ -41,6 +42,7 @@ from workbench.sim.simulate import (
 )
 
 __all__ = [
+    "EFFECTS",
     "FALLEN_M",
     "LIMITS",
     "MOTOR",
@@ -49,18 +51,22 @@ __all__ = [
     "Drive",
     "DrivenPeak",
     "DrivenResponse",
+    "Effect",
     "Fanout",
     "Gait",
     "Motor",
     "NaturalMode",
     "Outcome",
+    "Quantity",
     "Robot",
     "Simulation",
     "Stick",
+    "applied",
     "build_spec",
     "compile_model",
     "driven_peaks",
     "driven_response",
+    "effect_named",
     "gait",
     "install_ground_law",
     "linear_modes",

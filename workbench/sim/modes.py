@@ -24,6 +24,7 @@ from workbench.errors import InputError
 from workbench.motion import TOP
 from workbench.sim.command import sample_times, staircase
 from workbench.sim.condition import Condition
+from workbench.sim.effects.apply import applied
 from workbench.sim.equilibrium import settle, unloaded
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
 from workbench.sim.simulate import simulate
@@ -111,7 +112,7 @@ def linear_modes(
     Raises:
         InputError: when the robot does not stand.
     """
-    robot = unloaded(robot)
+    robot = unloaded(applied(robot))
     if rotor_angle is None:
         robot = replace(robot, values=dict(robot.values) | {"rotor_radius": _POINT_M})
     model, data = settle(robot, "fixed", _DOWN if rotor_angle is None else rotor_angle)

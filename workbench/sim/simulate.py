@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from workbench.sim.checks import require_sound, require_stable
 from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
+from workbench.sim.effects.apply import applied, driven, observed
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.motion import ENERGY, Recorder, Samples, motion_of
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
@@ -96,6 +97,8 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
     """Simulate on the calling thread, jobs of equal layout together."""
+    asked = jobs
+    jobs = [(applied(robot), driven(condition, robot)) for robot, condition in asked]
     starts = [_start(robot, condition) for robot, condition in jobs]
     groups: dict[tuple[Drive, bool, int, int, int, int, int], list[int]] = {}
     for i, (model, _) in enumerate(starts):
@@ -111,7 +114,8 @@ def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
             steps,
         )
         for row, i in enumerate(members):
-            done[i] = _result(jobs[i], starts[i], recorder.samples(row), int(sane[row]))
+            result = _result(jobs[i], starts[i], recorder.samples(row), int(sane[row]))
+            done[i] = replace(result, motion=observed(result.motion, asked[i][0]))
     return [done[i] for i in range(len(jobs))]
 
 
