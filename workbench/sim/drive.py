@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import mujoco
+import numpy as np
 
 from workbench.sim.motor import MOTOR
 
@@ -29,6 +30,9 @@ SERVO_DAMPING = 0.1
 _BRISTLE_STIFFNESS = 50.0
 _BRISTLE_DAMPING = 0.05
 """[N m/rad], [N m s/rad] of friction at rest: it gives way by 0.3 mrad before the rotor slides."""
+
+# the rate of the servo's angle is the command, or what `uneven` makes of it
+_REMEMBER_ANGLE = (mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtDyn.mjDYN_USER)
 
 
 class Limit(NamedTuple):
@@ -56,7 +60,7 @@ def add_drive(spec: mujoco.MjSpec, drive: Drive) -> None:
 
 def hold_rotor(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Let a servo start where the rotor stands; no other drive remembers an angle."""
-    servo = model.actuator_dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR
+    servo = np.isin(model.actuator_dyntype, _REMEMBER_ANGLE)
     data.act[model.actuator_actadr[servo]] = data.joint("rotor").qpos
 
 

@@ -16,17 +16,15 @@ The anchor is a stiff spring and damper (`Stick`): the only regularisation, it c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numba
 import numpy as np
-from numba import carray, types  # pyright: ignore[reportPrivateImportUsage]
-from numba.core import cgutils
-from numba.extending import intrinsic
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from numpy.typing import NDArray
 
-from workbench.sim.structs import check_layout, data_offset, model_offset
+from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
 
 __all__ = [
     "CORNERS",
@@ -196,32 +194,20 @@ def _planar_forces(
         out[2] += arm_z * fx - arm_x * fz
 
 
-def _as_pointer(typing, address):  # numba's own calling form
-    """Turn an address into a void pointer."""
-
-    def generate(context, builder, signature, args):
-        return builder.inttoptr(args[0], cgutils.voidptr_t)
-
-    return types.voidptr(types.int64), generate
-
-
-_pointer: Any = intrinsic(_as_pointer)
-
-
 # Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
 @numba.cfunc("void(voidptr, voidptr)")
 def _passive(model, data):  # typed by the signature above
     m = carray(model, _SPAN, dtype=np.int64)
     if m[_NUMERIC_SIZE] < _PARAMETERS:
         return
-    p = carray(_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
+    p = carray(as_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
     if p[0] != _MAGIC:
         return
     d = carray(data, _SPAN, dtype=np.int64)
-    q = carray(_pointer(d[_QPOS]), 7, dtype=np.float64)
-    v = carray(_pointer(d[_QVEL]), 6, dtype=np.float64)
-    out = carray(_pointer(d[_PASSIVE]), 6, dtype=np.float64)
-    user = carray(_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
+    q = carray(as_pointer(d[_QPOS]), 7, dtype=np.float64)
+    v = carray(as_pointer(d[_QVEL]), 6, dtype=np.float64)
+    out = carray(as_pointer(d[_PASSIVE]), 6, dtype=np.float64)
+    user = carray(as_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
     if p[12]:
         _planar_forces(p, q, v, user, out)
     else:

@@ -14,8 +14,11 @@ import numpy as np
 from mujoco.introspect import ast_nodes
 from mujoco.introspect.enums import ENUMS
 from mujoco.introspect.structs import STRUCTS
+from numba import types  # pyright: ignore[reportPrivateImportUsage]
+from numba.core import cgutils
+from numba.extending import intrinsic
 
-__all__ = ["data_offset", "model_offset"]
+__all__ = ["as_pointer", "check_layout", "data_offset", "model_offset"]
 
 _PLAIN = {
     "char": ctypes.c_char,
@@ -72,6 +75,19 @@ def model_offset(field: str) -> int:
 def data_offset(field: str) -> int:
     """Return the byte offset of an array's pointer in mjData."""
     return getattr(_DATA, field).offset
+
+
+def _typed(typing, address):  # numba's own calling form
+    """Turn an address into a void pointer."""
+
+    def generate(context, builder, signature, args):
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), generate
+
+
+as_pointer: Any = intrinsic(_typed)
+"""Turns an address, found at such an offset, into a void pointer; for compiled code only."""
 
 
 def check_layout() -> None:

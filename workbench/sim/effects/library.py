@@ -11,7 +11,15 @@ from workbench.sim.effects import (
     ground_slope,
     hinge_cubic_stiffness,
     hinge_stiffness,
+    length_scale,
+    marker_offset,
+    motor_droop,
+    speed_drift,
+    speed_offset,
+    speed_ripple,
     speed_scale,
+    time_offset,
+    time_step,
 )
 from workbench.sim.effects.effect import Effect
 
@@ -21,9 +29,17 @@ _FILES = (
     hinge_stiffness,
     hinge_cubic_stiffness,
     speed_scale,
+    speed_offset,
+    speed_drift,
+    motor_droop,
+    speed_ripple,
     ground_slope,
     camera_tilt,
+    time_offset,
+    length_scale,
+    marker_offset,
     beam_discretisation,
+    time_step,
 )
 
 EFFECTS: dict[str, Effect] = {file.EFFECT.name: file.EFFECT for file in _FILES}

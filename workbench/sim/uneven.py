@@ -1,0 +1,169 @@
+"""A servo whose speed gives way to its load and ripples with its turn, as compiled code.
+
+The servo of `drive` follows an angle that grows by the command u. Here that angle grows by
+
+    u (1 + c1 cos p + s1 sin p + c2 cos 2p + s2 sin 2p) - droop * torque
+
+with p the rotor's angle in the world and the torque that of the servo itself: a dashpot of slope
+`droop` in series with the servo's spring and damper. So with all numbers at zero it is that servo,
+and small numbers make small differences: the state is the same angle, only its rate is another.
+While the command is zero the motor is off and its gearbox holds the rotor where it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import mujoco
+import numba
+import numpy as np
+from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+from numba.core.ccallback import CFunc
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
+from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
+
+__all__ = ["let_droop", "let_ripple"]
+
+_PARAMETERS = 10  # of an actuator's dynprm and gainprm
+_FIRST = 1  # where the ripple stands in dynprm, after the droop, and in gainprm, after the gain
+_RIPPLES = 4
+# 8-byte words into mjModel and mjData
+_DYNPRM, _GAINPRM = (model_offset(f"actuator_{name}") // 8 for name in ("dynprm", "gainprm"))
+_ACTADR, _TARGET = (model_offset(f"actuator_{name}") // 8 for name in ("actadr", "trnid"))
+_JOINT_BODY = model_offset("jnt_bodyid") // 8
+_CTRL, _ACT, _XMAT = (data_offset(name) // 8 for name in ("ctrl", "act", "xmat"))
+_LENGTH, _VELOCITY = (data_offset(f"actuator_{name}") // 8 for name in ("length", "velocity"))
+_MODEL_SPAN = 1 + max(_DYNPRM, _GAINPRM, _ACTADR, _TARGET, _JOINT_BODY)
+_DATA_SPAN = 1 + max(_CTRL, _ACT, _XMAT, _LENGTH, _VELOCITY)
+
+
+def let_droop(spec: mujoco.MjSpec, slope: float) -> None:
+    """Let the rotor's servo turn slower under load.
+
+    Args:
+        spec: with the drive `speed`; changed in place, as MjSpec's own methods do.
+        slope: lost speed over torque [rad/s per N m].
+
+    Raises:
+        InputError: when another drive turns the rotor.
+    """
+    _make_uneven(spec, "motor_droop")
+    spec.actuator("rotor_angle").dynprm[0] += slope
+    _share_load(spec)
+
+
+def let_ripple(spec: mujoco.MjSpec, shares: Sequence[float]) -> None:
+    """Let the speed of the rotor's servo depend on where the rotor stands in the world.
+
+    Args:
+        spec: with the drive `speed`; changed in place, as MjSpec's own methods do.
+        shares: of the speed, times cos p, sin p, cos 2p and sin 2p.
+
+    Raises:
+        InputError: when another drive turns the rotor.
+    """
+    _make_uneven(spec, "speed_ripple")
+    span = slice(_FIRST, _FIRST + _RIPPLES)
+    spec.actuator("rotor_angle").dynprm[span] += shares
+    spec.actuator("rotor_ripple").gainprm[span] += shares
+
+
+def _make_uneven(spec: mujoco.MjSpec, effect: str) -> None:
+    """Let the servo's angle ask the compiled code, and add the damper's part of the ripple.
+
+    That part is an actuator of its own: a gain from outside would take the damper itself out of the
+    implicit integration.
+    """
+    angle = spec.actuator("rotor_angle")
+    if angle is None:
+        raise InputError(
+            f"effect {effect} changes how the drive 'speed' turns the rotor, and another drive is "
+            "used; leave the effect out or drive by speed"
+        )
+    if spec.actuator("rotor_ripple") is not None:
+        return
+    _install()
+    angle.dyntype, angle.dynprm = mujoco.mjtDyn.mjDYN_USER, np.zeros(_PARAMETERS)
+    spec.add_actuator(
+        name="rotor_ripple",
+        target="rotor",
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        gaintype=mujoco.mjtGain.mjGAIN_USER,
+        gainprm=[SERVO_DAMPING] + [0] * 9,
+    )
+
+
+def _share_load(spec: mujoco.MjSpec) -> None:
+    """Weaken spring and damper: at the dashpot's other end the torque moves as well."""
+    angle, speed = spec.actuator("rotor_angle"), spec.actuator("rotor_speed")
+    given = 1 + angle.dynprm[0] * SERVO_DAMPING
+    angle.gainprm[0], angle.biasprm[1] = SERVO_STIFFNESS / given, -SERVO_STIFFNESS / given
+    speed.gainprm[0], speed.biasprm[2] = SERVO_DAMPING / given, -SERVO_DAMPING / given
+    spec.actuator("rotor_ripple").gainprm[0] = SERVO_DAMPING / given
+
+
+@cache
+def _install() -> None:
+    """Compile and install for the whole process; models without such a servo never ask.
+
+    Raises:
+        RuntimeError: when this MuJoCo build lays its structs out otherwise.
+    """
+    check_layout()
+    # Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
+    compiled = numba.cfunc("double(voidptr, voidptr, int32)")
+    _kept.extend((compiled(_rate), compiled(_gain)))
+    mujoco.set_mjcb_act_dyn(_kept[0].ctypes)
+    mujoco.set_mjcb_act_gain(_kept[1].ctypes)
+
+
+_kept: list[CFunc] = []
+
+
+@numba.njit
+def _ripple(shares: NDArray[np.float64], c: float, s: float) -> float:
+    return shares[0] * c + shares[1] * s + shares[2] * (c * c - s * s) + shares[3] * 2 * c * s
+
+
+@numba.njit
+def _direction(m: NDArray[np.int64], d: NDArray[np.int64], actuator: int) -> tuple[float, float]:
+    """Return cosine and sine of the rotor's angle in the world, about +y from +x."""
+    target = carray(as_pointer(m[_TARGET]), 2 * (actuator + 1), dtype=np.int32)
+    joint = int(target[2 * actuator])
+    body = int(carray(as_pointer(m[_JOINT_BODY]), joint + 1, dtype=np.int32)[joint])
+    axes = carray(as_pointer(d[_XMAT]), 9 * (body + 1), dtype=np.float64)
+    return axes[9 * body], -axes[9 * body + 6]
+
+
+def _rate(model, data, actuator):  # typed by the signature in _install
+    """Return how fast the angle grows that the servo follows [rad/s]."""
+    m = carray(model, _MODEL_SPAN, dtype=np.int64)
+    d = carray(data, _DATA_SPAN, dtype=np.int64)
+    command = carray(as_pointer(d[_CTRL]), actuator + 1, dtype=np.float64)[actuator]
+    if command == 0.0:
+        return 0.0
+    table = carray(as_pointer(m[_DYNPRM]), _PARAMETERS * (actuator + 1), dtype=np.float64)
+    p = table[_PARAMETERS * actuator :]
+    address = int(carray(as_pointer(m[_ACTADR]), actuator + 1, dtype=np.int32)[actuator])
+    followed = carray(as_pointer(d[_ACT]), address + 1, dtype=np.float64)[address]
+    angle = carray(as_pointer(d[_LENGTH]), actuator + 1, dtype=np.float64)[actuator]
+    speed = carray(as_pointer(d[_VELOCITY]), actuator + 1, dtype=np.float64)[actuator]
+    c, s = _direction(m, d, actuator)
+    wanted = command * (1 + _ripple(p[_FIRST:], c, s))
+    # the torque is K (followed - angle) + D (rate - speed); rate = wanted - droop * torque
+    stretched = SERVO_STIFFNESS * (followed - angle) - SERVO_DAMPING * speed
+    return (wanted - p[0] * stretched) / (1 + p[0] * SERVO_DAMPING)
+
+
+def _gain(model, data, actuator):  # typed by the signature in _install
+    """Return what the ripple adds to the damper's torque over the command [N m s/rad]."""
+    m = carray(model, _MODEL_SPAN, dtype=np.int64)
+    d = carray(data, _DATA_SPAN, dtype=np.int64)
+    table = carray(as_pointer(m[_GAINPRM]), _PARAMETERS * (actuator + 1), dtype=np.float64)
+    p = table[_PARAMETERS * actuator :]
+    c, s = _direction(m, d, actuator)
+    return p[0] * _ripple(p[_FIRST:], c, s)
