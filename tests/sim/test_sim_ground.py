@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from workbench.sim import Robot, compile_model, install_ground_law, settle
+from workbench.sim import Robot, compile_model, install_force_laws, settle
 from workbench.sim.ground import LOCKED, UNLOCKED, WAIT, _friction, corner_records
 
 CORNERS = np.array([[x, y, 0] for x in (0.1375, -0.1375) for y in (0.124, -0.124)])
@@ -64,7 +64,7 @@ def test_the_standing_robot_sinks_as_eq_3_1_says(robot: Robot) -> None:
     assert set(corners[:, 0]) == {LOCKED}
 
 
-PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0])
+PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0, 0, 0, 0, 0])
 
 
 def corner(state: float, anchor: float = 0.0) -> np.ndarray:
@@ -111,9 +111,9 @@ def test_sticking_holds_and_breaks_away(robot: Robot) -> None:
 
 
 def test_other_models_are_left_alone() -> None:
-    install_ground_law()
+    install_force_laws()
     model = mujoco.MjModel.from_xml_string(
-        "<mujoco><custom><numeric name='a' data='1 2 3 4 5 6 7 8 9 10 11 12 13'/></custom>"
+        f"<mujoco><custom><numeric name='a' data='{' '.join(map(str, range(1, 31)))}'/></custom>"
         "<worldbody><body><freejoint/><geom size='.1'/></body></worldbody></mujoco>"
     )
     data = mujoco.MjData(model)

@@ -11,7 +11,15 @@ import pytest
 from scipy.optimize import root_scalar
 
 from workbench.motion import FOOT
-from workbench.sim import Condition, Robot, Stick, compile_model, settle, simulate
+from workbench.sim import (
+    Condition,
+    Robot,
+    Stick,
+    compile_model,
+    install_force_laws,
+    settle,
+    simulate,
+)
 from workbench.sim.ground import add_ground
 
 MASS = 0.2574  # [kg] of the whole robot
@@ -113,6 +121,7 @@ def test_the_centre_of_mass_flies_a_parabola(robot: Robot) -> None:
 
 def block(values: Mapping[str, float], *, slope: float = 0.0, steps: int = 34) -> State:
     """A block at its static sink on a floor that rises forward."""
+    install_force_laws()
     spec = mujoco.MjSpec()
     spec.option.timestep = 1 / (120 * steps)
     spec.option.integrator = IMPLICITFAST

@@ -12,7 +12,7 @@ from serial.tools.list_ports import comports
 
 from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table
 from workbench.engine import versions
-from workbench.sim import install_ground_law
+from workbench.sim import install_force_laws
 
 __all__ = ["doctor"]
 
@@ -50,7 +50,7 @@ def _tried(check: Callable[[], str]) -> tuple[bool, str]:
 
 
 def _ground_law() -> str:
-    install_ground_law()
+    install_force_laws()
     return "compiled and installed"
 
 

@@ -1,12 +1,14 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
-`robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law as
-compiled code, `drive` what turns the rotor, `motor` its numbers and `command` what it is told;
-`equilibrium` finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot
-be simulated, `simulate` runs it, `fanout` many on one machine or several, and `gait` tells how it
-hopped. Nothing here knows of cameras, supplies or files. A new part of the robot is a function in
-`robot` that edits the spec, a new drive one in `drive`; a new force belongs in `ground`'s callback,
-which is installed once for the process.
+`robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law and
+`laws` what else acts on the beam as compiled code, which `passive` hands to the engine; `drive` is
+what turns the rotor, `motor` its numbers and `command` what it is told; `effects` are the causes by
+which a robot differs from its model. `equilibrium` finds the pose at rest, `modes` how it rings
+about that, `checks` refuses what cannot be simulated, `simulate` runs it, `fanout` many on one
+machine or several, and `gait` tells how it hopped. Nothing here knows of cameras, supplies or
+files. A new part of the robot is a function in `robot` that edits the spec, a new drive one in
+`drive`, a new effect a file in `effects`; a force that the engine has no field for belongs in
+`laws`, whose callback is installed once for the process.
 """
 
 from workbench.sim.checks import require_stable
@@ -17,7 +19,7 @@ from workbench.sim.effects import EFFECTS, Effect, Quantity, applied, effect_nam
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.fanout import Fanout
 from workbench.sim.gait import Gait, gait
-from workbench.sim.ground import Stick, install_ground_law
+from workbench.sim.ground import Stick
 from workbench.sim.modes import (
     DrivenPeak,
     DrivenResponse,
@@ -27,6 +29,7 @@ from workbench.sim.modes import (
     linear_modes,
 )
 from workbench.sim.motor import MOTOR, Motor
+from workbench.sim.passive import install_force_laws
 from workbench.sim.robot import (
     SAMPLE_RATE_HZ,
     Robot,
@@ -68,7 +71,7 @@ __all__ = [
     "driven_response",
     "effect_named",
     "gait",
-    "install_ground_law",
+    "install_force_laws",
     "linear_modes",
     "make_robot",
     "replayed",

@@ -33,7 +33,7 @@ def unloaded(robot: Robot) -> Robot:
     gravity causes there: the torque by inverse dynamics of the motionless pose over stiffness.
     """
     if robot.state == "unloaded":
-        return robot
+        return _drifted(robot)
     listed = replace(robot, increments=len(robot.angles), planar=False, state="unloaded")
     model = compile_model(listed, "free")
     data = mujoco.MjData(model)
@@ -51,7 +51,7 @@ def unloaded(robot: Robot) -> Robot:
     ids = _hinge_ids(model, listed)
     bend = data.qfrc_inverse[model.jnt_dofadr[ids]] / model.jnt_stiffness[ids]
     angles = tuple(float(a + b) for a, b in zip(robot.angles, bend, strict=True))
-    return replace(robot, angles=angles, state="unloaded")
+    return _drifted(replace(robot, angles=angles, state="unloaded"))
 
 
 def settle(
@@ -59,8 +59,9 @@ def settle(
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at rest, the rotor held at an angle.
 
-    Newton's method on the static forces, the stiffness by central differences. The equilibrium
-    found must be stable: its stiffness matrix positive definite.
+    Newton's method on the static forces, the stiffness by central differences. Where the robot
+    would topple, as within the play of its foot joint, it goes with the force instead, away from
+    the unstable equilibrium. The one found must be stable: its stiffness matrix positive definite.
 
     Args:
         robot: with the angles of the free strip.
@@ -82,13 +83,30 @@ def settle(
     for _ in range(_ROUNDS):
         if np.abs(force).max() < _BALANCED:
             break
-        displace(model, data, free, _bounded(np.linalg.solve(stiffness, force)))
+        displace(model, data, free, _bounded(_towards_rest(stiffness, force)))
         stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     _require_standing(data, force, stiffness)
     data.xfrc_applied[:] = 0
     hold_rotor(model, data)
     _hold_on_slope(model, data, robot, foot)
     return model, data
+
+
+def _drifted(robot: Robot) -> Robot:
+    if not robot.drift:
+        return robot
+    angles = tuple(a + b for a, b in zip(robot.angles, robot.drift, strict=True))
+    return replace(robot, angles=angles, drift=())
+
+
+def _towards_rest(
+    stiffness: NDArray[np.float64], force: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return Newton's step, turned round along the directions in which the pose is unstable."""
+    values, directions = np.linalg.eigh((stiffness + stiffness.T) / 2)
+    if values[0] > 0:
+        return np.linalg.solve(stiffness, force)
+    return directions @ ((directions.T @ force) / np.abs(values))
 
 
 def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:

@@ -1,9 +1,7 @@
 """The thesis' ground law, eq. 3.1 to 3.3 and the stick-slip of section 3.3.2, compiled.
 
 MuJoCo's own soft contact cannot carry this law (its stiffness scales with the effective mass), so
-the forces of the foot's four corners are added in the passive-force callback, as machine code that
-the engine calls from any of its threads. The callback is global to the process: models without the
-numeric field `ground` pass through untouched.
+the forces of the foot's four corners are added in the passive-force callback (`passive`).
 
 Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
 Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
@@ -11,28 +9,35 @@ Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below 
                           locked:   held at an anchor, until the force needed exceeds mu_stick fz;
                           wait:     mu_stick fz, locks again if that suffices, unlocks above v_th.
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
+
+Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
+Hunt and Crossley's law; a sole that pulls back before it lets go; friction that depends on the
+direction.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import mujoco
 import numba
 import numpy as np
-from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from numpy.typing import NDArray
-
-from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
 
 __all__ = [
     "CORNERS",
     "CORNER_FIELDS",
+    "GROUND_MAGIC",
+    "GROUND_PARAMETERS",
+    "GROUND_RECORD",
+    "Beyond",
     "Stick",
     "add_ground",
     "corner_records",
-    "install_ground_law",
+    "extend_ground",
+    "foot_forces",
+    "planar_forces",
 ]
 
 CORNERS = 4
@@ -42,14 +47,21 @@ CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N")
 UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
 
 _NAME = "ground"
-_MAGIC = 3.1e8  # eq. 3.1; tells our numeric field from anybody else's first one
 _WIDTH = len(CORNER_FIELDS)
-_PARAMETERS = 13
-# 8-byte words into mjModel and mjData
-_NUMERIC, _NUMERIC_SIZE = model_offset("numeric_data") // 8, model_offset("nnumericdata") // 8
-_QPOS, _QVEL = data_offset("qpos") // 8, data_offset("qvel") // 8
-_PASSIVE, _USER = data_offset("qfrc_passive") // 8, data_offset("userdata") // 8
-_SPAN = 1 + max(_NUMERIC, _NUMERIC_SIZE, _QPOS, _QVEL, _PASSIVE, _USER)
+
+GROUND_MAGIC = 3.1e8  # eq. 3.1
+"""First number of the numeric field, which tells it from anybody else's."""
+GROUND_PARAMETERS = 16
+"""How many numbers the numeric field has."""
+GROUND_RECORD = CORNERS * _WIDTH
+"""How many numbers of `userdata` the law keeps."""
+
+Beyond = Literal["depth_damping", "adhesion", "anisotropy"]
+"""What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
+greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
+smaller against a backward one [1]."""
+
+_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15}
 
 
 class Stick(NamedTuple):
@@ -72,17 +84,14 @@ def add_ground(
 ) -> None:
     """Let the ground carry the foot of a spec whose first body is the foot on a free joint.
 
-    Installs the law, so that no such model can be stepped without it.
-
     Args:
-        spec: robot without other numeric fields; changed in place, as MjSpec's own methods do.
+        spec: robot without numeric fields; changed in place, as MjSpec's own methods do.
         values: model values by name, SI.
         planar: whether the foot's joints are x, z and pitch instead of a free joint.
         stick: what holds a locked corner.
     """
-    install_ground_law()
     data = [
-        _MAGIC,
+        GROUND_MAGIC,
         values["foot_length"] / 2,
         values["foot_width"] / 2,
         values["ground_stiffness"],
@@ -94,9 +103,23 @@ def add_ground(
         values["friction_threshold"],
         *stick,
         float(planar),
+        *[0.0] * len(_BEYOND),
     ]
-    spec.add_numeric(name=_NAME, data=data, size=_PARAMETERS)
-    spec.nuserdata = CORNERS * _WIDTH
+    spec.add_numeric(name=_NAME, data=data, size=GROUND_PARAMETERS)
+    spec.nuserdata = GROUND_RECORD
+
+
+def extend_ground(spec: mujoco.MjSpec, name: Beyond, by: float) -> None:
+    """Add to a number that the thesis' law does not have; nothing where no ground is.
+
+    Args:
+        spec: changed in place.
+        name: of the number.
+        by: what is added to it.
+    """
+    ground = spec.numeric(_NAME)
+    if ground is not None:
+        ground.data[_BEYOND[name]] += by
 
 
 def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -105,11 +128,20 @@ def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @numba.njit(cache=True)
+def _normal(p: NDArray[np.float64], z: float, vz: float) -> float:
+    """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
+    if z > 0.0:
+        return 0.0
+    return max(0.0 - p[14], -p[3] * z - (p[4] - p[13] * z) * vz)
+
+
+@numba.njit(cache=True)
 def _friction(
     p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
 ) -> float:
     """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
     mu_slide, mu_stick, v_th, stiffness, damping = p[7], p[8], p[9], p[10], p[11]
+    mu_slide *= 1 + p[15] * np.sign(vx)
     if fz <= 0.0:
         corner[0] = UNLOCKED
         return 0.0
@@ -119,7 +151,7 @@ def _friction(
         corner[0] = LOCKED
         corner[1] = x
     held = -stiffness * (x - corner[1]) - damping * vx
-    limit = mu_stick * fz
+    limit = mu_stick * (1 - p[15] * np.sign(held)) * fz
     if abs(held) <= limit:
         corner[0] = LOCKED
         return held
@@ -131,7 +163,7 @@ def _friction(
 
 
 @numba.njit(cache=True)
-def _foot_forces(
+def foot_forces(
     p: NDArray[np.float64],
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -158,7 +190,7 @@ def _foot_forces(
         vx = v[0] + spin_y * az - spin_z * ay
         vy = v[1] + spin_z * ax - spin_x * az
         vz = v[2] + spin_x * ay - spin_y * ax
-        fz = max(0.0, -p[3] * height - p[4] * vz) if height <= 0.0 else 0.0  # eq. 3.1, 3.2
+        fz = _normal(p, height, vz)
         fy = -p[5] * (q[1] + ay - by) - p[6] * vy if height <= 0.0 else 0.0  # eq. 3.3
         fx = _friction(p, corner, q[0] + ax, vx, fz)
         corner[2], corner[3], corner[4] = fx, fy, fz
@@ -172,7 +204,7 @@ def _foot_forces(
 
 
 @numba.njit(cache=True)
-def _planar_forces(
+def planar_forces(
     p: NDArray[np.float64],
     q: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -186,44 +218,9 @@ def _planar_forces(
         bx = p[1] if k < 2 else -p[1]
         arm_x, arm_z = c * bx, -s * bx
         z, vz = q[1] + arm_z, v[1] - v[2] * arm_x
-        fz = max(0.0, -p[3] * z - p[4] * vz) if z <= 0.0 else 0.0  # eq. 3.1, 3.2
+        fz = _normal(p, z, vz)
         fx = _friction(p, corner, q[0] + arm_x, v[0] + v[2] * arm_z, fz)
         corner[2], corner[3], corner[4] = fx, 0.0, fz
         out[0] += fx
         out[1] += fz
         out[2] += arm_z * fx - arm_x * fz
-
-
-# Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
-@numba.cfunc("void(voidptr, voidptr)")
-def _passive(model, data):  # typed by the signature above
-    m = carray(model, _SPAN, dtype=np.int64)
-    if m[_NUMERIC_SIZE] < _PARAMETERS:
-        return
-    p = carray(as_pointer(m[_NUMERIC]), _PARAMETERS, dtype=np.float64)
-    if p[0] != _MAGIC:
-        return
-    d = carray(data, _SPAN, dtype=np.int64)
-    q = carray(as_pointer(d[_QPOS]), 7, dtype=np.float64)
-    v = carray(as_pointer(d[_QVEL]), 6, dtype=np.float64)
-    out = carray(as_pointer(d[_PASSIVE]), 6, dtype=np.float64)
-    user = carray(as_pointer(d[_USER]), CORNERS * _WIDTH, dtype=np.float64)
-    if p[12]:
-        _planar_forces(p, q, v, user, out)
-    else:
-        _foot_forces(p, q, v, user, out)
-
-
-def install_ground_law() -> None:
-    """Install the law for the whole process; calling it again does no harm.
-
-    Raises:
-        RuntimeError: when this MuJoCo build lays its structs out otherwise.
-    """
-    if not _installed:
-        check_layout()
-        mujoco.set_mjcb_passive(_passive.ctypes)
-        _installed.append(True)
-
-
-_installed: list[bool] = []

@@ -18,6 +18,7 @@ from workbench.protocol import ShapeFile
 from workbench.sim.beam import Hinge, hinges
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground
+from workbench.sim.passive import install_force_laws
 
 __all__ = [
     "SAMPLE_RATE_HZ",
@@ -55,6 +56,7 @@ class Robot:
         steps_per_sample: of the engine. 34 make 0.245 ms: the longest step whose halving changes a
             hop of 10 s at 17 rad/s by less than 2 %.
         stick: what holds a locked corner of the foot.
+        drift: (n,) by which the free strip's angles changed since the shape was listed [rad].
         effects: name -> quantities, of those that are still to be applied (`sim.effects`).
         edits: what applied effects do to the MjSpec.
     """
@@ -68,6 +70,7 @@ class Robot:
     slope: float = 0.0
     steps_per_sample: int = 34
     stick: Stick = field(default_factory=Stick)
+    drift: tuple[float, ...] = ()
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     edits: tuple[Edit, ...] = ()
 
@@ -107,7 +110,11 @@ def hinge_name(k: int) -> str:
 
 
 def build_spec(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjSpec:
-    """Build the robot, its foot free on the ground or fixed to the world."""
+    """Build the robot, its foot free on the ground or fixed to the world.
+
+    Installs the force laws, so that no robot can be stepped without them.
+    """
+    install_force_laws()
     spec = mujoco.MjSpec()
     spec.modelname = "curved-beam hopping robot"
     spec.compiler.degree = False

@@ -104,13 +104,27 @@ def check_layout() -> None:
     spec.add_numeric(name="probe", data=[1.0, 2.0])
     model = spec.compile()
     data = mujoco.MjData(model)
-    found = [(model, "numeric_data", model_offset)] + [
-        (data, name, data_offset) for name in ("qpos", "qvel", "qfrc_passive", "userdata")
+    found = [
+        (model, name, model_offset) for name in ("numeric_data", "jnt_stiffness", "qpos_spring")
+    ] + [
+        (data, name, data_offset)
+        for name in (
+            *("qpos", "qvel", "qfrc_passive", "userdata"),
+            *("xpos", "subtree_com", "cdof", "cvel"),
+        )
     ]
+    for name in ("nv", "nbody", "nnumericdata"):
+        size = ctypes.c_int64.from_address(model._address + model_offset(name)).value
+        if size != getattr(model, name):
+            raise _unfit(name)
     for owner, name, offset in found:
         pointer = ctypes.c_void_p.from_address(owner._address + offset(name)).value
         if pointer != getattr(owner, name).ctypes.data:
-            raise RuntimeError(
-                f"MuJoCo {mujoco.__version__}: {name} is not where mujoco.introspect puts it; "
-                "the ground law cannot run on this build"
-            )
+            raise _unfit(name)
+
+
+def _unfit(name: str) -> RuntimeError:
+    return RuntimeError(
+        f"MuJoCo {mujoco.__version__}: {name} is not where mujoco.introspect puts it; "
+        "ground and force laws cannot run on this build"
+    )

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from workbench.sim.condition import Condition
 from workbench.sim.effects.effect import Build, Effect, Values
-from workbench.sim.effects.library import effect_named, effect_values
+from workbench.sim.effects.library import EFFECTS, effect_values
 from workbench.sim.robot import Edit, Robot
 from workbench.timeseries import TimeSeries
 
@@ -50,7 +50,8 @@ def _edit(build: Build, values: Values) -> Edit:
 
 
 def _effects(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:
-    for name, given in robot.effects.items():
-        values = effect_values(name, given)
-        if any(values.values()):
-            yield effect_named(name), values
+    """Yield the effects that are there, in the library's order whatever the robot's is."""
+    given = {name: effect_values(name, values) for name, values in robot.effects.items()}
+    for name, effect in EFFECTS.items():
+        if any(given.get(name, {}).values()):
+            yield effect, given[name]

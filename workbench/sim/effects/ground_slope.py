@@ -20,7 +20,14 @@ EFFECT = Effect(
     sentence="the floor rises forward by {slope}",
     quantities=(Quantity("slope", "rad", low=-0.2, high=0.2, tolerance=0.005, step=1e-5),),
     excited_by=("hop", "drop", "clamped", "decay"),
-    confused_with=("camera_tilt", "rest_shape_drift", "friction_anisotropy"),
+    confused_with=(
+        "camera_tilt",
+        "rest_shape_drift",
+        "foot_cg",
+        "friction_level",
+        "friction_anisotropy",
+        "tether",
+    ),
     separated_by="the same run in the opposite direction: a slope changes its sign",
     alter=_alter,
 )

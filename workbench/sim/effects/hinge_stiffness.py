@@ -19,7 +19,13 @@ EFFECT = Effect(
     sentence="the beam's hinges are stiffer than the model says by {share}",
     quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=1e-4),),
     excited_by=("clamped", "decay", "hop", "drop"),
-    confused_with=("root_stiffness", "top_mass", "beam_discretisation", "length_scale"),
+    confused_with=(
+        "root_stiffness",
+        "local_stiffness_loss",
+        "top_mass",
+        "beam_discretisation",
+        "length_scale",
+    ),
     separated_by="the ratio of the two lowest frequencies; weighing",
     alter=_alter,
 )

@@ -1,17 +1,34 @@
-"""Change model values by a share."""
+"""Change model values by a share or by an amount; shares of a hinge."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from workbench.sim.beam import Hinge
 from workbench.sim.robot import Robot
 
-__all__ = ["scaled"]
+__all__ = ["added", "scaled", "turn_share"]
 
 
 def scaled(robot: Robot, share: float, *names: str) -> Robot:
     """Return the robot with some model values larger by a share."""
-    values = dict(robot.values)
-    for name in names:
-        values[name] *= 1 + share
-    return replace(robot, values=values)
+    return replace(
+        robot, values=dict(robot.values) | {n: robot.values[n] * (1 + share) for n in names}
+    )
+
+
+def added(robot: Robot, amount: float, name: str) -> Robot:
+    """Return the robot with a model value larger by an amount, in its unit."""
+    return replace(robot, values=dict(robot.values) | {name: robot.values[name] + amount})
+
+
+def turn_share(robot: Robot, hinge: Hinge) -> float:
+    """Return how far a hinge turns where a listed one of the same beam turns by 1 [1].
+
+    Args:
+        robot: whose values are those of the listed chain.
+        hinge: of its chain, not a rigid one.
+    """
+    return robot.values["hinge_stiffness"] / (hinge.stiffness or np.inf)

@@ -1,0 +1,161 @@
+"""Measured less predicted for all runs, and how it changes with each unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.layout import Layout
+from workbench.diagnose.noise import Noise, whitened
+from workbench.diagnose.rig import Rig
+
+__all__ = ["Linear", "Problem"]
+
+Vectors = list[NDArray[np.float64]]
+
+_WANTED = 0.3  # of the noise: what a finite difference of a base number moves the prediction by
+_LONGEST_STEP = 0.5  # of a tolerance
+_GLITCH = 8.0  # deviations from the samples beside it
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """The runs in the neighbourhood of a point: gradients and curvatures by run.
+
+    Args:
+        runs: which ones, in this order.
+        residuals: by run, (m_k,) whitened.
+        jacobians: by run, (m_k, u): how the whitened prediction changes.
+        curvatures: (r, u, u), J^T J by run.
+    """
+
+    runs: tuple[int, ...]
+    residuals: Vectors
+    jacobians: Vectors
+    curvatures: NDArray[np.float64]
+
+    @property
+    def gradients(self) -> NDArray[np.float64]:
+        """Return J^T r by run, (r, u): where the prediction should go."""
+        pairs = zip(self.jacobians, self.residuals, strict=True)
+        return np.array([jacobian.T @ residual for jacobian, residual in pairs])
+
+    def at(self, residuals: Vectors) -> Linear:
+        """Return the same neighbourhood with the residuals of another point in it."""
+        return Linear(self.runs, residuals, self.jacobians, self.curvatures)
+
+
+class Problem:
+    """What a fit of a rig minimises.
+
+    Args:
+        rig: with its runs.
+        layout: of its unknowns.
+        noise: by run.
+        runs: that count here; their own unknowns and the shared ones may move.
+    """
+
+    def __init__(
+        self, rig: Rig, layout: Layout, noise: Sequence[Noise], runs: Sequence[int]
+    ) -> None:
+        self.rig, self.layout, self.noise, self.runs = rig, layout, noise, tuple(runs)
+        self.steps = layout.steps.copy()
+        self.seen = {k: _seen(rig, noise, k) for k in range(len(rig.runs))}
+        self.simulated = 0
+
+    def samples(self, until: float = np.inf) -> int:
+        """Return how many values are compared."""
+        return sum(int(self.seen[k][self._rows(k, until)].sum()) for k in self.runs)
+
+    def predictions(
+        self, places: Sequence[NDArray[np.float64]], until: float = np.inf
+    ) -> list[Vectors]:
+        """Return the predictions of all runs at many places, in one batch."""
+        asked = [(k, self.layout.values(z, k)) for z in places for k in self.runs]
+        self.simulated += len(asked)
+        found = self.rig.predict(asked, until)
+        count = len(self.runs)
+        return [found[i : i + count] for i in range(0, len(found), count)]
+
+    def residuals(self, z: NDArray[np.float64], until: float = np.inf) -> Vectors:
+        """Return measured less predicted by run, (m_k,) whitened."""
+        return self.parted(self.predictions([z], until)[0], until)
+
+    def parted(self, predictions: Vectors, until: float = np.inf) -> Vectors:
+        """Return measured less predicted by run, (m_k,) whitened."""
+        found = []
+        for k, predicted in zip(self.runs, predictions, strict=True):
+            rows = self._rows(k, until)
+            apart = self.rig.runs[k].values[rows] - predicted
+            found.append(whitened(apart, self.seen[k][rows], self.noise[k]).ravel())
+        return found
+
+    def linear(
+        self, z: NDArray[np.float64], columns: NDArray[np.int_], until: float = np.inf
+    ) -> Linear:
+        """Return the neighbourhood of a place; columns that are not asked for are zero.
+
+        All differences are simulated in one batch, in coarse steps if the rig allows them.
+        """
+        layout, asked, moved = self.layout, [], []
+        for k in self.runs:
+            asked.append((k, layout.values(z, k)))
+            moved.append((k, -1, 0.0))
+            for i in columns:
+                if layout.run[i] not in (-1, k):
+                    continue
+                step = self._step(int(i), z)
+                there = z.copy()
+                there[i] += step
+                asked.append((k, layout.values(there, k)))
+                moved.append((k, int(i), step))
+        self.simulated += len(asked)
+        found = self.rig.predict(asked, until, coarse=True)
+        jacobians: dict[int, NDArray[np.float64]] = {}
+        base: NDArray[np.float64] = np.empty(0)
+        for (k, i, step), predicted in zip(moved, found, strict=True):
+            rows = self._rows(k, until)
+            if i < 0:
+                base = predicted
+                jacobians[k] = np.zeros((base.size, len(layout)))
+                continue
+            change = whitened((predicted - base) / step, self.seen[k][rows], self.noise[k])
+            jacobians[k][:, i] = change.ravel()
+        self._adapt(jacobians)
+        matrices = [jacobians[k] for k in self.runs]
+        curvatures = np.array([matrix.T @ matrix for matrix in matrices])
+        return Linear(self.runs, self.residuals(z, until), matrices, curvatures)
+
+    def _step(self, i: int, z: NDArray[np.float64]) -> float:
+        """Return the step of a difference, away from a bound."""
+        step = float(self.steps[i])
+        return -step if z[i] + step > self.layout.high[i] + step / 2 else step
+
+    def _adapt(self, jacobians: dict[int, NDArray[np.float64]]) -> None:
+        """Choose the next steps of base and own numbers so that they move the prediction a bit."""
+        total = sum(np.sum(matrix**2, axis=0) for matrix in jacobians.values())
+        rows = sum(len(matrix) for matrix in jacobians.values())
+        size = np.sqrt(np.asarray(total) / rows)
+        plain = np.union1d(self.layout.base, self.layout.own())
+        moving = plain[size[plain] > 0]
+        self.steps[moving] = np.clip(_WANTED / size[moving], 1e-6, _LONGEST_STEP)
+
+    def _rows(self, k: int, until: float) -> NDArray[np.bool_]:
+        return self.rig.runs[k].times <= until
+
+
+def _seen(rig: Rig, noise: Sequence[Noise], k: int) -> NDArray[np.bool_]:
+    """Return which samples count: seen, and not alone far off the line through their neighbours."""
+    run = rig.runs[k]
+    values = np.where(run.valid, run.values, np.nan)
+    middle = (values[2:] + values[:-2]) / 2
+    wide = (4 * (values[3:-1] + values[1:-3]) - values[4:] - values[:-4]) / 6
+    alone = np.zeros(run.valid.shape, dtype=bool)
+    with np.errstate(invalid="ignore"):
+        off = np.abs(values[2:-2] - wide) > _GLITCH * noise[k].sigma * np.sqrt(1 + 34 / 36)
+        off &= np.abs(values[2:-2] - middle[1:-1]) > _GLITCH * noise[k].sigma
+    alone[2:-2] = off
+    return run.valid & ~alone

@@ -1,0 +1,147 @@
+"""The rig contract: what a diagnosis needs to know about a mechanical system.
+
+A rig tells what was observed in each run, which numbers of its model may be other than stated, by
+which causes the model may be extended, and predicts what would have been observed. The engine knows
+nothing else: the hopping robot is one rig, any MJCF file with measured channels another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Asked", "Cause", "Observed", "Rig", "Unknown"]
+
+Asked = tuple[int, Mapping[str, float]]
+"""Run, and the values of its unknowns by name; what is not named is as stated."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that may be other than stated.
+
+    Args:
+        name: unique among base and causes (`effect.quantity` for a cause's); those of a run are
+            unique within the run.
+        unit: SI.
+        stated: what the model says; zero for a quantity of a cause.
+        tolerance: how far the truth may lie from it, in the same unit. A number of the base does
+            not leave it; one of a run has it as its standard deviation; one of a cause may be
+            larger, but is expected to be of this size.
+        low: least that is physically possible.
+        high: greatest that is.
+        step: of a finite difference.
+    """
+
+    name: str
+    unit: str
+    stated: float
+    tolerance: float
+    low: float
+    high: float
+    step: float
+
+    @property
+    def positive(self) -> bool:
+        """Tell whether it is a positive number, which a fit changes by shares."""
+        return self.stated > 0 and self.low >= 0
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One way to extend the model.
+
+    Args:
+        name: canonical.
+        group: kind of cause; `sensor` ones mean that the data are at fault, `numerics` the step or
+            the mesh of the simulation.
+        sentence: for people; `{quantity}` stands for its value with unit.
+        unknowns: its quantities, all stated zero.
+        shows_in: modes of runs in which it shows; empty means all.
+        confused_with: names of causes that look alike.
+        separated_by: what tells it from those.
+        replaces: base number that this cause is the release of: `hinge_stiffness` as a cause is the
+            base's hinge stiffness beyond its tolerance.
+    """
+
+    name: str
+    group: str
+    sentence: str
+    unknowns: tuple[Unknown, ...]
+    shows_in: tuple[str, ...] = ()
+    confused_with: tuple[str, ...] = ()
+    separated_by: str = ""
+    replaces: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """What was observed in one run.
+
+    Args:
+        name: of the run.
+        mode: what was done; runs of one mode are compared with each other.
+        role: `train` runs are fitted; `held_out` ones only judge.
+        times: (n,) [s], evenly spaced.
+        values: (n, c) unfiltered.
+        valid: (n, c) True where it was really seen.
+        channels: c names.
+        units: c units, `m` or `rad` and so on.
+        rest: (r, c) samples while nothing moved, NaN where not seen; the noise is taken from them.
+    """
+
+    name: str
+    mode: str
+    role: Literal["train", "held_out"]
+    times: NDArray[np.float64]
+    values: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    rest: NDArray[np.float64]
+
+
+class Rig(Protocol):
+    """A mechanical system with its runs."""
+
+    @property
+    def name(self) -> str:
+        """Return what to call it."""
+        ...
+
+    @property
+    def runs(self) -> Sequence[Observed]:
+        """Return what was observed."""
+        ...
+
+    @property
+    def base(self) -> Sequence[Unknown]:
+        """Return the numbers of the model that are refitted within their tolerances."""
+        ...
+
+    @property
+    def causes(self) -> Sequence[Cause]:
+        """Return the ways to extend the model."""
+        ...
+
+    def own(self, run: int) -> Sequence[Unknown]:
+        """Return what only one run knows: its start, its markers' places."""
+        ...
+
+    def predict(
+        self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
+    ) -> list[NDArray[np.float64]]:
+        """Return what would have been observed, (n, c) for each of those asked.
+
+        Args:
+            asked: run and values; all of them are simulated in one batch.
+            until: only samples up to this time are needed [s]; the result has as many rows.
+            coarse: whether larger steps will do, as they do for derivatives.
+
+        A simulation that ends early repeats its last sample.
+        """
+        ...

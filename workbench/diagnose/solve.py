@@ -1,0 +1,221 @@
+"""Minima of the linear neighbourhood, and the way from minimum to minimum of the true problem.
+
+What is minimised is the sum of squares of whitened residuals and of the distances of unknowns from
+what is expected of them, in deviations of their priors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.optimize import lsq_linear
+
+from workbench.diagnose.layout import Layout
+from workbench.diagnose.problem import Linear, Problem
+
+__all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "step_from"]
+
+CLUTTER = 0.05
+"""Noise deviations (root mean square) that each cause may well contribute unasked."""
+
+ENOUGH = 0.1
+"""Of the cost: a tenth of what noise moves it by."""
+
+_FREE = 1e-8  # precision of a number whose size nobody knows
+_ROUNDS = 8
+_HALVINGS = 4
+_TRUST = 3.0  # times: a step is believed while the true gain is a third of the expected one
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is expected of the unknowns.
+
+    Args:
+        precision: (u,) one over the square of the deviation from zero, scaled.
+        free: (f,) indices of the unknowns that may move.
+    """
+
+    precision: NDArray[np.float64]
+    free: NDArray[np.int_]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The minimum of a linear neighbourhood.
+
+    Args:
+        z: (u,) where it lies.
+        gain: by how much the cost falls, expected.
+    """
+
+    z: NDArray[np.float64]
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where a fit ended.
+
+    Args:
+        z: (u,) scaled unknowns.
+        residuals: by run, (m_k,) whitened.
+        cost: half the sum of squares, priors included.
+        linear: the neighbourhood used last.
+    """
+
+    z: NDArray[np.float64]
+    residuals: list[NDArray[np.float64]]
+    cost: float
+    linear: Linear
+
+
+def prior_of(
+    layout: Layout,
+    released: tuple[str, ...] = (),
+    clutter: NDArray[np.float64] | None = None,
+) -> Prior:
+    """Return what is expected: base within tolerance, own within reach, causes absent or released.
+
+    Args:
+        layout: of the unknowns.
+        released: causes whose quantities may take any possible value.
+        clutter: (u,) deviations of the quantities of all other causes; None keeps them at zero.
+    """
+    precision = np.ones(len(layout))
+    free = np.ones(len(layout), dtype=bool)
+    quantities = layout.quantities(tuple(layout.of_cause))
+    if clutter is None:
+        free[quantities] = False
+    else:
+        known = clutter[quantities] > 0
+        precision[quantities[known]] = clutter[quantities[known]] ** -2
+        free[quantities[~known]] = False
+    chosen = layout.quantities(released)
+    precision[chosen], free[chosen] = _FREE, True
+    return Prior(precision, np.flatnonzero(free))
+
+
+def step_from(
+    layout: Layout,
+    z: NDArray[np.float64],
+    curvature: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    prior: Prior,
+) -> Step:
+    """Return the minimum of a linear neighbourhood within all bounds.
+
+    Args:
+        layout: with the bounds.
+        z: (u,) where the neighbourhood was taken.
+        curvature: (u, u) sum of J^T J over the runs that count.
+        gradient: (u,) sum of J^T r.
+        prior: of the unknowns.
+    """
+    free = prior.free
+    weight = prior.precision[free]
+    matrix = curvature[np.ix_(free, free)] + np.diag(weight)
+    slope = gradient[free] - weight * z[free]
+    move = cho_solve(cho_factor(matrix), slope)
+    low, high = layout.low[free] - z[free], layout.high[free] - z[free]
+    if np.any(move < low - 1e-9) or np.any(move > high + 1e-9):
+        root = cholesky(matrix)
+        wanted = solve_triangular(root, slope, trans="T")
+        inside = np.minimum(low, 0.0) - 1e-12, np.maximum(high, 0.0) + 1e-12
+        move = lsq_linear(root, wanted, bounds=inside, method="bvls").x
+    there = z.copy()
+    there[free] += move
+    return Step(there, float(slope @ move - move @ matrix @ move / 2))
+
+
+def fit(
+    problem: Problem,
+    z: NDArray[np.float64],
+    prior: Prior,
+    until: float = np.inf,
+    linear: Linear | None = None,
+    refresh: NDArray[np.int_] | None = None,
+    enough: float = ENOUGH,
+    rounds: int = _ROUNDS,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Fit:
+    """Find the minimum of the true problem near a place.
+
+    The neighbourhood is used as long as it foretells what a step gains, then it is taken anew.
+
+    Args:
+        problem: with its runs.
+        z: (u,) where to begin.
+        prior: of the unknowns.
+        until: how much of each run counts [s].
+        linear: a neighbourhood taken nearby.
+        refresh: which columns are taken anew; None takes those that are free.
+        enough: expected gain of the cost that is worth no further step.
+        rounds: most steps.
+        tell: is told each round.
+    """
+    layout = problem.layout
+    columns = prior.free if refresh is None else refresh
+    if linear is None:
+        linear = problem.linear(z, columns, until)
+    else:
+        linear = linear.at(problem.residuals(z, until))
+    cost = _cost(linear.residuals, z, prior)
+    for _ in range(rounds):
+        step = step_from(layout, z, linear.curvatures.sum(0), linear.gradients.sum(0), prior)
+        if step.gain < enough:
+            break
+        there, residuals, less = _believed(problem, z, step, prior, until, cost)
+        gained = cost - less
+        tell(f"{less:.1f}, expected {cost - step.gain:.1f}")
+        z, cost, linear = there, less, linear.at(residuals)
+        if gained * _TRUST < step.gain:
+            linear = _renewed(problem, z, columns, until, linear)
+    return Fit(z, linear.residuals, cost, linear)
+
+
+def _renewed(
+    problem: Problem,
+    z: NDArray[np.float64],
+    columns: NDArray[np.int_],
+    until: float,
+    before: Linear,
+) -> Linear:
+    """Take some columns anew and keep the others."""
+    taken = problem.linear(z, columns, until)
+    matrices = []
+    for old, new in zip(before.jacobians, taken.jacobians, strict=True):
+        mixed = old.copy()
+        mixed[:, columns] = new[:, columns]
+        matrices.append(mixed)
+    curvatures = np.array([matrix.T @ matrix for matrix in matrices])
+    return Linear(taken.runs, taken.residuals, matrices, curvatures)
+
+
+def _believed(
+    problem: Problem,
+    z: NDArray[np.float64],
+    step: Step,
+    prior: Prior,
+    until: float,
+    cost: float,
+) -> tuple[NDArray[np.float64], list[NDArray[np.float64]], float]:
+    """Go along a step, half as far each time it does not pay."""
+    share = 1.0
+    for _ in range(_HALVINGS):
+        there = z + share * (step.z - z)
+        residuals = problem.residuals(there, until)
+        less = _cost(residuals, there, prior)
+        if less < cost:
+            return there, residuals, less
+        share /= 3
+    return z, problem.residuals(z, until), cost
+
+
+def _cost(residuals: list[NDArray[np.float64]], z: NDArray[np.float64], prior: Prior) -> float:
+    squares = sum(float(part @ part) for part in residuals)
+    return (squares + float(prior.precision[prior.free] @ z[prior.free] ** 2)) / 2

@@ -1,0 +1,119 @@
+"""Forces on beam and T that MuJoCo has no field for, compiled: play, drag, a cable's pull.
+
+They are added in the passive-force callback (`passive`); models without the numeric field `laws`
+do not have them. Each is absent where its numbers are zero.
+
+Root:  torque = -k dead(a), a from the rest angle of the foot joint; dead(a) is zero within the gap
+       and a less the gap beyond. The joint's own spring gives -k a, k clip(a, -gap, gap) is added.
+T:     force = -c |v| v  +  (pull - k (x - x0)) forward.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import mujoco
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["LAWS_MAGIC", "LAWS_PARAMETERS", "Law", "add_law", "play_torque", "top_forces"]
+
+LAWS_MAGIC = 3.4e8  # fig. 3.4 has none of these
+"""First number of the numeric field, which tells it from anybody else's."""
+LAWS_PARAMETERS = 10
+"""How many numbers the numeric field has."""
+
+Law = Literal["root_gap", "top_drag", "top_pull", "top_stiffness", "top_x"]
+"""Half the play of the foot joint [rad]; c at T [N s^2/m^2], pull on T [N], k on T [N/m] and the
+place forward where k pulls nothing [m]."""
+
+_NAME = "laws"
+_PLACES: dict[Law, int] = {
+    "root_gap": 5,
+    "top_drag": 6,
+    "top_pull": 7,
+    "top_stiffness": 8,
+    "top_x": 9,
+}
+_FOOT = 1  # the body at whose subtree's centre of mass the engine takes its motion axes
+
+
+def add_law(spec: mujoco.MjSpec, numbers: dict[Law, float]) -> None:
+    """Set numbers of the laws; the others keep what they were, zero at first.
+
+    Args:
+        spec: of a robot with all its bodies; changed in place.
+        numbers: by name, SI.
+    """
+    field = spec.numeric(_NAME)
+    if field is None:
+        data = [LAWS_MAGIC, *_addresses(spec), *[0.0] * len(_PLACES)]
+        field = spec.add_numeric(name=_NAME, data=data, size=LAWS_PARAMETERS)
+    for name, number in numbers.items():
+        field.data[_PLACES[name]] = number
+
+
+def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:
+    """Return which joint is the foot joint, where it is in qpos and qvel, and which body T is."""
+    joints = spec.body("foot").joints
+    free = any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints)
+    qpos, dof = (7, 6) if free else (len(joints), len(joints))
+    return len(joints), qpos, dof, [body.name for body in spec.bodies].index("top")
+
+
+@numba.njit(cache=True)
+def play_torque(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    stiffness: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Take back what the foot joint's spring gives within the play.
+
+    Args:
+        p: numbers of the laws, as in the numeric field.
+        q: qpos.
+        stiffness: jnt_stiffness [N m/rad].
+        rest: qpos_spring.
+        out: (nv,) qfrc_passive.
+    """
+    joint, place, dof, gap = int(p[1]), int(p[2]), int(p[3]), p[5]
+    out[dof] += stiffness[joint] * min(max(q[place] - rest[place], -gap), gap)
+
+
+@numba.njit(cache=True)
+def top_forces(
+    p: NDArray[np.float64],
+    places: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Add drag and pull at T to the forces of the degrees of freedom.
+
+    Written in scalars: an array made here would be an allocation in every step.
+
+    Args:
+        p: numbers of the laws, as in the numeric field.
+        places: (nbody, 3) xpos, of the bodies [m].
+        centres: (nbody, 3) subtree_com [m].
+        axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre.
+        speeds: (nbody, 6) cvel, of the bodies about the same centre [rad/s], [m/s].
+        out: (nv,) qfrc_passive; its last entry is the rotor's, with which T does not turn.
+    """
+    place, turn, centre = places[int(p[4])], speeds[int(p[4])], centres[_FOOT]
+    x, y, z = place[0] - centre[0], place[1] - centre[1], place[2] - centre[2]
+    vx = turn[3] + turn[1] * z - turn[2] * y
+    vy = turn[4] + turn[2] * x - turn[0] * z
+    vz = turn[5] + turn[0] * y - turn[1] * x
+    drag = -p[6] * np.sqrt(vx * vx + vy * vy + vz * vz)
+    fx = drag * vx + p[7] - p[8] * (place[0] - p[9])
+    fy, fz = drag * vy, drag * vz
+    tx, ty, tz = y * fz - z * fy, z * fx - x * fz, x * fy - y * fx
+    for k in range(out.shape[0] - 1):
+        axis = axes[k]
+        out[k] += axis[0] * tx + axis[1] * ty + axis[2] * tz
+        out[k] += axis[3] * fx + axis[4] * fy + axis[5] * fz
