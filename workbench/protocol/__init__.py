@@ -13,6 +13,17 @@ from workbench.protocol.library import load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
 from workbench.protocol.release import PlannedRelease
+from workbench.protocol.rig import (
+    ChannelEffect,
+    InputEffect,
+    JointEffect,
+    RigChannel,
+    RigField,
+    RigFile,
+    RigInput,
+    RigParameter,
+    RigRun,
+)
 from workbench.protocol.section import Section
 from workbench.protocol.shape import ShapeFile
 from workbench.protocol.sheet import Sheet, SheetRun
@@ -24,6 +35,7 @@ SCHEMAS: dict[str, type[Section]] = {
     "model": ModelFile,
     "shape": ShapeFile,
     "calibration": CalibrationFile,
+    "rig": RigFile,
 }
 """Name for `workbench schema NAME` -> schema."""
 
@@ -34,8 +46,11 @@ __all__ = [
     "Calibration",
     "CalibrationFile",
     "Cameras",
+    "ChannelEffect",
     "Connection",
     "Document",
+    "InputEffect",
+    "JointEffect",
     "Mode",
     "ModelFile",
     "MotorLine",
@@ -45,6 +60,12 @@ __all__ = [
     "PlannedRelease",
     "PlannedRun",
     "Protocol",
+    "RigChannel",
+    "RigField",
+    "RigFile",
+    "RigInput",
+    "RigParameter",
+    "RigRun",
     "Role",
     "Section",
     "ShapeFile",

@@ -1,0 +1,177 @@
+"""Make the data of the example rigs: own equations, solved by scipy, seen by a plain sensor.
+
+    python examples/make_data.py
+
+What the models in these folders do not know is named in `PENDULUM` and `CART`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+__all__ = ["CART", "PENDULUM", "Cart", "Pendulum", "main", "pendulum_run", "spring_run"]
+
+RATE_HZ = 100
+REST_S = 1.0
+GRAVITY = 9.81  # [m/s^2]
+SEED = 20261121
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """I q'' = -(m l + m_rod l / 2) g sin q - d q' - friction sign q'; dry friction is hidden.
+
+    Args:
+        mass: of the bob [kg].
+        length: from pivot to bob [m].
+        rod: mass of the rod [kg].
+        bob_inertia: of the bob about its own centre [kg m^2].
+        damping: [N m s/rad].
+        friction: dry, of the pivot [N m].
+        noise: of the encoder [rad].
+        count: the angle that the encoder counts in [rad].
+        duration: [s].
+    """
+
+    mass: float = 0.25
+    length: float = 0.4
+    rod: float = 0.05
+    bob_inertia: float = 9e-5
+    damping: float = 0.0004
+    friction: float = 0.0015
+    noise: float = 4e-4
+    count: float = 2 * np.pi / 8192
+    duration: float = 12.0
+
+
+@dataclass(frozen=True)
+class Cart:
+    """m x'' = -k x - k3 x^3 - d x' + F; k3 and the sensor's delay are hidden.
+
+    Args:
+        mass: [kg].
+        stiffness: [N/m].
+        cubic: k3 [N/m^3].
+        damping: [N s/m].
+        delay: how late the place is seen [s].
+        noise: of the place [m].
+        count: the way that the sensor counts in [m].
+        duration: [s].
+    """
+
+    mass: float = 0.5
+    stiffness: float = 80.0
+    cubic: float = 12000.0
+    damping: float = 0.25
+    delay: float = 0.004
+    noise: float = 5e-5
+    count: float = 2e-5
+    duration: float = 20.0
+
+
+PENDULUM, CART = Pendulum(), Cart()
+
+_SHARP = 1e-4  # [rad/s] within which dry friction changes its sign
+_FORCES = {"sweep-weak": 0.15, "sweep-middle": 0.3, "sweep-strong": 0.45}  # [N]
+_BAND_HZ = (1.0, 4.0)
+_RELEASED_M = 0.06
+
+
+def pendulum_run(truth: Pendulum, angle: float) -> tuple[Array, Array]:
+    """Return times (n,) [s], zero at the release, and the true angle (n,) [rad]."""
+    m, rod, length = truth.mass, truth.rod, truth.length
+    inertia = m * length**2 + truth.bob_inertia + rod * length**2 / 3
+    weight = (m + rod / 2) * GRAVITY * length
+
+    def rates(_: float, y: Array) -> list[float]:
+        dry = truth.friction * np.tanh(y[1] / _SHARP)
+        return [y[1], -(weight * np.sin(y[0]) + truth.damping * y[1] + dry) / inertia]
+
+    return _solved(rates, [angle, 0.0], truth.duration)
+
+
+def spring_run(truth: Cart, force: Callable[[float], float], start: float) -> tuple[Array, Array]:
+    """Return times (n,) [s], zero where the force begins, and the true place (n,) [m]."""
+
+    def rates(t: float, y: Array) -> list[float]:
+        pulled = truth.stiffness * y[0] + truth.cubic * y[0] ** 3 + truth.damping * y[1]
+        return [y[1], (force(t) - pulled) / truth.mass]
+
+    return _solved(rates, [start, 0.0], truth.duration)
+
+
+def sweep(amplitude: float, duration: float) -> Callable[[float], float]:
+    """Return a force whose frequency rises evenly through the band, zero at its beginning."""
+    low, high = _BAND_HZ
+
+    def force(t: float) -> float:
+        turns = low * t + (high - low) * t**2 / (2 * duration)
+        return float(amplitude * np.sin(2 * np.pi * turns)) if t > 0 else 0.0
+
+    return force
+
+
+def main(folder: Path) -> None:
+    """Write the data of both rigs below a folder."""
+    random = np.random.default_rng(SEED)
+    for angle in (0.2, 0.5, 0.7, 0.9):
+        times, true = pendulum_run(PENDULUM, angle)
+        seen = _seen(_at_rest(true), PENDULUM.noise, PENDULUM.count, random)
+        path = folder / "pendulum" / f"release-{angle:g}.csv"
+        _write(path, "time_s,angle_rad", "%.2f,%.5f", _stamps(times), seen)
+    for name, amplitude in _FORCES.items():
+        force = sweep(amplitude, CART.duration)
+        _write_cart(folder / "hardening_spring" / f"{name}.csv", force, 0.0, random)
+    still = sweep(0.0, CART.duration)
+    _write_cart(folder / "hardening_spring" / "release.csv", still, _RELEASED_M, random)
+
+
+def _write_cart(
+    path: Path, force: Callable[[float], float], start: float, random: np.random.Generator
+) -> None:
+    times, true = spring_run(CART, force, start)
+    late = np.interp(_stamps(times) - REST_S - CART.delay, times, true)
+    seen = 1000 * _seen(late, CART.noise, CART.count, random)
+    forces = np.array([force(t - REST_S) for t in _stamps(times)])
+    _write(path, "time_s,place_mm,force_N", "%.2f,%.2f,%.4f", _stamps(times), seen, forces)
+
+
+def _solved(
+    rates: Callable[[float, Array], list[float]], start: list[float], duration: float
+) -> tuple[Array, Array]:
+    times = np.arange(round(duration * RATE_HZ) + 1) / RATE_HZ
+    found = solve_ivp(
+        rates, (0, times[-1]), start, method="LSODA", t_eval=times, rtol=1e-9, atol=1e-10
+    )
+    return times, found.y[0]
+
+
+def _stamps(times: Array) -> Array:
+    """Return the stamps of a run with its rest before it."""
+    rest = np.arange(round(REST_S * RATE_HZ)) / RATE_HZ
+    return np.concatenate([rest, times + REST_S])
+
+
+def _at_rest(true: Array) -> Array:
+    """Return a path with its rest, held where it begins."""
+    return np.concatenate([np.full(round(REST_S * RATE_HZ), true[0]), true])
+
+
+def _seen(true: Array, noise: float, count: float, random: np.random.Generator) -> Array:
+    return np.round((true + random.normal(0, noise, len(true))) / count) * count
+
+
+def _write(path: Path, head: str, form: str, *columns: Array) -> None:
+    np.savetxt(path, np.column_stack(columns), fmt=form, header=head, comments="", newline="\n")
+
+
+if __name__ == "__main__":
+    main(Path(__file__).parent)

@@ -1,0 +1,158 @@
+"""`workbench/rig-1`: a mechanical system as an MJCF file, and what was measured of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from workbench.protocol.experiment import Role
+from workbench.protocol.quantity import Quantity
+from workbench.protocol.section import Section
+
+__all__ = [
+    "ChannelEffect",
+    "InputEffect",
+    "JointEffect",
+    "RigChannel",
+    "RigEffects",
+    "RigField",
+    "RigFile",
+    "RigInput",
+    "RigParameter",
+    "RigRun",
+]
+
+RigField = Literal[
+    "stiffness", "damping", "frictionloss", "armature", "springref", "mass", "distance"
+]
+"""What may be other than the MJCF file says: five numbers of a joint, two of a body. A body's mass
+takes its inertia along; its distance is that of its frame from its parent's."""
+
+JointEffect = Literal[
+    "stiffness",
+    "even_stiffness",
+    "cubic_stiffness",
+    "rest_shift",
+    "damping",
+    "quadratic_damping",
+    "cubic_damping",
+    "coulomb_friction",
+]
+ChannelEffect = Literal["offset", "gain", "delay"]
+InputEffect = Literal["offset", "gain", "delay"]
+
+_BODY_FIELDS = ("mass", "distance")
+
+Size = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Name = Annotated[str, Field(min_length=1, pattern=r"^[^.\s]+$")]
+
+
+class RigParameter(Section):
+    """A number of the MJCF file that is refitted within its tolerance."""
+
+    joint: str | None = None
+    body: str | None = None
+    field: RigField
+    value: Number | None = None
+    """In the unit stated; the MJCF file's own if absent."""
+    tolerance: Size
+    """How far the true value may lie from the stated one, in the same unit."""
+    unit: str
+    """SI, as the field has it: `N m/rad` for the stiffness of a hinge, `N/m` for a slide's."""
+
+    @model_validator(mode="after")
+    def _one_owner(self) -> RigParameter:
+        owner = "body" if self.field in _BODY_FIELDS else "joint"
+        other = "joint" if owner == "body" else "body"
+        if getattr(self, owner) is None or getattr(self, other) is not None:
+            raise ValueError(f"field {self.field} is a {owner}'s; name the {owner} and no {other}")
+        return self
+
+    @property
+    def owner(self) -> str:
+        """Return the name of the joint or body."""
+        return str(self.body if self.joint is None else self.joint)
+
+
+class RigChannel(Section):
+    """What a column of the data measures: a joint, or one coordinate of a site in the world."""
+
+    joint: str | None = None
+    quantity: Literal["position", "velocity"] = "position"
+    site: str | None = None
+    axis: Literal["x", "y", "z"] | None = None
+    column: str | None = None
+    """Of the data; the channel's own name if absent."""
+    scale: Number = 1.0
+    """SI over the column's unit: 0.001 for a column in mm."""
+
+    @model_validator(mode="after")
+    def _one_source(self) -> RigChannel:
+        if (self.joint is None) == (self.site is None):
+            raise ValueError("a channel needs either joint or site")
+        if (self.site is None) != (self.axis is None):
+            raise ValueError("axis goes with site: name both, or a joint alone")
+        if self.scale == 0:
+            raise ValueError("scale is 0; it must be another number")
+        return self
+
+
+class RigInput(Section):
+    """A column of the data that was the control of an actuator."""
+
+    actuator: str
+    column: str | None = None
+    """Of the data; the input's own name if absent."""
+    scale: Number = 1.0
+    """The actuator's control over the column's unit."""
+
+
+class RigRun(Section):
+    """One file of data."""
+
+    data: str
+    """CSV or Parquet with a head line, path from the rig's folder."""
+    name: str | None = None
+    """The file's own name if absent."""
+    mode: Name = "run"
+    """What was done; runs of one mode are compared with each other."""
+    role: Role = "train"
+    begins: Annotated[float, Quantity("time")] | None = None
+    """Stamp at which the simulation begins; before it all is at rest. First sample if absent."""
+    start: dict[str, Number | Literal["held", "free"]] = {}
+    """Joint -> where it stands then [rad, m]. `held`: at rest where the data say; `free`: place and
+    speed as the data say; a joint that is not named is at rest where the MJCF file has it."""
+
+
+class RigEffects(Section):
+    """Which causes come into question, each with how large it may well be, SI."""
+
+    joints: dict[str, dict[JointEffect, Size]] = {}
+    bodies: dict[str, dict[Literal["mass"], Size]] = {}
+    channels: dict[str, dict[ChannelEffect, Size]] = {}
+    inputs: dict[str, dict[InputEffect, Size]] = {}
+
+
+class RigFile(Section):
+    """A mechanical system that can be diagnosed: model, channels, runs and possible causes."""
+
+    schema_: Annotated[Literal["workbench/rig-1"], Field(alias="schema")]
+    name: Annotated[str, Field(min_length=1)]
+    model: str
+    """MJCF file, path from the rig's folder."""
+    time: str = "time_s"
+    """Column of the times [s]."""
+    parameters: tuple[RigParameter, ...] = ()
+    channels: Annotated[dict[Name, RigChannel], Field(min_length=1)]
+    inputs: dict[Name, RigInput] = {}
+    runs: Annotated[tuple[RigRun, ...], Field(min_length=1)]
+    effects: RigEffects = RigEffects()
+
+    @model_validator(mode="after")
+    def _two_names(self) -> RigFile:
+        both = sorted(set(self.channels) & set(self.inputs))
+        if both:
+            raise ValueError(f"{both[0]!r} names a channel and an input; rename one of them")
+        return self
