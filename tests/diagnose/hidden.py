@@ -15,9 +15,10 @@ from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
 from workbench.timeseries import TimeSeries
 
-__all__ = ["MODEL", "SHAPE", "SWEEP", "Asked", "runs_of", "truth"]
+__all__ = ["DOCUMENT", "MODEL", "SHAPE", "SWEEP", "Asked", "runs_of", "truth"]
 
-MODEL: ModelFile = load_model("thesis", Path()).content
+DOCUMENT = load_model("thesis", Path())
+MODEL: ModelFile = DOCUMENT.content
 SHAPE: ShapeFile = load_shape("thesis-initial", Path()).content
 NOISE_M, ARM_M = 3e-4, 0.035
 REST_S, LAG_S = 1.0, 0.05

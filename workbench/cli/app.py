@@ -11,6 +11,7 @@ from rich.console import Console
 
 import workbench
 from workbench.cli.calibrate import calibrate
+from workbench.cli.diagnose import diagnose
 from workbench.cli.doctor import doctor
 from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
@@ -42,6 +43,7 @@ for verb in (
     calibrate,
     identify,
     resonances,
+    diagnose,
     simulate,
     modes,
     review,

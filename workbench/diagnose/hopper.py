@@ -1,20 +1,22 @@
-"""The hopping robot as a rig: its runs, what its model may have wrong, and the twin as prediction."""
+"""The hopping robot as a rig: its runs, what its model may lack, and the twin that predicts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from workbench.diagnose.rig import Asked, Cause, Observed, Unknown
+from workbench.diagnose.extension import write_extension
+from workbench.diagnose.rig import Asked, Cause, Effects, Observed, Unknown
 from workbench.errors import InputError
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
 from workbench.motion import ROTOR_ANGLE
-from workbench.protocol import UNITS, ModelFile, ShapeFile
+from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import (
     EFFECTS,
     Condition,
@@ -70,21 +72,28 @@ class HopperRig:
 
     Args:
         runs: measured, of one robot.
-        model: the base, with tolerances; its effects stay as they are.
+        document: the model file: the base, with tolerances; its effects stay as they are.
         shape: of the beam.
+        places: where T's marker was found to sit, by base number [m].
         threads: of the simulation; 0 takes all cores.
     """
 
     def __init__(
-        self, runs: Sequence[MeasuredRun], model: ModelFile, shape: ShapeFile, threads: int = 0
+        self,
+        runs: Sequence[MeasuredRun],
+        document: Document[ModelFile],
+        shape: ShapeFile,
+        places: Mapping[str, float] | None = None,
+        threads: int = 0,
     ) -> None:
         self.name = "hopping robot"
-        self.model, self.shape, self.threads = model, shape, threads
+        self.document, self.shape, self.threads = document, shape, threads
+        model = document.content
         values = model.values()
         self.robot = replace(
             make_robot(values, shape, model.increments, model.quantities()), planar=True
         )
-        self.measured = tuple(runs)
+        self.measured, self.places = tuple(runs), dict(places or {})
         self.runs = tuple(_observed(run) for run in runs)
         modes = {run.mode for run in runs}
         names = _BEAM + (_GROUND if modes & set(_ON_GROUND) else ())
@@ -92,12 +101,26 @@ class HopperRig:
             _parameter(name, values[name], getattr(model.parameters, name).tolerance)
             for name in names
             if getattr(model.parameters, name).tolerance > 0
-        ) + tuple(_place(axis) for axis in "xz")
+        ) + tuple(_place(f"top_{axis}_m place", places or {}) for axis in "xz")
         self.causes = tuple(
             _cause(effect)
             for effect in EFFECTS.values()
             if modes & set(effect.excited_by) and effect.name not in self.robot.effects
         )
+
+    @property
+    def source(self) -> Path:
+        """Return the model file."""
+        return self.document.path
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> HopperRig:
+        """Write the extended model file and return the rig of what is read back from it."""
+        own = {name: value for name, value in values.items() if name in UNITS}
+        places = {name: value for name, value in values.items() if name not in UNITS}
+        written = write_extension(path.with_suffix(".yaml"), self.document, own, effects, diagnosis)
+        return HopperRig(self.measured, written, self.shape, places, self.threads)
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return what a run keeps to itself: delay, motor, release and places."""
@@ -188,7 +211,9 @@ class HopperRig:
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
         curve = CubicSpline(motion.times, motion.select(seen.channels).values)(at)
         for axis, name in enumerate(seen.channels):
-            curve[:, axis] += values.get(f"place {name}", 0.0) + values.get(f"{name} place", 0.0)
+            curve[:, axis] += values.get(f"place {name}", 0.0) + values.get(
+                f"{name} place", self.places.get(f"{name} place", 0.0)
+            )
         return np.asarray(curve)
 
 
@@ -219,8 +244,8 @@ def _parameter(name: str, value: float, tolerance: float) -> Unknown:
     return Unknown(name, UNITS[name], value, tolerance, 1e-3 * value, 1e3 * value, step)
 
 
-def _place(axis: str) -> Unknown:
-    return Unknown(f"top_{axis}_m place", "m", 0.0, _PLACE_M, -0.1, 0.1, 1e-5)
+def _place(name: str, places: Mapping[str, float]) -> Unknown:
+    return Unknown(name, "m", places.get(name, 0.0), _PLACE_M, -0.1, 0.1, 1e-5)
 
 
 def _cause(effect: Effect) -> Cause:

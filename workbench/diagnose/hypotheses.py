@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.problem import Linear, Problem
+from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import ENOUGH, Fit, fit, prior_of
 
@@ -18,8 +18,8 @@ __all__ = ["Hypothesis", "Refits", "refit_all"]
 Tell = Callable[[str], None]
 
 _WINDOWS_S = (1.0, 2.5, 5.0)
-"""How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of whole
-runs that starts far off falls into a wrong valley."""
+"""How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
+whole runs that starts far off falls into a wrong valley."""
 _ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
 _SINGLES, _PAIRS = 8, 8
 _BEHIND = 0.5  # share of the best worth below which no refit is tried

@@ -92,10 +92,10 @@ class Layout:
             run: whose own unknowns count.
         """
         chosen = np.concatenate([self.base, np.flatnonzero(self.run == run)])
-        values = {self.unknowns[i].name: self.value(i, z[i]) for i in chosen}
+        values = {self.unknowns[i].name: self.value(i, float(z[i])) for i in chosen}
         for members in self.of_cause.values():
             if np.any(z[members]):
-                values |= {self.unknowns[i].name: self.value(i, z[i]) for i in members}
+                values |= {self.unknowns[i].name: self.value(i, float(z[i])) for i in members}
         return values
 
     def _bound(self, i: int, side: int) -> float:

@@ -102,7 +102,7 @@ def _pooled(name: str, runs: Sequence[Observed]) -> tuple[float, float]:
 
 
 def _of_motion(name: str, runs: Sequence[Observed]) -> float:
-    """Return the deviation of white noise from third differences, which no smooth motion survives."""
+    """Return the deviation of white noise, from third differences: smooth motion has none."""
     thirds = []
     for run in runs:
         k = run.channels.index(name)

@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Asked", "Cause", "Observed", "Rig", "Unknown"]
+__all__ = ["Asked", "Cause", "Effects", "Observed", "Rig", "Unknown"]
+
+Effects = Mapping[str, Mapping[str, tuple[float, float]]]
+"""Cause -> quantity -> value and standard error, SI."""
 
 Asked = tuple[int, Mapping[str, float]]
 """Run, and the values of its unknowns by name; what is not named is as stated."""
@@ -144,4 +148,22 @@ class Rig(Protocol):
 
         A simulation that ends early repeats its last sample.
         """
+        ...
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> Rig:
+        """Write the extended model and return the rig of the file as read back, with the same runs.
+
+        Args:
+            path: of the new file, without its ending.
+            values: of the base as refitted beside the effects.
+            effects: cause -> quantity (without the cause's name) -> value and standard error.
+            diagnosis: name of what it came from.
+        """
+        ...
+
+    @property
+    def source(self) -> Path:
+        """Return the file that the model stands in."""
         ...

@@ -124,7 +124,7 @@ def step_from(
     low, high = layout.low[free] - z[free], layout.high[free] - z[free]
     if np.any(move < low - 1e-9) or np.any(move > high + 1e-9):
         root = cholesky(matrix)
-        wanted = solve_triangular(root, slope, trans="T")
+        wanted = solve_triangular(root, slope, trans=1)
         inside = np.minimum(low, 0.0) - 1e-12, np.maximum(high, 0.0) + 1e-12
         move = lsq_linear(root, wanted, bounds=inside, method="bvls").x
     there = z.copy()

@@ -1,0 +1,170 @@
+"""From refits to an answer: which cause, which set of causes, none of them, or nothing wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from workbench.diagnose.hypotheses import Hypothesis, Refits
+from workbench.diagnose.layout import Layout
+
+__all__ = ["Answer", "Kind", "Rival", "decide"]
+
+Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
+
+LEAST_WORTH = 8.0
+"""Of the cost, in favour of a cause: 1 in 3000 by its clutter, for some thirty of them."""
+LEAST_SIZE = 0.12
+"""Noise deviations: what explains less is of no practical size."""
+APART = 5.0
+"""Of the cost: a rival so far behind is 150 times less likely."""
+_NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
+_LEFT_SHARE = 0.5  # of what hung together before
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A cause that was not taken, and why."""
+
+    name: str
+    why_not: str
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What the refits say.
+
+    Args:
+        kind: of the answer.
+        causes: those named, or all of a set; empty for NONE and CLEAN.
+        best: the hypothesis that holds; that of the base where no cause does.
+        confidence: of each cause, 0 to 1.
+        rivals: what was not taken.
+        reason: in a sentence.
+    """
+
+    kind: Kind
+    causes: tuple[str, ...]
+    best: Hypothesis
+    confidence: dict[str, float]
+    rivals: tuple[Rival, ...]
+    reason: str
+
+
+def decide(refits: Refits, layout: Layout) -> Answer:
+    """Return the answer that the refits allow."""
+    best = _best(refits)
+    if best is None:
+        return _without_cause(refits)
+    alike = _alike(refits, best)
+    left, before = best.left, refits.base.left
+    if left > max(_NOTHING_LEFT, _LEFT_SHARE * before):
+        return Answer(
+            "NONE", (), best, {}, _rivals(refits, layout, ()),
+            f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
+            f"left of {before:.2f}, and no known cause explains them",
+        )  # fmt: skip
+    confidence = _confidence(refits, alike)
+    causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
+    rivals = _rivals(refits, layout, causes)
+    if len(alike) > 1:
+        reason = f"{', '.join(causes)} cannot be told apart by these runs"
+        return Answer("SET", causes, best, confidence, rivals, reason)
+    causes = tuple(sorted(best.causes, key=lambda name: layout.causes[name].group == "numerics"))
+    groups = {layout.causes[name].group for name in causes}
+    kind: Kind = "DATA_FAULT" if groups == {"sensor"} else "NAMED"
+    reason = f"{' and '.join(causes)}: every other cause leaves clearly more unexplained"
+    return Answer(kind, causes, best, confidence, rivals, reason)
+
+
+def _best(refits: Refits) -> Hypothesis | None:
+    """Return the hypothesis that holds: a pair only where one cause is clearly not enough."""
+    single = refits.singles[0] if refits.singles else None
+    if single is not None and not _holds(refits, single, refits.base):
+        single = None
+    for pair in refits.pairs:
+        if _holds(refits, pair, single or refits.base):
+            return pair
+    return single
+
+
+def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
+    """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
+    gained = simpler.cost - one.cost
+    pairs = zip(one.fit.residuals, simpler.fit.residuals, strict=True)
+    apart = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
+    size = float(np.sqrt(apart / one.near.samples))
+    return gained > max(LEAST_WORTH, refits.threshold) and size > LEAST_SIZE
+
+
+def _alike(refits: Refits, best: Hypothesis) -> list[Hypothesis]:
+    """Return the hypotheses with as many causes that are not clearly worse."""
+    same = refits.singles if len(best.causes) == 1 else refits.pairs
+    return [one for one in same if one.cost - best.cost < APART]
+
+
+def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
+    """Return the share of each cause in all hypotheses, weighed by what they are worth."""
+    same = refits.singles if len(alike[0].causes) == 1 else refits.pairs
+    costs = np.array([one.cost for one in same])
+    weights = np.exp(-(costs - costs.min()))
+    weights /= weights.sum()
+    found: dict[str, float] = {}
+    for one in alike:
+        weight = float(weights[list(same).index(one)])
+        for name in one.causes:
+            found[name] = found.get(name, 0.0) + weight
+    return found
+
+
+def _without_cause(refits: Refits) -> Answer:
+    base = refits.base
+    if base.left > _NOTHING_LEFT:
+        reason = (
+            f"{base.left:.2f} noise deviations of the misfit hang together in time, and no known "
+            "cause explains them"
+        )
+        return Answer("NONE", (), base, {}, _named(refits), reason)
+    reason = (
+        f"nothing is left above the noise ({base.left:.2f} noise deviations hang together); no "
+        "cause is worth its name"
+    )
+    return Answer("CLEAN", (), base, {}, _named(refits), reason)
+
+
+def _named(refits: Refits) -> tuple[Rival, ...]:
+    return tuple(
+        Rival(score.causes[0], f"would explain {score.size:.2f} noise deviations, worth "
+              f"{score.worth:.1f} of {LEAST_WORTH:g}")
+        for score in refits.scores[:3] if score.worth > 1
+    )  # fmt: skip
+
+
+def _rivals(refits: Refits, layout: Layout, causes: tuple[str, ...]) -> tuple[Rival, ...]:
+    """Return what was not taken, with the reason in words."""
+    best = _best(refits)
+    assert best is not None
+    found: dict[str, Rival] = {}
+    for one in refits.singles:
+        name = one.causes[0]
+        if name not in causes:
+            found[name] = Rival(
+                name, f"alone it leaves {one.left:.2f} noise deviations unexplained where "
+                f"{' with '.join(best.causes)} leaves {best.left:.2f}",
+            )  # fmt: skip
+    for score in refits.scores:
+        name = score.causes[0]
+        if name not in causes and name not in found and score.worth > 0.02 * refits.worth(best):
+            found[name] = Rival(
+                name, f"could explain {score.size:.2f} of {best.size:.2f} noise deviations at most"
+            )
+    for name in refits.base.near.silent:
+        found[name] = Rival(name, "these runs do not excite it: " + _shows(layout, name))
+    return tuple(found.values())
+
+
+def _shows(layout: Layout, name: str) -> str:
+    modes = layout.causes[name].shows_in
+    return f"it shows in {', '.join(modes)}" if modes else "it shows nowhere in them"

@@ -1,0 +1,215 @@
+"""The whole diagnosis: runs of a rig in, an answer with its proof out."""
+
+from __future__ import annotations
+
+import string
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.diagnose.answer import Answer, decide
+from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
+from workbench.diagnose.layout import Layout
+from workbench.diagnose.noise import Noise, noise_of
+from workbench.diagnose.problem import Problem
+from workbench.diagnose.proof import Errors, Proof, errors_of
+from workbench.diagnose.rig import Effects, Rig
+from workbench.errors import InputError
+
+__all__ = ["Diagnosis", "Found", "diagnose"]
+
+Tell = Callable[[str], None]
+
+_LEAST_TRAIN = 2
+_WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
+_DIGITS = 3
+
+
+@dataclass(frozen=True)
+class Found:
+    """One quantity of a cause, SI, with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return value, interval and unit."""
+        return {"value": self.value, "interval90": [self.low, self.high], "unit": self.unit}
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What is wrong with a model, why, how surely, and what the extension gains.
+
+    Args:
+        rig: with its runs.
+        layout: of its unknowns.
+        noise: by run.
+        answer: of the engine.
+        refits: behind it.
+        quantities: cause -> quantity -> what was found.
+        held_out: names of the runs that judged.
+        errors: of the base on those.
+        proof: of the extension, where there is one.
+        extended: its rig, as read back from the file.
+        seconds: that it took.
+    """
+
+    rig: Rig
+    layout: Layout
+    noise: Sequence[Noise]
+    answer: Answer
+    refits: Refits
+    quantities: Mapping[str, Mapping[str, Found]]
+    held_out: tuple[str, ...]
+    errors: Errors
+    proof: Proof | None
+    extended: Rig | None
+    seconds: float
+
+    @property
+    def removed(self) -> float:
+        """Return the share of the removable error that the extension removes."""
+        return 0.0 if self.proof is None else self.proof.removed
+
+    def sentence(self, cause: str) -> str:
+        """Return a cause in words, with its numbers."""
+        words = {name: _worded(one) for name, one in self.quantities.get(cause, {}).items()}
+        return string.Formatter().vformat(self.layout.causes[cause].sentence, (), words)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what the command line prints."""
+        answer = self.answer
+        extended = self.errors.rmse if self.proof is None else self.proof.extended.rmse
+        return {
+            "answer": answer.kind,
+            "reason": answer.reason,
+            "causes": [
+                {
+                    "effect": name,
+                    "confidence": round(answer.confidence.get(name, 0.0), 4),
+                    "sentence": self.sentence(name),
+                    "parameters": {
+                        key: one.as_json() for key, one in self.quantities.get(name, {}).items()
+                    },
+                }
+                for name in answer.causes
+            ],
+            "rivals": [{"effect": r.name, "why_not": r.why_not} for r in answer.rivals],
+            "rmse_mm": {
+                "noise_floor": self.errors.noise_floor,
+                "base": self.errors.rmse,
+                "extended": extended,
+            },
+            "removable_removed": self.removed,
+            "held_out_runs": list(self.held_out),
+            "extended_model": None if self.extended is None else str(self.extended.source),
+            "next_protocol": None,
+            "seconds": self.seconds,
+        }
+
+
+def diagnose(
+    rig: Rig, out: Path, name: str = "diagnosis", tell: Tell = lambda text: None, seed: int = 0
+) -> Diagnosis:
+    """Find what a rig's model gets wrong.
+
+    Args:
+        rig: with runs to fit and runs held out.
+        out: folder that the extended model is written into.
+        name: of the diagnosis.
+        tell: is told each stage.
+        seed: of the draws; the same seed gives the same answer.
+
+    Raises:
+        InputError: when there are too few runs to fit, or none to judge by.
+    """
+    begin = time.perf_counter()
+    train, held = _roles(rig)
+    layout, noise = Layout(rig), noise_of(rig.runs)
+    problem = Problem(rig, layout, noise, train)
+    refits = refit_all(problem, tell, seed)
+    answer = decide(refits, layout)
+    tell("judge by the runs held out")
+    errors = errors_of(rig, noise, held, refits.base.fit.z)
+    quantities = _quantities(layout, refits, answer)
+    proof, extended = None, None
+    if answer.kind in ("NAMED", "SET", "DATA_FAULT"):
+        values = _base_values(layout, answer.best)
+        effects = _effects(layout, answer.best)
+        extended = rig.extend(out / f"{name}-model", values, effects, name)
+        proof = Proof(errors, errors_of(extended, noise, held))
+    names = tuple(rig.runs[k].name for k in held)
+    return Diagnosis(
+        rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
+        time.perf_counter() - begin,
+    )  # fmt: skip
+
+
+def _roles(rig: Rig) -> tuple[list[int], list[int]]:
+    train = [k for k, run in enumerate(rig.runs) if run.role == "train"]
+    held = [k for k, run in enumerate(rig.runs) if run.role == "held_out"]
+    if len(train) < _LEAST_TRAIN or not held:
+        raise InputError(
+            f"{len(train)} run(s) with role train and {len(held)} with role held_out; a diagnosis "
+            f"needs at least {_LEAST_TRAIN} to fit and one to judge by. Give more runs, or another "
+            "role to one of them"
+        )
+    return train, held
+
+
+def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:
+    """Return the quantities of each cause in the best hypothesis that has it."""
+    found: dict[str, dict[str, Found]] = {}
+    every = sorted((*refits.singles, *refits.pairs), key=lambda one: one.cost)
+    for cause in answer.causes:
+        same = [one for one in every if len(one.causes) == len(answer.best.causes)]
+        holder = next((one for one in same if cause in one.causes), None)
+        if holder is not None:
+            found[cause] = _found(layout, holder, cause)
+    return found
+
+
+def _found(layout: Layout, holder: Hypothesis, cause: str) -> dict[str, Found]:
+    members = layout.quantities(holder.causes)
+    spread = np.sqrt(np.diag(holder.near.spread(holder.causes)))
+    found = {}
+    for i in layout.of_cause[cause]:
+        unknown = layout.unknowns[i]
+        value = layout.value(int(i), holder.fit.z[i])
+        wide = _WITHIN90 * float(spread[list(members).index(i)]) * unknown.tolerance
+        low, high = max(value - wide, unknown.low), min(value + wide, unknown.high)
+        found[unknown.name.split(".", 1)[1]] = Found(value, low, high, unknown.unit)
+    return found
+
+
+def _effects(layout: Layout, best: Hypothesis) -> Effects:
+    found = {cause: _found(layout, best, cause) for cause in best.causes}
+    return {
+        cause: {
+            key: (one.value, (one.high - one.low) / (2 * _WITHIN90)) for key, one in named.items()
+        }
+        for cause, named in found.items()
+    }
+
+
+def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
+    return {
+        layout.unknowns[i].name: layout.value(int(i), float(best.fit.z[i])) for i in layout.base
+    }
+
+
+def _worded(one: Found) -> str:
+    """Return a value with its interval, shares in percent."""
+    if one.unit == "1":
+        return (
+            f"{100 * one.value:.{_DIGITS}g} % ({100 * one.low:.{_DIGITS}g} to "
+            f"{100 * one.high:.{_DIGITS}g} %)"
+        )
+    return f"{one.value:.{_DIGITS}g} {one.unit} ({one.low:.{_DIGITS}g} to {one.high:.{_DIGITS}g})"

@@ -1,0 +1,87 @@
+"""The gain of an extension, on runs that no fit has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.layout import Layout
+from workbench.diagnose.noise import Noise
+from workbench.diagnose.problem import Problem
+from workbench.diagnose.rig import Rig
+from workbench.diagnose.solve import Prior, fit
+
+__all__ = ["Errors", "Proof", "errors_of"]
+
+_MM = 1000.0
+
+
+@dataclass(frozen=True)
+class Errors:
+    """How far runs are from their prediction [mm], or in the channels' own unit where none is one.
+
+    Args:
+        by_run: root mean square by run.
+        noise_floor: what the noise of the cameras makes of it.
+    """
+
+    by_run: dict[str, float]
+    noise_floor: float
+
+    @property
+    def rmse(self) -> float:
+        """Return the root mean square over all runs."""
+        return float(np.sqrt(np.mean(np.square(list(self.by_run.values())))))
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Base and extended model on the runs held out."""
+
+    base: Errors
+    extended: Errors
+
+    @property
+    def removed(self) -> float:
+        """Return the share of the removable error that the extension removes."""
+        removable = self.base.rmse - self.base.noise_floor
+        if removable <= 0:
+            return 0.0
+        return float(np.clip((self.base.rmse - self.extended.rmse) / removable, -1.0, 1.0))
+
+
+def errors_of(
+    rig: Rig,
+    noise: Sequence[Noise],
+    runs: Sequence[int],
+    z: NDArray[np.float64] | None = None,
+) -> Errors:
+    """Return how far runs are from what a rig predicts.
+
+    Only what a run keeps to itself (its start, its markers' places) is fitted to the run.
+
+    Args:
+        rig: with its runs.
+        noise: by run.
+        runs: that are judged.
+        z: (u,) scaled unknowns; None takes the rig as it stands.
+    """
+    layout = Layout(rig)
+    problem = Problem(rig, layout, noise, runs)
+    prior = Prior(np.ones(len(layout)), np.flatnonzero(np.isin(layout.run, runs)))
+    found = fit(problem, np.zeros(len(layout)) if z is None else z, prior)
+    predictions = problem.predictions([found.z])[0]
+    by_run, floors = {}, []
+    for k, predicted in zip(runs, predictions, strict=True):
+        run = rig.runs[k]
+        lengths = np.array([unit == "m" for unit in run.units])
+        chosen = lengths if lengths.any() else np.ones(len(lengths), dtype=bool)
+        scale = _MM if lengths.any() else 1.0
+        seen = problem.seen[k][:, chosen]
+        apart = (run.values - predicted)[:, chosen][seen]
+        by_run[run.name] = scale * float(np.sqrt(np.mean(apart**2)))
+        floors.append(scale * float(np.sqrt(np.mean(noise[k].sigma[chosen] ** 2))))
+    return Errors(by_run, float(np.sqrt(np.mean(np.square(floors)))))
