@@ -15,7 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-__all__ = ["CART", "PENDULUM", "Cart", "Pendulum", "main", "pendulum_run", "spring_run"]
+__all__ = [
+    "CART",
+    "PENDULUM",
+    "Cart",
+    "Pendulum",
+    "main",
+    "pendulum_run",
+    "spring_run",
+    "stamps",
+    "sweep",
+]
 
 RATE_HZ = 100
 REST_S = 1.0
@@ -85,8 +95,8 @@ _BAND_HZ = (1.0, 4.0)
 _RELEASED_M = 0.06
 
 
-def pendulum_run(truth: Pendulum, angle: float) -> tuple[Array, Array]:
-    """Return times (n,) [s], zero at the release, and the true angle (n,) [rad]."""
+def pendulum_run(truth: Pendulum, angle: float, times: Array) -> Array:
+    """Return the true angle at some times since the release, (n,) [rad]; held before it."""
     m, rod, length = truth.mass, truth.rod, truth.length
     inertia = m * length**2 + truth.bob_inertia + rod * length**2 / 3
     weight = (m + rod / 2) * GRAVITY * length
@@ -95,17 +105,17 @@ def pendulum_run(truth: Pendulum, angle: float) -> tuple[Array, Array]:
         dry = truth.friction * np.tanh(y[1] / _SHARP)
         return [y[1], -(weight * np.sin(y[0]) + truth.damping * y[1] + dry) / inertia]
 
-    return _solved(rates, [angle, 0.0], truth.duration)
+    return _solved(rates, angle, times)
 
 
-def spring_run(truth: Cart, force: Callable[[float], float], start: float) -> tuple[Array, Array]:
-    """Return times (n,) [s], zero where the force begins, and the true place (n,) [m]."""
+def spring_run(truth: Cart, force: Callable[[float], float], start: float, times: Array) -> Array:
+    """Return the true place at some times since the release, (n,) [m]; held before it."""
 
     def rates(t: float, y: Array) -> list[float]:
         pulled = truth.stiffness * y[0] + truth.cubic * y[0] ** 3 + truth.damping * y[1]
         return [y[1], (force(t) - pulled) / truth.mass]
 
-    return _solved(rates, [start, 0.0], truth.duration)
+    return _solved(rates, start, times)
 
 
 def sweep(amplitude: float, duration: float) -> Callable[[float], float]:
@@ -119,50 +129,48 @@ def sweep(amplitude: float, duration: float) -> Callable[[float], float]:
     return force
 
 
+def stamps(duration: float) -> Array:
+    """Return the stamps of a run, (n,) [s]; the release is at `REST_S`."""
+    return np.arange(round((REST_S + duration) * RATE_HZ) + 1) / RATE_HZ
+
+
 def main(folder: Path) -> None:
     """Write the data of both rigs below a folder."""
     random = np.random.default_rng(SEED)
+    at = stamps(PENDULUM.duration)
     for angle in (0.2, 0.5, 0.7, 0.9):
-        times, true = pendulum_run(PENDULUM, angle)
-        seen = _seen(_at_rest(true), PENDULUM.noise, PENDULUM.count, random)
+        true = pendulum_run(PENDULUM, angle, at - REST_S)
+        seen = _seen(true, PENDULUM.noise, PENDULUM.count, random)
         path = folder / "pendulum" / f"release-{angle:g}.csv"
-        _write(path, "time_s,angle_rad", "%.2f,%.5f", _stamps(times), seen)
+        _write(path, "time_s,angle_rad", "%.2f,%.5f", at, seen)
     for name, amplitude in _FORCES.items():
-        force = sweep(amplitude, CART.duration)
-        _write_cart(folder / "hardening_spring" / f"{name}.csv", force, 0.0, random)
-    still = sweep(0.0, CART.duration)
-    _write_cart(folder / "hardening_spring" / "release.csv", still, _RELEASED_M, random)
+        path = folder / "hardening_spring" / f"{name}.csv"
+        _write_cart(path, sweep(amplitude, CART.duration), 0.0, random)
+    path = folder / "hardening_spring" / "release.csv"
+    _write_cart(path, sweep(0.0, CART.duration), _RELEASED_M, random)
 
 
 def _write_cart(
     path: Path, force: Callable[[float], float], start: float, random: np.random.Generator
 ) -> None:
-    times, true = spring_run(CART, force, start)
-    late = np.interp(_stamps(times) - REST_S - CART.delay, times, true)
-    seen = 1000 * _seen(late, CART.noise, CART.count, random)
-    forces = np.array([force(t - REST_S) for t in _stamps(times)])
-    _write(path, "time_s,place_mm,force_N", "%.2f,%.2f,%.4f", _stamps(times), seen, forces)
+    at = stamps(CART.duration)
+    true = spring_run(CART, force, start, at - REST_S - CART.delay)
+    seen = 1000 * _seen(true, CART.noise, CART.count, random)
+    forces = np.array([force(t - REST_S) for t in at])
+    _write(path, "time_s,place_mm,force_N", "%.2f,%.2f,%.5f", at, seen, forces)
 
 
-def _solved(
-    rates: Callable[[float, Array], list[float]], start: list[float], duration: float
-) -> tuple[Array, Array]:
-    times = np.arange(round(duration * RATE_HZ) + 1) / RATE_HZ
+def _solved(rates: Callable[[float, Array], list[float]], start: float, times: Array) -> Array:
+    """Return the first of two states, which begins at rest at time zero."""
+    moving = times > 0
+    after = np.concatenate([[0.0], times[moving]])
     found = solve_ivp(
-        rates, (0, times[-1]), start, method="LSODA", t_eval=times, rtol=1e-9, atol=1e-10
-    )
-    return times, found.y[0]
-
-
-def _stamps(times: Array) -> Array:
-    """Return the stamps of a run with its rest before it."""
-    rest = np.arange(round(REST_S * RATE_HZ)) / RATE_HZ
-    return np.concatenate([rest, times + REST_S])
-
-
-def _at_rest(true: Array) -> Array:
-    """Return a path with its rest, held where it begins."""
-    return np.concatenate([np.full(round(REST_S * RATE_HZ), true[0]), true])
+        rates, (0, after[-1]), [start, 0.0], method="LSODA", t_eval=after, rtol=1e-10, atol=1e-11,
+        max_step=1 / RATE_HZ,
+    )  # fmt: skip
+    path = np.full(len(times), start)
+    path[moving] = found.y[0, 1:]
+    return path
 
 
 def _seen(true: Array, noise: float, count: float, random: np.random.Generator) -> Array:

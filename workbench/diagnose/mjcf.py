@@ -5,17 +5,16 @@ from __future__ import annotations
 import copy
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch, RecordItem
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.mjcf_causes import causes_of
+from workbench.diagnose.mjcf_channels import channels_of, shown
 from workbench.diagnose.mjcf_data import RigData, read_run
 from workbench.diagnose.mjcf_names import checked, index_of
 from workbench.diagnose.mjcf_numbers import (
@@ -28,12 +27,11 @@ from workbench.diagnose.mjcf_numbers import (
 )
 from workbench.diagnose.rig import Asked, Observed, Unknown
 from workbench.errors import InputError
-from workbench.protocol import Document, RigFile, RigRun, load
+from workbench.protocol import Document, RigFile, RigInput, RigRun, load
 
 __all__ = ["MjcfRig", "load_rig"]
 
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-_AXES = ("x", "y", "z")
 _MOST_AT_ONCE = 16  # simulations whose every step is kept
 _MARGIN_S = 0.1  # simulated beyond the end, so that a delay may be negative
 _STEP = 1e-4  # of a base number's share, or of a channel's range
@@ -46,14 +44,6 @@ _FAR = 1e6  # where a channel of a simulation that blew up is said to be
 
 Simulated = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Times (m,) [s] and channels (m, c)."""
-
-
-@dataclass(frozen=True)
-class _Source:
-    """Where a channel stands among what the engine records."""
-
-    record: Literal["qpos", "qvel", "site_xpos"]
-    index: int | tuple[int, int]
 
 
 class MjcfRig:
@@ -74,8 +64,8 @@ class MjcfRig:
         self.threads = threads or os.cpu_count() or 1
         self.model = _compiled(file)
         checked(file, self.model)
-        self._sources = tuple(_sources(content, self.model))
-        units = tuple(_units(content, self.model))
+        self._sources = tuple(channels_of(content, self.model))
+        units = tuple(source.unit for source in self._sources)
         self.data: tuple[RigData, ...] = tuple(
             read_run(file, k, units) for k in range(len(content.runs))
         )
@@ -162,35 +152,20 @@ class MjcfRig:
             mujoco.mj_getState(model, self._start(k, model, given), batch.state[row], _STATE)
         middles = (np.arange(count * steps) + 0.5) * sample / steps
         control = np.stack([self._control(k, middles, given) for given in values])
-        wanted = ("qpos", "qvel", "site_xpos")
-        records = batch.rollout(count * steps, control if self.model.nu else None, record=wanted)
+        records = batch.rollout(
+            count * steps, control if self.model.nu else None, record=("qpos", "qvel")
+        )
         times = np.arange(count, dtype=np.float64) * sample
-        return [
-            (times, self._channels(self._start(k, models[row], given), records, row, steps))
-            for row, given in enumerate(values)
-        ]
-
-    def _channels(
-        self,
-        start: mujoco.MjData,
-        records: Mapping[RecordItem, NDArray[np.float64]],
-        row: int,
-        steps: int,
-    ) -> NDArray[np.float64]:
-        """Return the channels at the samples, (m, c), from records after each step.
-
-        Joints are recorded after a step, sites as they were before it.
-        """
-        columns = []
-        for source in self._sources:
-            record = records[source.record][(row, slice(None), *np.atleast_1d(source.index))]
-            if source.record == "site_xpos":
-                columns.append(record[::steps])
-                continue
-            first = getattr(start, source.record)[source.index]
-            columns.append(np.concatenate([[first], record[steps - 1 :: steps][:-1]]))
-        found = np.column_stack(columns)
-        return np.where(np.isfinite(found), found, _FAR)
+        results = []
+        for row, (model, given) in enumerate(zip(models, values, strict=True)):
+            start = self._start(k, model, given)
+            qpos, qvel = (
+                np.vstack([first, records[name][row, steps - 1 : -1 : steps]])
+                for name, first in (("qpos", start.qpos), ("qvel", start.qvel))
+            )
+            found = shown(self._sources, model, qpos, qvel)
+            results.append((times, np.where(np.isfinite(found), found, _FAR)))
+        return results
 
     def _model(self, values: Mapping[str, float], step: float) -> mujoco.MjModel:
         """Return the model with other numbers and what its causes add."""
@@ -238,7 +213,7 @@ class MjcfRig:
                 values.get(f"{name}_{effect}.{quantity}", 0.0)
                 for effect, quantity in (("delay", "delay"), ("gain", "share"), ("offset",) * 2)
             )
-            acted = np.interp(times - delay, data.input_times, data.inputs[:, column])
+            acted = _replayed(given, data.input_times, data.inputs[:, column], times - delay)
             control[:, index_of(self.model, "actuator", given.actuator)] = (
                 1 + gain
             ) * acted + offset
@@ -298,27 +273,19 @@ def _compiled(file: Document[RigFile]) -> mujoco.MjModel:
         raise InputError(f"{path}: MuJoCo refuses it: {error}") from None
 
 
-def _sources(content: RigFile, model: mujoco.MjModel) -> Iterator[_Source]:
-    for channel in content.channels.values():
-        if channel.joint is None:
-            site = index_of(model, "site", str(channel.site))
-            yield _Source("site_xpos", (site, _AXES.index(str(channel.axis))))
-        elif channel.quantity == "position":
-            joint = index_of(model, "joint", channel.joint)
-            yield _Source("qpos", int(model.jnt_qposadr[joint]))
-        else:
-            joint = index_of(model, "joint", channel.joint)
-            yield _Source("qvel", int(model.jnt_dofadr[joint]))
-
-
-def _units(content: RigFile, model: mujoco.MjModel) -> Iterator[str]:
-    for channel in content.channels.values():
-        if channel.joint is None:
-            yield "m"
-            continue
-        joint = index_of(model, "joint", channel.joint)
-        unit = "rad" if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else "m"
-        yield unit if channel.quantity == "position" else f"{unit}/s"
+def _replayed(
+    given: RigInput,
+    stamps: NDArray[np.float64],
+    values: NDArray[np.float64],
+    at: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return an input at other times, (n,); beyond its ends it stays as it was."""
+    at = np.clip(at, stamps[0], stamps[-1])
+    if given.between == "curve":
+        return np.asarray(CubicSpline(stamps, values)(at))
+    if given.between == "held":
+        return values[np.searchsorted(stamps, at, side="right") - 1]
+    return np.interp(at, stamps, values)
 
 
 def _parameter(name: str, stated: float, tolerance: float, unit: str) -> Unknown:

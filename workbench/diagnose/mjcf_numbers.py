@@ -88,7 +88,11 @@ def _add_damping(order: int) -> Add:
 
 
 def _add_friction(model: mujoco.MjModel, joint: int, value: float) -> None:
-    model.dof_frictionloss[_dof(model, joint)] += value
+    dof = _dof(model, joint)
+    if model.dof_frictionloss[dof] == 0:
+        # as sharp as the step allows; MuJoCo's own 20 ms let a slow joint creep as if in oil
+        model.dof_solref[dof] = [2 * model.opt.timestep, 1]
+    model.dof_frictionloss[dof] += value
 
 
 def _add_rest(model: mujoco.MjModel, joint: int, value: float) -> None:

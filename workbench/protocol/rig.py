@@ -107,6 +107,9 @@ class RigInput(Section):
     """Of the data; the input's own name if absent."""
     scale: Number = 1.0
     """The actuator's control over the column's unit."""
+    between: Literal["line", "curve", "held"] = "line"
+    """How it went from one sample to the next: straight, smoothly, or by steps, as a converter
+    that holds its value does."""
 
 
 class RigRun(Section):
