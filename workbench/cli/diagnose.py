@@ -11,8 +11,10 @@ import typer
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig
+from workbench.diagnose import Diagnosis, HopperRig, load_rig
 from workbench.diagnose import diagnose as diagnose_rig
+from workbench.diagnose.rig import Rig
+from workbench.errors import InputError
 from workbench.identify import measured_run
 
 __all__ = ["diagnose"]
@@ -20,8 +22,12 @@ __all__ = ["diagnose"]
 
 def diagnose(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some.")
-    ],
+        list[Path] | None,
+        typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some."),
+    ] = None,
+    rig: Annotated[
+        Path | None, typer.Option(help="Rig file of another system; it names its own runs.")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder of the answer; by default diagnoses/<time>.")
     ] = None,
@@ -36,15 +42,25 @@ def diagnose(
 
     Example: workbench diagnose runs --out diagnoses/april
     """
-    bundles = Bundle.find_all(runs, folder)
-    stated, shape = same_robot(bundles)
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
-    rig = HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
-    found = diagnose_rig(rig, target, target.name, tell, seed)
+    found = diagnose_rig(_rig(runs or [], rig, folder), target, target.name, tell, seed)
     if as_json:
         emit(found.as_json())
         return
     _print(found)
+
+
+def _rig(runs: list[Path], file: Path | None, folder: Path) -> Rig:
+    """Return the rig that a file describes, or the robot that made the runs."""
+    if file is not None and runs:
+        raise InputError(f"{file} names its own runs; give either RUNS or --rig")
+    if file is not None:
+        return load_rig(file)
+    if not runs:
+        raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
+    bundles = Bundle.find_all(runs, folder)
+    stated, shape = same_robot(bundles)
+    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
 
 
 def _print(found: Diagnosis) -> None:

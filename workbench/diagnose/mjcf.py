@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from workbench.diagnose.mjcf_causes import causes_of
 from workbench.diagnose.mjcf_channels import channels_of, shown
 from workbench.diagnose.mjcf_data import RigData, read_run
+from workbench.diagnose.mjcf_extension import found_values, write_extended
 from workbench.diagnose.mjcf_names import checked, index_of
 from workbench.diagnose.mjcf_numbers import (
     FURTHEST,
@@ -25,7 +26,7 @@ from workbench.diagnose.mjcf_numbers import (
     read_field,
     set_field,
 )
-from workbench.diagnose.rig import Asked, Observed, Unknown
+from workbench.diagnose.rig import Asked, Effects, Observed, Unknown
 from workbench.errors import InputError
 from workbench.protocol import Document, RigFile, RigInput, RigRun, load
 
@@ -84,13 +85,40 @@ class MjcfRig:
                        field_unit(self.model, p.field, owner))
             for name, (p, owner) in self._owners.items()
         )  # fmt: skip
-        self.causes = tuple(causes_of(content, self.model, set(self._owners), units))
+        every = tuple(causes_of(content, self.model, set(self._owners), units))
+        self._found = found_values(file, every)
+        has = {found.cause for found in content.found}
+        self.causes = tuple(cause for cause in every if cause.name not in has)
         self._sensed = {
-            u.name for cause in self.causes if cause.group == "sensor" for u in cause.unknowns
+            u.name for cause in every if cause.group == "sensor" for u in cause.unknowns
         }
         self._starts = tuple(
             tuple(self._start_unknowns(k, run)) for k, run in enumerate(content.runs)
         )
+
+    @property
+    def source(self) -> Path:
+        """Return the rig file."""
+        return self.file.path
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> MjcfRig:
+        """Write the rig with refitted numbers and found causes, and return it as read back.
+
+        Args:
+            path: of the new file, without its ending.
+            values: of the base as refitted beside the effects.
+            effects: cause -> quantity -> value and standard error.
+            diagnosis: name of what it came from.
+
+        Raises:
+            InputError: when the file exists.
+        """
+        named = [values.get(name) for name in self._owners]
+        target = path.with_name(f"{path.name}.yaml")
+        write_extended(target, self.file, named, effects, diagnosis)
+        return load_rig(target, self.threads)
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return where the joints of a run stood, and how fast they were, that data must tell."""
@@ -108,6 +136,7 @@ class MjcfRig:
         """
         jobs: dict[tuple[object, ...], tuple[int, dict[str, float]]] = {}
         keys = []
+        asked = [(k, {**self._found, **values}) for k, values in asked]
         for k, values in asked:
             moving = {n: v for n, v in values.items() if not self._only_seen(n)}
             key = (k, *sorted(moving.items()))

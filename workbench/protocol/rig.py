@@ -18,6 +18,7 @@ __all__ = [
     "RigEffects",
     "RigField",
     "RigFile",
+    "RigFound",
     "RigInput",
     "RigParameter",
     "RigRun",
@@ -138,6 +139,18 @@ class RigEffects(Section):
     inputs: dict[str, dict[InputEffect, Size]] = {}
 
 
+class RigFound(Section):
+    """A cause that a diagnosis found: part of the model from then on."""
+
+    cause: str
+    """Owner and effect: `pivot_coulomb_friction`."""
+    parameters: dict[str, Number]
+    """Quantity -> value, SI."""
+    standard_errors: dict[str, Annotated[float, Field(ge=0)]] = {}
+    diagnosis: str | None = None
+    """The diagnosis it came from."""
+
+
 class RigFile(Section):
     """A mechanical system that can be diagnosed: model, channels, runs and possible causes."""
 
@@ -152,6 +165,8 @@ class RigFile(Section):
     inputs: dict[Name, RigInput] = {}
     runs: Annotated[tuple[RigRun, ...], Field(min_length=1)]
     effects: RigEffects = RigEffects()
+    found: tuple[RigFound, ...] = ()
+    """Causes, among those named above, that the model has."""
 
     @model_validator(mode="after")
     def _two_names(self) -> RigFile:
