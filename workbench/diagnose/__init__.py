@@ -1,11 +1,11 @@
 """Diagnosis: what the simulation gets wrong, by which cause, how surely, and what is gained.
 
 `rig` is the contract between a mechanical system and the engine, `hopper` the robot as a rig,
-`mjcf` any MJCF model with a rig file. The engine: `layout` puts all unknowns in a row, `noise` tells what
-the cameras add, `problem` what is measured less what is predicted, `solve` finds minima, `screen`
-says what each cause is worth beside the clutter of all others, `hypotheses` refits the promising
-ones, `answer` decides. `extension` writes the extended model and `proof` judges the file on runs
-that no fit has seen. `diagnosis` is all of it in one call.
+`mjcf` any MJCF model with a rig file. The engine: `layout` puts all unknowns in a row, `noise`
+tells what the cameras add, `problem` what is measured less what is predicted, `solve` finds minima,
+`screen` says what each cause is worth beside the clutter of all others, `hypotheses` refits the
+promising ones, `answer` decides. `extension` writes the extended model and `proof` judges the file
+on runs that no fit has seen. `diagnosis` is all of it in one call.
 
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
