@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking.bridging import bridge
+from workbench.tracking.bridging import Offsets, bridge
 from workbench.tracking.line import point_on_line
 from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_from_matrices
 from workbench.tracking.take import known
@@ -48,13 +47,13 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """What pose or line tell: as in `Placed`, and how the markers' (n, m, 3) offsets are found."""
+    """What pose or line tell: as in `Placed`, and how the markers' offsets are found."""
 
     position: NDArray[np.float64]
     pitch: NDArray[np.float64] | None
     residual: NDArray[np.float64]
     limit: float
-    about: Callable[[], NDArray[np.float64]]
+    about: Offsets
     source: str
     warnings: tuple[str, ...]
 
@@ -88,7 +87,7 @@ def place(
     source, bridged = fit.source, np.zeros(len(times), dtype=np.bool_)
     if (~known(position) & ~strays).any():
         usable = np.where(strays[:, None, None], np.nan, cloud)
-        position, bridged, error = bridge(times, usable, position, fit.about())
+        position, bridged, error = bridge(times, usable, position, fit.about)
         told = f"; {np.count_nonzero(bridged)} samples from some of them"
         source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
     return Placed(
@@ -143,7 +142,7 @@ def _posed(
         pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),
         residual=poses.rmsd,
         limit=limit,
-        about=lambda: np.einsum("nij,mj->nmi", poses.matrix, places),
+        about=lambda samples: np.einsum("nij,mj->nmi", poses.matrix[samples], places),
         source=f"{point}, fitted to the {{}} markers (median misfit {1e3 * usual:.2f} mm)",
         warnings=warnings,
     )
@@ -173,7 +172,7 @@ def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotations (n, 3, 3) relative to their mean over the first half second or so."""
     posed = np.flatnonzero(np.isfinite(matrix[:, 0, 0]))[:_REST_SAMPLES]
     rest = Rotation.from_matrix(matrix[posed]).mean().as_matrix()
-    return np.einsum("nij,kj->nik", matrix, rest)
+    return matrix @ rest.T
 
 
 def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
@@ -185,7 +184,7 @@ def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | 
         pitch=point.pitch,
         residual=residual,
         limit=max(POOR_FIT_M, _USUAL_TIMES * _median(residual)),
-        about=lambda: cloud - point.position[:, None],
+        about=lambda samples: cloud[samples] - point.position[samples, None],
         source=point.source,
         warnings=point.warnings,
     )

@@ -20,6 +20,7 @@ __all__ = ["Poses", "fit_poses", "on_a_line", "pitch_from_matrices"]
 _FLAT = 1e-2  # second singular value over the first; below it the markers are on a line
 _MOST_STEPS = 30  # Newton's; three or four are usual
 _CONVERGED = 1e-14
+_BLOCK = 8192  # samples fitted at a time, so that they stay in the cache
 
 
 class Poses(NamedTuple):
@@ -55,11 +56,12 @@ def fit_poses(
         shown = np.flatnonzero(code >> np.arange(m) & 1)
         if on_a_line(places[shown]):
             continue
-        samples = np.flatnonzero(pattern == code)
-        whole = len(samples) == n and len(shown) == m  # the usual take needs no copy
-        seen = cloud if whole else cloud[np.ix_(samples, shown)]
-        for kept, new in zip(poses, _fit(places[shown], seen, weights[shown]), strict=True):
-            kept[samples] = new
+        alike = np.flatnonzero(pattern == code)
+        for start in range(0, len(alike), _BLOCK):
+            samples = alike[start : start + _BLOCK]
+            fitted = _fit(places[shown], cloud[samples][:, shown], weights[shown])
+            for kept, new in zip(poses, fitted, strict=True):
+                kept[samples] = new
     return poses
 
 

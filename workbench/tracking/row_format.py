@@ -39,7 +39,7 @@ def parse_row(source: Source) -> Take:
         bodies, cloud = _from_labels(cloud, source)
     return Take(
         path=source.path,
-        sha256=source.sha256,
+        sha256=source.sha256(),
         format="row",
         version=version,
         rate_hz=row_rate(table.times, source),
