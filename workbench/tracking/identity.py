@@ -28,6 +28,7 @@ _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.2
 _TRIED = 500  # samples that tell how far markers usually move
 _LAGS = 8
+_BLOCK = 8192  # samples looked at together, so that they stay in the cache
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -66,19 +67,12 @@ def untangle(
     rows = np.flatnonzero(whole)
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, unchanged)
-    full = cloud[rows] if len(rows) < n else cloud
-    nearest = _least_distance(full)
-    slots = _by_continuity(times[rows], full, nearest)
-    if slots is None and (not partly or len(rows) == n):
-        return Untangled(cloud, unchanged)
+    nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
     order = unchanged.copy()
-    if slots is not None:
-        order[rows] = slots
-        full = np.take_along_axis(full, slots[:, :, None], axis=1)
-    if partly:
-        some = np.flatnonzero(~whole)
-        for row, slot in _by_paths(times, cloud, some, rows, full, nearest).items():
-            order[row] = slot
+    if _leaves(cloud, rows, nearest):
+        order[rows] = _by_continuity(times[rows], cloud[rows], nearest)
+    for row, slot in _by_paths(times, cloud, rows, order, nearest).items() if partly else ():
+        order[row] = slot
     if (order == unchanged).all():
         return Untangled(cloud, unchanged)
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
@@ -99,23 +93,38 @@ def told_exchanges(
     )
 
 
-def _least_distance(full: NDArray[np.float64]) -> float:
+def _least_distance(some: NDArray[np.float64]) -> float:
     """Return the usual distance of the two markers that are nearest to each other [m]."""
-    some = full[:: max(1, len(full) // _TRIED)]
-    first, second = np.triu_indices(full.shape[1], k=1)
+    first, second = np.triu_indices(some.shape[1], k=1)
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
+
+
+def _leaves(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> bool:
+    """Tell whether any marker leaves its place in a step between samples that show all markers."""
+    starts = range(0, len(rows) - 1, _BLOCK)
+    return any(
+        _far(_about_middle(cloud[rows[start : start + _BLOCK + 1]]), nearest).any()
+        for start in starts
+    )
+
+
+def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return markers (k, m, 3) about their common centroid."""
+    return full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
+
+
+def _far(shape: NDArray[np.float64], nearest: float) -> NDArray[np.bool_]:
+    """Tell the markers that leave their places in each step between samples, (k - 1, m)."""
+    step = np.diff(shape, axis=0)
+    return np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
 
 
 def _by_continuity(
     times: NDArray[np.float64], full: NDArray[np.float64], nearest: float
-) -> NDArray[np.intp] | None:
-    """Return slots (k, m) of samples that show all markers, None where all stay as they are."""
-    shape = full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
-    step = np.diff(shape, axis=0)
-    far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
-    if not far.any():
-        return None
-    cuts = np.flatnonzero(far.any(axis=1)) + 1
+) -> NDArray[np.intp]:
+    """Return slots (k, m) of samples that show all markers."""
+    shape = _about_middle(full)
+    cuts = np.flatnonzero(_far(shape, nearest).any(axis=1)) + 1
     starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
     orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
     for name in np.unique(group):
@@ -197,19 +206,26 @@ def _continued(
 def _by_paths(
     times: NDArray[np.float64],
     cloud: NDArray[np.float64],
-    some: NDArray[np.intp],
     rows: NDArray[np.intp],
-    full: NDArray[np.float64],
+    slots: NDArray[np.intp],
     nearest: float,
 ) -> dict[int, NDArray[np.intp]]:
-    """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths."""
+    """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths.
+
+    `rows` are the samples that show all markers, from `slots` (n, m).
+    """
+    some = np.setdiff1d(np.arange(len(cloud)), rows, assume_unique=True)
     after = np.searchsorted(rows, some)
     inside = (after > 0) & (after < len(rows))
     some, after = some[inside], after[inside]
-    t, t0, t1 = times[some], times[rows[after - 1]], times[rows[after]]
+    left, right = rows[after - 1], rows[after]
+    t, t0, t1 = times[some], times[left], times[right]
     close = t1 - t0 <= _LONGEST_S
     share = ((t - t0) / (t1 - t0))[:, None, None]
-    paths = full[after - 1] * (1 - share) + full[after] * share
+    start, end = (
+        np.take_along_axis(cloud[i], slots[i][:, :, None], axis=1) for i in (left, right)
+    )
+    paths = start * (1 - share) + end * share
     off = np.linalg.norm(cloud[some] - paths, axis=2)
     suspect = close & (off > _LEFT * nearest).any(axis=1)
     found: dict[int, NDArray[np.intp]] = {}

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.tracking.bridging import Offsets, bridge
 from workbench.tracking.line import point_on_line
-from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_from_matrices
+from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_of
 from workbench.tracking.take import known
 from workbench.tracking.template import learn_places, marker_weights
 
@@ -139,7 +139,7 @@ def _posed(
         point += f" ({used} of its {len(places)} markers)"
     return _Fit(
         position=poses.origin,
-        pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),
+        pitch=pitch_of(poses.matrix[:, :, 0] if given else _forward(poses.matrix)),
         residual=poses.rmsd,
         limit=limit,
         about=lambda samples: np.einsum("nij,mj->nmi", poses.matrix[samples], places),
@@ -168,11 +168,14 @@ def _without_one_marker(
     return kept
 
 
-def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return rotations (n, 3, 3) relative to their mean over the first half second or so."""
+def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where rotations (n, 3, 3) turn what pointed along +x at first, (n, 3).
+
+    At first is in the mean over the first half second or so.
+    """
     posed = np.flatnonzero(np.isfinite(matrix[:, 0, 0]))[:_REST_SAMPLES]
     rest = Rotation.from_matrix(matrix[posed]).mean().as_matrix()
-    return matrix @ rest.T
+    return np.einsum("nij,j->ni", matrix, rest[0])
 
 
 def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.tracking.take import known
 
-__all__ = ["Poses", "fit_poses", "on_a_line", "pitch_from_matrices"]
+__all__ = ["Poses", "fit_poses", "on_a_line", "pitch_of"]
 
 _FLAT = 1e-2  # second singular value over the first; below it the markers are on a line
 _MOST_STEPS = 30  # Newton's; three or four are usual
@@ -65,9 +65,9 @@ def fit_poses(
     return poses
 
 
-def pitch_from_matrices(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation about +y, (n,) [rad]: how far +x has turned towards -z."""
-    return np.arctan2(-matrix[:, 2, 0], matrix[:, 0, 0])
+def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation about +y, (n,) [rad], of +x into directions (n, 3): towards -z."""
+    return np.arctan2(-forward[:, 2], forward[:, 0])
 
 
 def on_a_line(places: NDArray[np.float64]) -> bool:
