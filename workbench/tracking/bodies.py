@@ -161,9 +161,10 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
         both = untangle(take.times, np.concatenate([top.cloud, rotor.cloud], axis=1), partly=False)
         whose = f"{top.body.name!r} and {rotor.body.name!r}"
         _warn(warnings, told_exchanges(take.times, both.exchanged, whose))
-        count = top.cloud.shape[1]
-        out["top"] = replace(top, cloud=both.cloud[:, :count])
-        out["rotor"] = replace(rotor, cloud=both.cloud[:, count:])
+        if both.exchanged.any():
+            count = top.cloud.shape[1]
+            out["top"] = replace(top, cloud=both.cloud[:, :count])
+            out["rotor"] = replace(rotor, cloud=both.cloud[:, count:])
     return out
 
 

@@ -69,8 +69,9 @@ def untangle(
         return Untangled(cloud, unchanged)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
     order = unchanged.copy()
-    if _leaves(cloud, rows, nearest):
-        order[rows] = _by_continuity(times[rows], cloud[rows], nearest)
+    cuts = _cuts(cloud, rows, nearest)
+    if len(cuts):
+        order[rows] = _by_continuity(_Motion(times, cloud, rows, nearest), cuts)
     for row, slot in _by_paths(times, cloud, rows, order, nearest).items() if partly else ():
         order[row] = slot
     if (order == unchanged).all():
@@ -99,13 +100,16 @@ def _least_distance(some: NDArray[np.float64]) -> float:
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
 
 
-def _leaves(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> bool:
-    """Tell whether any marker leaves its place in a step between samples that show all markers."""
-    starts = range(0, len(rows) - 1, _BLOCK)
-    return any(
-        _far(_about_middle(cloud[rows[start : start + _BLOCK + 1]]), nearest).any()
-        for start in starts
-    )
+def _cuts(
+    cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float
+) -> NDArray[np.intp]:
+    """Return the places in `rows` at which a marker has left its place since the one before."""
+    found = [np.empty(0, dtype=np.intp)]
+    for start in range(0, len(rows) - 1, _BLOCK):
+        step = np.diff(_about_middle(cloud[rows[start : start + _BLOCK + 1]]), axis=0)
+        far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
+        found.append(np.flatnonzero(far.any(axis=1)) + start + 1)
+    return np.concatenate(found)
 
 
 def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -113,20 +117,10 @@ def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
     return full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
 
 
-def _far(shape: NDArray[np.float64], nearest: float) -> NDArray[np.bool_]:
-    """Tell the markers that leave their places in each step between samples, (k - 1, m)."""
-    step = np.diff(shape, axis=0)
-    return np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
-
-
-def _by_continuity(
-    times: NDArray[np.float64], full: NDArray[np.float64], nearest: float
-) -> NDArray[np.intp]:
+def _by_continuity(motion: _Motion, cuts: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return slots (k, m) of samples that show all markers."""
-    shape = _about_middle(full)
-    cuts = np.flatnonzero(_far(shape, nearest).any(axis=1)) + 1
-    starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
-    orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
+    starts, stops = np.r_[0, cuts], np.r_[cuts, len(motion)]
+    orders, group = _linked(motion, starts, stops)
     for name in np.unique(group):
         members = np.flatnonzero(group == name)
         kinds, kind = np.unique(orders[members], axis=0, return_inverse=True)
@@ -140,15 +134,15 @@ def _linked(
     motion: _Motion, starts: NDArray[np.intp], stops: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the slots (p, m) of each piece against the first of its group, and its group (p,)."""
-    count, m = len(starts), motion.shape.shape[1]
+    count, m = len(starts), motion.cloud.shape[1]
     orders, group = np.tile(np.arange(m), (count, 1)), np.arange(count)
     for i in range(1, count):
         for j in range(i - 1, max(-1, i - 1 - _LOOK_BACK), -1):
             last, first = int(stops[j]) - 1, int(starts[i])
             if not motion.comparable(last, first):
                 break
-            before = motion.shape[last][orders[j]]
-            order = _continued(before, motion.shape[first], motion.nearest)
+            before, after = motion.shape(np.array([last, first]))
+            order = _continued(before[orders[j]], after, motion.nearest)
             if order is not None:
                 group[i], orders[i] = group[j], order
                 break
@@ -157,22 +151,38 @@ def _linked(
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """Markers (k, m, 3) about their centroid at (k,) times, and their least distance [m]."""
+    """The k samples that show all markers.
+
+    Args:
+        times: (n,) [s].
+        cloud: (n, m, 3) [m].
+        rows: (k,) those samples.
+        nearest: least distance of two markers [m].
+    """
 
     times: NDArray[np.float64]
-    shape: NDArray[np.float64]
+    cloud: NDArray[np.float64]
+    rows: NDArray[np.intp]
     nearest: float
+
+    def __len__(self) -> int:
+        """Return k."""
+        return len(self.rows)
+
+    def shape(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the markers about their centroid in some of the k samples, (len(places), m, 3)."""
+        return _about_middle(self.cloud[self.rows[places]])
 
     def comparable(self, last: int, first: int) -> bool:
         """Tell whether the markers keep their places over the time between two samples."""
-        gap = float(self.times[first] - self.times[last])
+        gap = float(self.times[self.rows[first]] - self.times[self.rows[last]])
         return (
             gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest
         )
 
     @cached_property
     def _step(self) -> float:
-        return float(np.median(np.diff(self.times)))
+        return float(np.median(np.diff(self.times[self.rows])))
 
     @cached_property
     def _usual_moves(self) -> dict[int, float]:
@@ -180,7 +190,7 @@ class _Motion:
 
     def _usual_move(self, lag: int) -> float:
         """Return how far the marker that moves most usually gets within a lag [m]."""
-        if lag >= len(self.shape):
+        if lag >= len(self):
             return np.inf
         if lag not in self._usual_moves:
             # a body that has turned once is where it was: shorter lags count as well
@@ -189,8 +199,8 @@ class _Motion:
         return self._usual_moves[lag]
 
     def _median_move(self, lag: int) -> float:
-        some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
-        moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
+        some = np.arange(lag, len(self), max(1, len(self) // _TRIED))
+        moved = np.linalg.norm(self.shape(some) - self.shape(some - lag), axis=2)
         return float(np.median(moved.max(axis=1)))
 
 

@@ -86,7 +86,7 @@ def place(
         return None
     source, bridged = fit.source, np.zeros(len(times), dtype=np.bool_)
     if (~known(position) & ~strays).any():
-        usable = np.where(strays[:, None, None], np.nan, cloud)
+        usable = np.where(strays[:, None, None], np.nan, cloud) if strays.any() else cloud
         position, bridged, error = bridge(times, usable, position, fit.about)
         told = f"; {np.count_nonzero(bridged)} samples from some of them"
         source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""

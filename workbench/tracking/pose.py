@@ -59,7 +59,10 @@ def fit_poses(
         alike = np.flatnonzero(pattern == code)
         for start in range(0, len(alike), _BLOCK):
             samples = alike[start : start + _BLOCK]
-            fitted = _fit(places[shown], cloud[samples][:, shown], weights[shown])
+            seen = cloud[samples]
+            fitted = _fit(
+                places[shown], seen if len(shown) == m else seen[:, shown], weights[shown]
+            )
             for kept, new in zip(poses, fitted, strict=True):
                 kept[samples] = new
     return poses

@@ -142,7 +142,8 @@ class _Lines:
             members = mask & (self._width == width)
             edges = np.flatnonzero(np.diff(members, prepend=False, append=False))
             begins, ends = self._starts[edges[::2]], self._stops[edges[1::2] - 1]
-            pieces = [self._data[a:b] for a, b in zip(begins.tolist(), ends.tolist(), strict=True)]
+            whole = memoryview(self._data)  # its pieces are joined without a copy of each
+            pieces = [whole[a:b] for a, b in zip(begins.tolist(), ends.tolist(), strict=True)]
             yield _Kind(b"".join(pieces), width, self._frame[members])
 
 
