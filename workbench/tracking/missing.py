@@ -64,9 +64,11 @@ def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:
 
 def _repeats(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> NDArray[np.bool_]:
     same = np.zeros(len(position), dtype=bool)
-    alike = np.flatnonzero(position[1:, 0] == position[:-1, 0])  # seldom; only those are compared
-    before, after = (np.hstack([position[i], np.nan_to_num(quaternion[i])]) for i in (alike, alike + 1))
-    same[alike + 1] = (before == after).all(axis=1)
+    alike = np.arange(1, len(position))
+    for column in position.T:  # what differs in one of them is not looked at again
+        alike = alike[column[alike] == column[alike - 1]]
+    before, after = (np.nan_to_num(quaternion[i]) for i in (alike - 1, alike))
+    same[alike] = (before == after).all(axis=1)
     return same
 
 

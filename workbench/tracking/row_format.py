@@ -64,7 +64,8 @@ def _check_header(table: RowTable, source: Source) -> None:
                 f"the header says {shown(table.info[key])} bodies, the file has {len(table.bodies)}"
             )
     for rows in table.bodies:
-        silent = len(table.indices) - len(np.unique(rows.frames))
+        rows_of = np.bincount(rows.frames, minlength=len(table.indices))
+        silent = np.count_nonzero(rows_of == 0)
         if not len(rows.frames):
             source.warn(f"body {shown(rows.name)} is defined and has no rows; left out")
         elif silent:
