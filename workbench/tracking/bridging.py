@@ -68,8 +68,8 @@ def bridge(
     inside = (left < right) & (np.maximum(before, after) <= between[0] + 0.5)
     beside = np.minimum(before, after) <= held[0] + 0.5
     share = np.where(inside, before / np.maximum(before + after, 1), before > after)
-    ends = (about(anchors[end])[:, used] for end in (left, right))
-    carried = _turned(*ends, share)
+    on_left, on_right = (about(anchors[end])[:, used] for end in (left, right))
+    carried = _turned(on_left, on_right, share)
     good = inside | beside
     position, bridged[wanted[good]] = position.copy(), True
     position[bridged] = _mean_of_seen(cloud[wanted][:, used] - carried)[good]

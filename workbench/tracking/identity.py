@@ -100,9 +100,7 @@ def _least_distance(some: NDArray[np.float64]) -> float:
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
 
 
-def _cuts(
-    cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float
-) -> NDArray[np.intp]:
+def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
     found = [np.empty(0, dtype=np.intp)]
     for start in range(0, len(rows) - 1, _BLOCK):
@@ -232,9 +230,7 @@ def _by_paths(
     t, t0, t1 = times[some], times[left], times[right]
     close = t1 - t0 <= _LONGEST_S
     share = ((t - t0) / (t1 - t0))[:, None, None]
-    start, end = (
-        np.take_along_axis(cloud[i], slots[i][:, :, None], axis=1) for i in (left, right)
-    )
+    start, end = (np.take_along_axis(cloud[i], slots[i][:, :, None], axis=1) for i in (left, right))
     paths = start * (1 - share) + end * share
     off = np.linalg.norm(cloud[some] - paths, axis=2)
     suspect = close & (off > _LEFT * nearest).any(axis=1)

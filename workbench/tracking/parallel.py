@@ -1,4 +1,4 @@
-"""Work on several bodies at once: numpy and pyarrow let go of the interpreter while they compute."""
+"""Work on several bodies at once: numpy lets other threads run while it computes."""
 
 from __future__ import annotations
 
