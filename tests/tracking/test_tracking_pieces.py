@@ -10,8 +10,8 @@ from workbench.tracking.rectangle import read_rectangle
 
 ROWS = [b'frame,%d,"a"\r\n' % k for k in range(200)]
 DATA = b"other\n".join(ROWS)
-BEGINS = np.cumsum([0, *(len(row) + len(b"other\n") for row in ROWS[:-1])])
-ENDS = BEGINS + [len(row) for row in ROWS]
+BEGINS = np.cumsum([0, *(len(row) + len(b"other\n") for row in ROWS[:-1])]).astype(np.intp)
+ENDS = BEGINS + np.array([len(row) for row in ROWS], dtype=np.intp)
 
 
 def pieces() -> Pieces:
