@@ -11,10 +11,9 @@ import pytest
 from tests.identify.robots import MODEL, SHAPE, changed, driven, released
 from workbench.errors import InputError
 from workbench.identify import Identification, identify, write_model
-from workbench.identify.determinacy import Combination, undetermined
+from workbench.identify.determinacy import Combination
 from workbench.identify.drive import lagged_angle, lagged_command
 from workbench.identify.problem import Problem
-from workbench.identify.solution import Solution
 from workbench.identify.solve import FINER, fit_runs
 from workbench.protocol import ModelFile, load, load_model
 from workbench.sim import make_robot

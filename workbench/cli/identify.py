@@ -17,15 +17,20 @@ from workbench.errors import InputError
 from workbench.identify import (
     BEAM,
     CONTACT,
+    Contact,
     Estimate,
+    Identification,
     MeasuredRun,
     identify_contact,
+    made_from,
     measured_run,
+    report_fit,
     validate,
     write_model,
 )
 from workbench.identify import identify as identify_runs
 from workbench.protocol import Document, ModelFile, ShapeFile, load
+from workbench.sim import make_robot
 
 __all__ = ["identify", "same_robot"]
 
@@ -47,6 +52,7 @@ def identify(
     """Fit stiffness and damping, or what --fit names, to runs; validate on those held out.
 
     Beam and masses are told by clamped runs and ring-downs, ground and friction by drops and hops.
+    Beside the new model lies its report, an HTML page with figures.
 
     Example: workbench identify runs
     Example: workbench identify runs --fit hinge_stiffness,root_stiffness,top_mass
@@ -56,8 +62,10 @@ def identify(
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
-    if target.exists():
-        raise InputError(f"{target}: exists; a model is never changed, give another --out")
+    page = target.with_suffix(".html")
+    for path in (target, page):
+        if path.exists():
+            raise InputError(f"{path}: exists and is never overwritten; give another --out")
     measured = [measured_run(bundle) for bundle in bundles]
     train = [run for run in measured if run.role == "train"]
     found = _fit(_names(fit), train, stated.content, shape.content, seed)
@@ -67,6 +75,9 @@ def identify(
     tell("validate on runs that the fit has not seen")
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
+    robot = make_robot(written.content.values(), shape.content, written.content.increments)
+    made = made_from(bundles, stated, written)
+    report = report_fit(page, found.fit, measured, robot, validation, made)
     if as_json:
         emit(
             {
@@ -77,6 +88,7 @@ def identify(
                 "runs": list(found.runs),
                 "warnings": list(found.warnings),
                 "model": str(written.path),
+                "report": None if report is None else str(report),
                 "seconds": time.perf_counter() - begin,
             }
         )
@@ -84,6 +96,8 @@ def identify(
     _print(found)
     print(validation)
     print(f"model: {written.path}")
+    if report is not None:
+        print(f"report: {report}")
 
 
 @dataclass(frozen=True)
@@ -97,6 +111,7 @@ class _Found:
     misfit: float
     runs: tuple[str, ...]
     increments: int | None
+    fit: Identification | Contact
 
 
 def _names(fit: str) -> list[str]:
@@ -123,12 +138,12 @@ def _fit(
         used = tuple(run.name for run in train if run.name in ground.windows)
         return _Found(
             ground.estimates, ground.values, open_, (*open_, *ground.warnings), ground.misfit,
-            used, None,
+            used, None, ground,
         )  # fmt: skip
     beam = identify_runs(train, model, shape, names, seed=seed, progress=tell)
     return _Found(
         beam.estimates, beam.values, tuple(map(str, beam.not_determined)), beam.warnings,
-        beam.misfit, tuple(run.name for run in beam.runs), beam.increments,
+        beam.misfit, tuple(run.name for run in beam.runs), beam.increments, beam,
     )  # fmt: skip
 
 

@@ -49,6 +49,6 @@ def leftover(solution: Solution) -> Leftover:
     count = int(np.isfinite(left).sum())
     return Leftover(
         misfit=root_mean_square(left),
-        noise=root_mean_square(changes) / np.sqrt(2),
-        error=0.5 / np.sqrt(count),  # of a root: half that of its square
+        noise=float(root_mean_square(changes) / np.sqrt(2)),
+        error=float(0.5 / np.sqrt(count)),  # of a root: half that of its square
     )

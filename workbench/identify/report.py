@@ -108,7 +108,7 @@ def write_identification(
         provenance: rows of what the fit was made from: bundles, hashes, versions.
     """
     sections = [
-        ("Warnings", warning_list(identification.warnings)),
+        ("Warnings", _warnings(identification)),
         ("Parameters", _parameters(identification)),
         ("Not determined", _open(identification)),
         ("Ground contact", _part(contact)),
@@ -140,6 +140,11 @@ def _parameters(found: Identification) -> Markup:
         for name, e in found.estimates.items()
     ]  # fmt: skip
     return table(rows, heads) if rows else Markup()
+
+
+def _warnings(found: Identification) -> Markup:
+    told_below = {str(one) for one in found.not_determined}
+    return warning_list(text for text in found.warnings if text not in told_below)
 
 
 def _open(found: Identification) -> Markup:
