@@ -21,6 +21,7 @@ from workbench.identify import (
     Estimate,
     Identification,
     MeasuredRun,
+    Validation,
     identify_contact,
     made_from,
     measured_run,
@@ -63,9 +64,7 @@ def identify(
     stated, shape = same_robot(bundles)
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
     page = target.with_suffix(".html")
-    for path in (target, page):
-        if path.exists():
-            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+    _require_new(target, page)
     measured = [measured_run(bundle) for bundle in bundles]
     train = [run for run in measured if run.role == "train"]
     found = _fit(_names(fit), train, stated.content, shape.content, seed)
@@ -78,26 +77,14 @@ def identify(
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     made = made_from(bundles, stated, written)
     report = report_fit(page, found.fit, measured, robot, validation, made)
+    files = {"model": str(written.path), "report": None if report is None else str(report)}
     if as_json:
-        emit(
-            {
-                "parameters": {n: e.as_json() for n, e in found.estimates.items()},
-                "not_determined": list(found.not_determined),
-                "validation": validation.as_json(),
-                "misfit": found.misfit,
-                "runs": list(found.runs),
-                "warnings": list(found.warnings),
-                "model": str(written.path),
-                "report": None if report is None else str(report),
-                "seconds": time.perf_counter() - begin,
-            }
-        )
+        emit(_as_json(found, validation) | files | {"seconds": time.perf_counter() - begin})
         return
     _print(found)
     print(validation)
-    print(f"model: {written.path}")
-    if report is not None:
-        print(f"report: {report}")
+    for kind, file in files.items():
+        print(f"{kind}: {file or 'none, nothing could be fitted'}")
 
 
 @dataclass(frozen=True)
@@ -112,6 +99,23 @@ class _Found:
     runs: tuple[str, ...]
     increments: int | None
     fit: Identification | Contact
+
+
+def _require_new(*paths: Path) -> None:
+    for path in paths:
+        if path.exists():
+            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+
+
+def _as_json(found: _Found, validation: Validation) -> dict[str, object]:
+    return {
+        "parameters": {name: one.as_json() for name, one in found.estimates.items()},
+        "not_determined": list(found.not_determined),
+        "validation": validation.as_json(),
+        "misfit": found.misfit,
+        "runs": list(found.runs),
+        "warnings": list(found.warnings),
+    }
 
 
 def _names(fit: str) -> list[str]:

@@ -67,15 +67,15 @@ def report_fit(
 def made_from(
     bundles: Sequence[Bundle], stated: Document[ModelFile], written: Document[ModelFile]
 ) -> dict[str, str]:
-    """Return which files a fit was made from, by run and model, with role and hash of each."""
+    """Return which models and takes a fit was made from, each with its hash, and the versions."""
     rows = {
         "stated model": f"{stated.content.name} ({sha256(stated.path)[:_DIGEST]})",
         "new model": f"{written.path.name} ({sha256(written.path)[:_DIGEST]})",
     }
-    for bundle in bundles:
+    for k, bundle in enumerate(bundles, start=1):
         take = bundle.take()
-        rows[bundle.path.name] = (
-            f"{bundle.manifest['role']}, {take.name} ({sha256(take)[:_DIGEST]})"
+        rows[f"run {k}, {bundle.manifest['role'].replace('_', ' ')}"] = (
+            f"{bundle.path.name}, {take.name} ({sha256(take)[:_DIGEST]})"
         )
     versions = bundles[0].manifest["versions"]
     return rows | {"versions": ", ".join(f"{name} {version}" for name, version in versions.items())}

@@ -135,7 +135,7 @@ def _verdict(found: Identification) -> str:
 def _parameters(found: Identification) -> Markup:
     heads = ("Parameter", "Value", "90 % interval", "Stated", "Change", "Unit")
     rows = [
-        (_NAMES.get(name, name), f"{e.value:.4g}", f"{e.low:.4g} to {e.high:.4g}",
+        (_NAMES.get(name, name), f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}",
          f"{e.stated:.4g}", f"{100 * (e.value / e.stated - 1):+.1f} %", e.unit)
         for name, e in found.estimates.items()
     ]  # fmt: skip
