@@ -218,7 +218,8 @@ class Bundle:
         table = pa.table(columns).replace_schema_metadata(
             {"made_from": json.dumps(dict(made_from))}
         )
-        pq.write_table(table, self.path / f"{kind}.parquet")
+        # measured numbers seldom repeat: a dictionary of them costs time and space
+        pq.write_table(table, self.path / f"{kind}.parquet", use_dictionary=False)
 
     def read_series(self, kind: Series) -> TimeSeries:
         """Read a time series back.

@@ -205,6 +205,13 @@ def test_a_jump_along_the_sweep_is_marked_where_it_is() -> None:
     assert "sweep up: T's amplitude goes from" in str(jump)
 
 
+def test_runs_in_random_order_follow_no_branch_and_so_leave_none() -> None:
+    speeds = (11.0, 12.0, 13.0, 14.0, 15.0, 16.0)
+    there = [scaled(exact(w, "unordered"), 3.0 if w > 13.5 else 1.0) for w in speeds]
+    assert list(find_jumps(there)) == []
+    assert list(find_jumps([replace(point, direction="up") for point in there])) != []
+
+
 def test_repeats_count_as_their_mean_and_widen_its_error() -> None:
     points = [exact(w) for w in (8.0, 9.2, 10.6, 12.0)]
     more = [p for point in points for p in (scaled(point, 0.99), scaled(point, 1.01))]

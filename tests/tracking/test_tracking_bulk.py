@@ -25,7 +25,7 @@ Edit = Callable[[bytes], bytes]
 
 def answers(data: bytes) -> bool:
     """Tell whether the bulk reader reads a file."""
-    source = Source("x.csv", "", data)
+    source = Source("x.csv", str, data)
     if data.startswith((b"Format", b"\xef\xbb\xbfFormat")):
         return motive_bulk(read_layout(source), source) is not None
     return row_bulk(source, version_of(source)) is not None
@@ -98,7 +98,7 @@ def test_a_number_read_in_bulk_is_the_one_that_python_reads(rows: list[tuple[str
     text = "".join(f"7,{a},{b}\n" for a, b in rows)
     found = read_rectangle(text.encode(), 3, [1, 2])
     if found is not None:
-        careful = [Source("x", "", b"").numbers(row, 1, (0, 1)) for row in rows]
+        careful = [Source("x", str, b"").numbers(row, 1, (0, 1)) for row in rows]
         np.testing.assert_array_equal(found.numbers, np.array(careful).T)
 
 

@@ -257,3 +257,17 @@ def test_any_exchange_in_a_noisy_take_is_undone(seed: int, turn: float) -> None:
     stop = start + rng.integers(1, 180)
     mixed[start:stop] = mixed[start:stop][:, rng.permutation(4)]
     np.testing.assert_array_equal(untangle(np.arange(480) / 120, mixed).cloud, cloud)
+
+
+@pytest.mark.parametrize("start", range(8, 14))
+def test_an_exchange_at_the_edge_of_a_block_is_found(
+    start: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("workbench.tracking.identity._BLOCK", 5)
+    times = np.arange(40) / 120.0
+    right = RECTANGLE + np.linspace(0, 0.1, 40)[:, None, None]
+    cloud = right.copy()
+    cloud[start : start + 4] = cloud[start : start + 4][:, SAME_SHAPE[0]]
+    found = untangle(times, cloud)
+    np.testing.assert_array_equal(found.cloud, right)
+    assert np.flatnonzero(found.exchanged).tolist() == [start, start + 1, start + 2, start + 3]

@@ -44,7 +44,7 @@ Read = Callable[[bytes], Take]
     ],
 )
 def test_a_label_names_a_body_and_a_marker(label: str, body: str, marker: str) -> None:
-    bodies, loose = bodies_by_label([label], np.zeros((2, 1, 3)), Source("x", "", b""))
+    bodies, loose = bodies_by_label([label], np.zeros((2, 1, 3)), Source("x", str, b""))
     assert {name: found.marker_names for name, found in bodies.items()} == {body: (marker,)}
     assert loose == []
 
@@ -53,14 +53,14 @@ def test_a_label_names_a_body_and_a_marker(label: str, body: str, marker: str) -
     "label", ["Unlabeled:108", "Unlabeled 1007", "Unlabeled_3", "Marker-1718", "heel", "", "12"]
 )
 def test_a_label_that_names_no_body_stays_loose(label: str) -> None:
-    bodies, loose = bodies_by_label([label], np.zeros((2, 1, 3)), Source("x", "", b""))
+    bodies, loose = bodies_by_label([label], np.zeros((2, 1, 3)), Source("x", str, b""))
     assert (bodies, loose) == ({}, [0])
 
 
 def test_a_marker_that_continues_in_a_second_column_is_one(small: Take) -> None:
     points = np.full((4, 2, 3), np.nan)
     points[:2, 0], points[2:, 1] = 1.0, 2.0
-    source = Source("x", "", b"")
+    source = Source("x", str, b"")
     bodies, _ = bodies_by_label(["A:Marker1", "A:Marker 001"], points, source)
     assert bodies["A"].measured[:, 0, 0].tolist() == [1, 1, 2, 2]
     assert source.warnings == []

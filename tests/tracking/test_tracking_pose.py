@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking.pose import fit_poses, pitch_from_matrices
+from workbench.tracking.pose import fit_poses, pitch_of
 
 PLACES = np.array([[120, -110, 12], [120, 110, 12], [-120, -110, 12], [-120, 110, 12]]) * 1e-3
 
@@ -83,4 +83,13 @@ def test_mirrored_markers_give_a_rotation_with_a_poor_fit() -> None:
 
 def test_pitch_turns_x_towards_minus_z() -> None:
     turn = Rotation.from_rotvec([[0, 0.2, 0], [0, -1.0, 0]])
-    np.testing.assert_allclose(pitch_from_matrices(turn.as_matrix()), [0.2, -1.0])
+    np.testing.assert_allclose(pitch_of(turn.as_matrix()[:, :, 0]), [0.2, -1.0])
+
+
+def test_samples_of_several_blocks_are_all_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    cloud, turn, origin = moved(40, 0.0)
+    cloud[::3, 0] = np.nan
+    monkeypatch.setattr("workbench.tracking.pose._BLOCK", 7)
+    poses = fit_poses(PLACES, cloud)
+    np.testing.assert_allclose(poses.matrix, turn.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(poses.origin, origin, atol=1e-12)

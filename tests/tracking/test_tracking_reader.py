@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -165,3 +166,9 @@ def test_start_times_in_any_language_do_not_stop_the_reader(stored: Path, tmp_pa
         assert len(take.warnings) == (codec == "gbk")
     (tmp_path / "x.csv").write_bytes(b"\xef\xbb\xbf" + data.replace(b"000 PM", b"000 \xff"))
     assert read_take(tmp_path / "x.csv").version == "1.23"
+
+
+def test_the_take_carries_the_hash_of_its_file(stored: Path) -> None:
+    for file in ("hop_row_1.0.csv", "hop_motive_1.23.csv"):
+        told = hashlib.sha256((stored / file).read_bytes()).hexdigest()
+        assert read_take(stored / file).sha256 == told

@@ -17,15 +17,21 @@ from workbench.errors import InputError
 from workbench.identify import (
     BEAM,
     CONTACT,
+    Contact,
     Estimate,
+    Identification,
     MeasuredRun,
+    Validation,
     identify_contact,
+    made_from,
     measured_run,
+    report_fit,
     validate,
     write_model,
 )
 from workbench.identify import identify as identify_runs
 from workbench.protocol import Document, ModelFile, ShapeFile, load
+from workbench.sim import make_robot
 
 __all__ = ["identify", "same_robot"]
 
@@ -47,6 +53,7 @@ def identify(
     """Fit stiffness and damping, or what --fit names, to runs; validate on those held out.
 
     Beam and masses are told by clamped runs and ring-downs, ground and friction by drops and hops.
+    Beside the new model lies its report, an HTML page with figures.
 
     Example: workbench identify runs
     Example: workbench identify runs --fit hinge_stiffness,root_stiffness,top_mass
@@ -56,8 +63,8 @@ def identify(
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
-    if target.exists():
-        raise InputError(f"{target}: exists; a model is never changed, give another --out")
+    page = target.with_suffix(".html")
+    _require_new(target, page)
     measured = [measured_run(bundle) for bundle in bundles]
     train = [run for run in measured if run.role == "train"]
     found = _fit(_names(fit), train, stated.content, shape.content, seed)
@@ -67,23 +74,17 @@ def identify(
     tell("validate on runs that the fit has not seen")
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
+    robot = make_robot(written.content.values(), shape.content, written.content.increments)
+    made = made_from(bundles, stated, written)
+    report = report_fit(page, found.fit, measured, robot, validation, made)
+    files = {"model": str(written.path), "report": None if report is None else str(report)}
     if as_json:
-        emit(
-            {
-                "parameters": {n: e.as_json() for n, e in found.estimates.items()},
-                "not_determined": list(found.not_determined),
-                "validation": validation.as_json(),
-                "misfit": found.misfit,
-                "runs": list(found.runs),
-                "warnings": list(found.warnings),
-                "model": str(written.path),
-                "seconds": time.perf_counter() - begin,
-            }
-        )
+        emit(_as_json(found, validation) | files | {"seconds": time.perf_counter() - begin})
         return
     _print(found)
     print(validation)
-    print(f"model: {written.path}")
+    for kind, file in files.items():
+        print(f"{kind}: {file or 'none, nothing could be fitted'}")
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,24 @@ class _Found:
     misfit: float
     runs: tuple[str, ...]
     increments: int | None
+    fit: Identification | Contact
+
+
+def _require_new(*paths: Path) -> None:
+    for path in paths:
+        if path.exists():
+            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+
+
+def _as_json(found: _Found, validation: Validation) -> dict[str, object]:
+    return {
+        "parameters": {name: one.as_json() for name, one in found.estimates.items()},
+        "not_determined": list(found.not_determined),
+        "validation": validation.as_json(),
+        "misfit": found.misfit,
+        "runs": list(found.runs),
+        "warnings": list(found.warnings),
+    }
 
 
 def _names(fit: str) -> list[str]:
@@ -123,12 +142,12 @@ def _fit(
         used = tuple(run.name for run in train if run.name in ground.windows)
         return _Found(
             ground.estimates, ground.values, open_, (*open_, *ground.warnings), ground.misfit,
-            used, None,
+            used, None, ground,
         )  # fmt: skip
     beam = identify_runs(train, model, shape, names, seed=seed, progress=tell)
     return _Found(
         beam.estimates, beam.values, tuple(map(str, beam.not_determined)), beam.warnings,
-        beam.misfit, tuple(run.name for run in beam.runs), beam.increments,
+        beam.misfit, tuple(run.name for run in beam.runs), beam.increments, beam,
     )  # fmt: skip
 
 

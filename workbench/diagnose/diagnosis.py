@@ -182,7 +182,7 @@ def _found(layout: Layout, holder: Hypothesis, cause: str) -> dict[str, Found]:
     found = {}
     for i in layout.of_cause[cause]:
         unknown = layout.unknowns[i]
-        value = layout.value(int(i), holder.fit.z[i])
+        value = layout.value(int(i), float(holder.fit.z[i]))
         wide = _WITHIN90 * float(spread[list(members).index(i)]) * unknown.tolerance
         low, high = max(value - wide, unknown.low), min(value + wide, unknown.high)
         found[unknown.name.split(".", 1)[1]] = Found(value, low, high, unknown.unit)

@@ -64,6 +64,8 @@ _PLACE_M = 3e-3  # how well a technician places T's marker, and the shape file t
 _RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
 _SPLIT = 3.0  # times its first size: a disturbed start that has grown so much is not predictable
 _MOST_STEPS = 136  # of the engine, a sample
+Job = tuple[Robot, Condition]
+
 _FAR_M = 10.0  # what a robot that cannot be simulated is said to do
 
 
@@ -146,7 +148,7 @@ class HopperRig:
         self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
     ) -> list[NDArray[np.float64]]:
         """Simulate each run and return what the cameras should have seen."""
-        jobs: dict[tuple[object, ...], tuple[Robot, Condition]] = {}
+        jobs: dict[tuple[object, ...], Job] = {}
         keys = []
         for k, values in asked:
             job = self._robot(values, coarse), self._condition(k, values, until)
@@ -159,18 +161,29 @@ class HopperRig:
             for (k, values), key in zip(asked, keys, strict=True)
         ]
 
-    def _simulated(self, jobs: list[tuple[Robot, Condition]]) -> list[TimeSeries | None]:
+    def _simulated(self, jobs: list[Job]) -> list[TimeSeries | None]:
         """Simulate, in shorter steps where a robot is too stiff; None where it cannot be."""
         try:
             return [result.motion for result in simulate_all(jobs, self.threads)]
         except InputError:
-            if len(jobs) > 1:
-                return [motion for job in jobs for motion in self._simulated([job])]
-        robot, condition = jobs[0]
-        if 2 * robot.steps_per_sample > _MOST_STEPS:
+            pass
+        kinds: dict[tuple[str, ...], list[int]] = {}
+        for i, (robot, _) in enumerate(jobs):
+            kinds.setdefault(tuple(robot.effects), []).append(i)
+        found: dict[int, TimeSeries | None] = {}
+        for members in kinds.values():
+            some = [jobs[i] for i in members]
+            again = self._simulated(some) if len(kinds) > 1 else self._in_shorter_steps(some)
+            found |= dict(zip(members, again, strict=True))
+        return [found[i] for i in range(len(jobs))]
+
+    def _in_shorter_steps(self, jobs: list[Job]) -> list[TimeSeries | None]:
+        steps = 2 * max(robot.steps_per_sample for robot, _ in jobs)
+        if steps <= _MOST_STEPS:
+            return self._simulated([(replace(r, steps_per_sample=steps), c) for r, c in jobs])
+        if len(jobs) == 1:
             return [None]
-        finer = replace(robot, steps_per_sample=2 * robot.steps_per_sample)
-        return self._simulated([(finer, condition)])
+        return [motion for job in jobs for motion in self._simulated([job])]
 
     def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}

@@ -2,8 +2,8 @@
 
 The beam: `measured` is what a fit sees of a run, `drive` how the motor follows its command,
 `problem` the least-squares problem, `solve` the way to its minimum, `determinacy` and `intervals`
-what the minimum is worth, `identification` the answer, `new_model` the file that is left of it;
-`objective` is what the thesis minimised instead.
+what the minimum is worth, `leftover` whether the model lacks something, `identification` the
+answer, `new_model` the file that is left of it; `objective` is what the thesis minimised instead.
 
 The ground: `contact` fits ground and friction with what `excitation`, `kinked` and `events` know of
 hopping. `validation` judges a fitted model on runs that were held out.
@@ -13,7 +13,7 @@ what speaks against it, `calibrate` the answer, `calibration_files` and `calibra
 left of it on disk.
 
 Without a model: `sweep`, `spectrum`, `resonance`, `oscillator` and `damping` tell how the robot
-answers and rings; `figures` and `report` show it.
+answers and rings; `figures` and `report` show it, `fit_report` beside what a fit found.
 
 The room simulates and fits; it opens no device.
 """
@@ -29,6 +29,7 @@ from workbench.identify.calibration_figure import figure_5_3
 from workbench.identify.calibration_files import propose_protocol, write_calibration, write_new
 from workbench.identify.contact import CONTACT, Contact, identify_contact
 from workbench.identify.damping import ModeDamping, damping
+from workbench.identify.fit_report import made_from, report_fit
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
 from workbench.identify.measured import MeasuredRun, measured_run
 from workbench.identify.new_model import write_model
@@ -59,8 +60,10 @@ __all__ = [
     "fit_line",
     "identify",
     "identify_contact",
+    "made_from",
     "measured_run",
     "propose_protocol",
+    "report_fit",
     "resonances",
     "shaft_speed",
     "speed_point",

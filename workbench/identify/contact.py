@@ -19,12 +19,12 @@ from scipy.optimize import least_squares
 from workbench.errors import InputError
 from workbench.identify.determinacy import undetermined
 from workbench.identify.excitation import first_slip, unexcited
-from workbench.identify.identification import Estimate
+from workbench.identify.identification import Estimate, estimates_of
 from workbench.identify.kinked import Minimum, minimum, redrawn
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import Solution
-from workbench.protocol import UNITS, ModelFile, ShapeFile
+from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
 __all__ = ["CONTACT", "FRICTION", "GROUND", "Contact", "identify_contact"]
@@ -133,7 +133,7 @@ def _judged(
                 f"the fit does not settle: it finds {name} within {100 * error:.0f} % only, "
                 f"{solution.misfit:.1f} times the noise from the runs; add runs or mend the model"
             )
-    estimates = _estimates(found, model, reasons, seed)
+    estimates = estimates_of(solution, redrawn(found, seed), model, reasons)
     warnings = tuple(_warnings(estimates, solution))
     return Contact(estimates, reasons, windows, solution.misfit, warnings, solution)
 
@@ -282,22 +282,6 @@ def _tolerance(model: ModelFile, name: str) -> float:
     """Return a parameter's tolerance as a share of its value, 0 where one of them is 0."""
     parameter = getattr(model.parameters, name)
     return parameter.tolerance / parameter.value if parameter.value > 0 else 0.0
-
-
-def _estimates(
-    found: Minimum, model: ModelFile, reasons: Mapping[str, str], seed: int
-) -> dict[str, Estimate]:
-    solution, names = found.solution, found.solution.problem.names
-    low, high = np.percentile(redrawn(found, seed), [5, 95], axis=0)
-    estimates: dict[str, Estimate] = {}
-    for k, name in enumerate(names):
-        if name in reasons:
-            continue
-        stated = model.values()[name]
-        value, least, most = (stated * float(np.exp(v)) for v in (solution.x[k], low[k], high[k]))
-        tolerance = getattr(model.parameters, name).tolerance
-        estimates[name] = Estimate(value, least, most, UNITS[name], stated, tolerance)
-    return estimates
 
 
 def _warnings(estimates: Mapping[str, Estimate], solution: Solution) -> list[str]:

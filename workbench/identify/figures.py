@@ -33,6 +33,7 @@ _AXES = (("x", _X), ("z", _Z))
 _DIRECTIONS = {"up": ("^", "-"), "down": ("v", "--"), "unordered": ("o", "")}
 _JUMP = palette.SHADES["amps"]
 _CONTOURS = 9
+_NAME_HZ = 0.7  # what the name of a line takes on the axis
 
 
 def figure_4_1(runs: Sequence[MeasuredRun]) -> Figure:
@@ -77,9 +78,8 @@ def figure_4_2(spectra: Sequence[Spectrum]) -> Figure:
         for ax, one in zip(rows, spectra, strict=True):
             for (name, color), amplitude in zip(_AXES, one.amplitude.T, strict=True):
                 ax.plot(one.hz, 1000 * amplitude, color=color, label=f"{name} of T")
-            for line in one.lines[:3]:
-                if line.hz <= _HIGHEST_HZ and not line.overtone:
-                    _name_line(ax, line)
+            _name_lines(ax, [line for line in one.lines[:3]
+                             if line.hz <= _HIGHEST_HZ and not line.overtone])  # fmt: skip
             driven = f"driven at {abs(one.speed):.1f} rad/s" if one.speed else "after the release"
             ax.set(title=driven, ylabel="amplitude [mm]", xlim=(0, _HIGHEST_HZ))
             ax.set_ylim(0, 1300 * float(one.amplitude.max()))
@@ -273,10 +273,15 @@ def _mark_jumps(rows: NDArray[np.object_], found: Resonances) -> None:
                         label="at half the rotor's speed" if named_now else None)  # fmt: skip
 
 
-def _name_line(ax: Axes, line: Line) -> None:
-    height = 1000 * max(line.amplitude)
-    ax.annotate(f"{line.name}\n{line.hz:.3f} Hz", (line.hz, height), xytext=(0, 3),
-                textcoords="offset points", ha="center", va="bottom", fontsize=8)  # fmt: skip
+def _name_lines(ax: Axes, lines: Sequence[Line]) -> None:
+    """Write names above lines; of two close ones the left name stands left, the right one right."""
+    ordered = sorted(lines, key=lambda line: line.hz)
+    gaps = [np.inf, *np.diff([line.hz for line in ordered]), np.inf]
+    for line, before, after in zip(ordered, gaps, gaps[1:], strict=False):
+        side = "center" if min(before, after) > _NAME_HZ else "left" if before < after else "right"
+        height = 1000 * max(line.amplitude)
+        ax.annotate(f"{line.name}\n{line.hz:.3f} Hz", (line.hz, height), xytext=(0, 3),
+                    textcoords="offset points", ha=side, va="bottom", fontsize=8)  # fmt: skip
 
 
 def _mark_found(ax: Axes, surface: FrequencySurface, identified: Mapping[str, Estimate]) -> None:

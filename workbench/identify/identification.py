@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.identify.determinacy import Combination
 from workbench.identify.intervals import bootstrap
+from workbench.identify.leftover import leftover
 from workbench.identify.measured import MeasuredRun
+from workbench.identify.pairs import run_misfits
 from workbench.identify.solution import Solution
-from workbench.identify.solve import BOUND, fit_runs
+from workbench.identify.solve import BOUND, Fit, fit_runs
 from workbench.protocol import UNITS, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
-__all__ = ["BEAM", "Estimate", "Identification", "identify"]
+__all__ = ["BEAM", "Estimate", "Identification", "estimates_of", "identify"]
 
 BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 """k, kT, d and dT of the thesis, section 4.4."""
@@ -127,27 +130,47 @@ def identify(
             f"are {modes}. protocols/clamped-sweep.yaml and protocols/free-decay.yaml make some"
         )
     robot = make_robot(model.values(), shape, model.increments)
-    fit = fit_runs(fitting, robot, tolerances, progress, threads)
-    solution, open_ = fit.solution, fit.open
-    fitted = solution.problem.names
-    members = {name for one in open_ for name in one.names}
-    logs = bootstrap(solution, seed)
-    low, high = np.percentile(logs, [5, 95], axis=0)
-    estimates: dict[str, Estimate] = {}
-    for k, name in enumerate(fitted):
-        if name in members:
+    return _judged(fit_runs(fitting, robot, tolerances, progress, threads), model, seed)
+
+
+def estimates_of(
+    solution: Solution,
+    redrawn: NDArray[np.float64],
+    model: ModelFile,
+    without: Collection[str] = (),
+) -> dict[str, Estimate]:
+    """Return the fitted parameters with their intervals.
+
+    Args:
+        solution: where the fit ended.
+        redrawn: (draws, names) parameters as logarithms of their share of the stated value.
+        model: the start.
+        without: parameters that the runs do not tell.
+    """
+    low, high = np.percentile(redrawn, [5, 95], axis=0)
+    found: dict[str, Estimate] = {}
+    for k, name in enumerate(solution.problem.names):
+        if name in without:
             continue
         stated = model.values()[name]
         value, least, most = (stated * float(np.exp(v)) for v in (solution.x[k], low[k], high[k]))
         tolerance = getattr(model.parameters, name).tolerance
-        estimates[name] = Estimate(value, least, most, UNITS[name], stated, tolerance)
+        found[name] = Estimate(value, least, most, UNITS[name], stated, tolerance)
+    return found
+
+
+def _judged(fit: Fit, model: ModelFile, seed: int) -> Identification:
+    """Return the answer: what the fit is worth, and what speaks against it."""
+    solution = fit.solution
+    members = {name for one in fit.open for name in one.names}
+    estimates = estimates_of(solution, bootstrap(solution, seed), model, members)
     return Identification(
         estimates=estimates,
-        not_determined=open_,
+        not_determined=fit.open,
         increments=solution.problem.robot.increments,
         misfit=solution.misfit,
-        runs=tuple(fitting),
-        warnings=tuple(_warnings(estimates, open_, solution, model)),
+        runs=solution.problem.runs,
+        warnings=tuple(_warnings(estimates, fit.open, solution, model)),
         solution=solution,
     )
 
@@ -200,9 +223,14 @@ def _warnings(
             f"a beam of {model.increments} increments cannot follow these runs; they are fitted "
             f"with {increments}, and the new model says so"
         )
-    if solution.misfit > 1.5:
+    left = leftover(solution)
+    if left.is_more_than_noise:
+        misfits = run_misfits(solution)
+        worst = max(misfits, key=misfits.__getitem__)
         warnings.append(
-            f"the fitted model misses the runs by {solution.misfit:.1f} times the noise; "
-            "`workbench diagnose` looks for what it lacks, and the intervals do not know of it"
+            f"the model lacks something that the runs show: it misses them by {left.misfit:.3f} "
+            f"times the noise, where noise alone leaves {left.noise:.3f} \N{PLUS-MINUS SIGN} "
+            f"{left.noise * left.error:.3f}, most in {worst} ({misfits[worst]:.2f} times); values "
+            "and intervals do not know of it. `workbench diagnose` looks for what it is"
         )
     return warnings

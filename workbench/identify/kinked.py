@@ -95,7 +95,7 @@ def redrawn(minimum: Minimum, seed: int, draws: int = _DRAWS) -> NDArray[np.floa
     """
     rng = np.random.default_rng(seed)
     solution, count = minimum.solution, len(minimum.error)
-    slopes = blocks(solution, _BLOCK_S)[0]
+    slopes = blocks(solution, _BLOCK_S, few=1).slopes
     prior = np.where(np.arange(len(solution.x)) < count, 0.0, 1.0)
     scores = rng.standard_normal((draws, len(slopes))) @ slopes
     scores += prior * rng.standard_normal((draws, len(prior)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.identify.measured import MeasuredRun
-from workbench.identify.solution import Solution
+from workbench.identify.solution import Solution, root_mean_square
 from workbench.motion import time_zero
 from workbench.sim import Condition, Robot, linear_modes, sample_times, simulate, staircase
 from workbench.timeseries import TimeSeries
@@ -62,10 +62,9 @@ def fitted_pairs(solution: Solution) -> list[Pair]:
     Start, lag, gain and places are those of the fit, so what is left is the model's. Where a
     sample was not seen, both sides are NaN.
     """
-    problem, rows = solution.problem, solution.problem.rows
+    problem = solution.problem
     pairs = []
-    for k, (run, seen) in enumerate(zip(problem.runs, problem.seen, strict=True)):
-        parted = solution.residuals[rows.run == k][len(seen.rest) :].reshape(seen.values.shape)
+    for run, seen, parted in zip(problem.runs, problem.seen, solution.by_run, strict=True):
         measured = np.where(seen.valid, seen.values, np.nan)
         simulated = measured - parted * seen.sigma
         pairs.append(Pair(run.name, label(run), *(
@@ -77,12 +76,10 @@ def fitted_pairs(solution: Solution) -> list[Pair]:
 
 def run_misfits(solution: Solution) -> dict[str, float]:
     """Return the root mean square of each run's residuals in noise deviations, by name."""
-    found = {}
-    for k, run in enumerate(solution.problem.runs):
-        own = solution.residuals[solution.problem.rows.run == k]
-        own = own[own != 0]  # a sample that was not seen has residual zero
-        found[run.name] = float(np.sqrt(np.mean(own**2))) if len(own) else float("nan")
-    return found
+    runs = solution.problem.runs
+    return {
+        run.name: root_mean_square(left) for run, left in zip(runs, solution.by_run, strict=True)
+    }
 
 
 def simulated_pair(run: MeasuredRun, robot: Robot) -> Pair:

@@ -108,7 +108,7 @@ def write_identification(
         provenance: rows of what the fit was made from: bundles, hashes, versions.
     """
     sections = [
-        ("Warnings", warning_list(identification.warnings)),
+        ("Warnings", _warnings(identification)),
         ("Parameters", _parameters(identification)),
         ("Not determined", _open(identification)),
         ("Ground contact", _part(contact)),
@@ -135,11 +135,16 @@ def _verdict(found: Identification) -> str:
 def _parameters(found: Identification) -> Markup:
     heads = ("Parameter", "Value", "90 % interval", "Stated", "Change", "Unit")
     rows = [
-        (_NAMES.get(name, name), f"{e.value:.4g}", f"{e.low:.4g} to {e.high:.4g}",
+        (_NAMES.get(name, name), f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}",
          f"{e.stated:.4g}", f"{100 * (e.value / e.stated - 1):+.1f} %", e.unit)
         for name, e in found.estimates.items()
     ]  # fmt: skip
     return table(rows, heads) if rows else Markup()
+
+
+def _warnings(found: Identification) -> Markup:
+    told_below = {str(one) for one in found.not_determined}
+    return warning_list(text for text in found.warnings if text not in told_below)
 
 
 def _open(found: Identification) -> Markup:

@@ -176,6 +176,8 @@ def find_jumps(points: Sequence[SweepPoint]) -> Iterator[Jump]:
     """Yield where the answer jumps along a sweep, between sweeps, or to half the rotor's speed."""
     legs = list(_by_direction(points))
     for leg in legs:
+        if leg[0].direction == "unordered":
+            continue  # no sweep: each run began from rest, and no branch was followed
         for k in range(len(leg) - 1):
             if _jumps(leg, k):
                 yield Jump("along the sweep", leg[k].direction, (leg[k].speed, leg[k + 1].speed),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from workbench.identify.problem import Problem
 
-__all__ = ["ROBUST", "Solution"]
+__all__ = ["ROBUST", "Solution", "root_mean_square"]
 
 ROBUST = 3.0  # residuals beyond so many noise deviations pull less
 
@@ -47,8 +47,25 @@ class Solution:
         return self.jacobian.T @ (self.weights[:, None] * self.jacobian)
 
     @property
+    def by_run(self) -> list[NDArray[np.float64]]:
+        """Return measured less simulated over noise of each run, (n, c), NaN where not seen."""
+        run = self.problem.rows.run
+        return [
+            np.where(
+                seen.valid,
+                self.residuals[run == k][len(seen.rest) :].reshape(seen.values.shape),
+                np.nan,
+            )
+            for k, seen in enumerate(self.problem.seen)
+        ]
+
+    @property
     def misfit(self) -> float:
         """Return the root mean square of what was measured less what was simulated, over noise."""
-        measured = self.residuals[self.problem.rows.run >= 0]
-        seen = measured[measured != 0]  # a sample that was not seen has residual zero
-        return float(np.sqrt(np.mean(seen**2)))
+        return root_mean_square(np.concatenate([left.ravel() for left in self.by_run]))
+
+
+def root_mean_square(residuals: NDArray[np.float64]) -> float:
+    """Return it over those that were seen, NaN where none was."""
+    seen = residuals[np.isfinite(residuals)]
+    return float(np.sqrt(np.mean(seen**2))) if len(seen) else float("nan")

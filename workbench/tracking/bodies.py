@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,9 @@ from workbench.errors import InputError
 from workbench.tracking.axes import Axes
 from workbench.tracking.body_names import BodyNames, check_names
 from workbench.tracking.identity import told_exchanges, untangle
+from workbench.tracking.parallel import at_once
 from workbench.tracking.placing import POOR_FIT_M, Placed, place
-from workbench.tracking.pose import pitch_from_matrices
+from workbench.tracking.pose import pitch_of
 from workbench.tracking.take import BodyTake, Missing, Take, known
 from workbench.tracking.template import order_of_places
 
@@ -117,14 +119,18 @@ def raw_points(
     """
     places = {name: np.asarray(given, dtype=float) for name, given in (markers or {}).items()}
     check_names(take, names, places, axes)
-    warnings: list[str] = []
+    exchanges: list[str] = []
     marked = {role: _marked(take.bodies[name], axes) for role, name in asdict(names).items()}
-    marked = _untangled(take, marked, warnings)
-    found = {
-        role: _raw_body(take, role, each, axes, places.get(each.body.name), warnings)
-        for role, each in marked.items()
-    }
-    return RawPoints(take.times, take.rate_hz, **found, warnings=tuple(warnings))
+    marked = _untangled(take, marked, exchanges)
+    told: dict[str, list[str]] = {role: [] for role in marked}
+
+    def raw_body(role: str) -> RawBody:
+        each = marked[role]
+        return _raw_body(take, role, each, axes, places.get(each.body.name), told[role])
+
+    found = dict(zip(marked, at_once(raw_body, marked), strict=True))
+    warnings = (*exchanges, *chain(*told.values()))
+    return RawPoints(take.times, take.rate_hz, **found, warnings=warnings)
 
 
 def _marked(body: BodyTake, axes: Axes) -> _Marked:
@@ -145,10 +151,9 @@ def _to_bench(cloud: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
 def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> dict[str, _Marked]:
     """Undo exchanges within each body, then those between T and rotor."""
     out = dict(marked)
-    for role, each in marked.items():
-        if each.kind != "measured":
-            continue
-        mine = untangle(take.times, each.cloud)
+    measured = {role: each for role, each in marked.items() if each.kind == "measured"}
+    untangled = at_once(lambda each: untangle(take.times, each.cloud), measured.values())
+    for (role, each), mine in zip(measured.items(), untangled, strict=True):
         _warn(warnings, told_exchanges(take.times, mine.exchanged, repr(each.body.name)))
         out[role] = replace(each, cloud=mine.cloud)
     top, rotor = out["top"], out["rotor"]
@@ -156,9 +161,10 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
         both = untangle(take.times, np.concatenate([top.cloud, rotor.cloud], axis=1), partly=False)
         whose = f"{top.body.name!r} and {rotor.body.name!r}"
         _warn(warnings, told_exchanges(take.times, both.exchanged, whose))
-        count = top.cloud.shape[1]
-        out["top"] = replace(top, cloud=both.cloud[:, :count])
-        out["rotor"] = replace(rotor, cloud=both.cloud[:, count:])
+        if both.exchanged.any():
+            count = top.cloud.shape[1]
+            out["top"] = replace(top, cloud=both.cloud[:, :count])
+            out["rotor"] = replace(rotor, cloud=both.cloud[:, count:])
     return out
 
 
@@ -274,5 +280,5 @@ def _pose_pitch(body: BodyTake, axes: Axes) -> NDArray[np.float64] | None:
     )
     relative = turned * turned[:60].mean().inv()
     pitch = np.full(len(body.quaternion), np.nan)
-    pitch[posed] = pitch_from_matrices(relative.as_matrix())
+    pitch[posed] = pitch_of(relative.as_matrix()[:, :, 0])
     return pitch

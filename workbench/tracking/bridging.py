@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +10,15 @@ from numpy.typing import NDArray
 
 from workbench.tracking.take import known
 
-__all__ = ["Bridge", "bridge"]
+__all__ = ["Bridge", "Offsets", "bridge"]
 
 _LONGEST_S = 0.1
 _WORST_M = 2e-3  # half of what cleaning takes for a stray
 _TRIED = 1000  # samples that tell how fast a body turns
+
+
+Offsets = Callable[[NDArray[np.intp]], NDArray[np.float64]]
+"""Gives the (k, m, 3) offsets of markers from the point in k samples [m]; NaN where not told."""
 
 
 class Bridge(NamedTuple):
@@ -28,7 +33,7 @@ def bridge(
     times: NDArray[np.float64],
     cloud: NDArray[np.float64],
     position: NDArray[np.float64],
-    about: NDArray[np.float64],
+    about: Offsets,
 ) -> Bridge:
     """Carry a point on from the visible markers where too few of them tell it.
 
@@ -40,18 +45,22 @@ def bridge(
         times: (n,) [s].
         cloud: (n, m, 3) markers [m], NaN where not seen; nothing is carried on where all are NaN.
         position: (n, 3) the point [m], NaN where not told.
-        about: (n, m, 3) offsets of the markers from the point [m], NaN where not told.
+        about: of the same markers; where the point is told, so are always the same ones of them.
     """
-    used = known(about).any(axis=0)
-    cloud, about, told = cloud[:, used], about[:, used], known(position)
+    told = known(position)
+    anchors = np.flatnonzero(told)
+    used = known(about(anchors[:1])).any(axis=0)
     wanted = np.flatnonzero(~told & known(cloud).any(axis=1))
-    anchors = np.flatnonzero(told & known(about).all(axis=1))
+    wanted = wanted[known(cloud[wanted][:, used]).any(axis=1)]
     bridged = np.zeros(len(times), dtype=np.bool_)
     if not len(wanted) or len(anchors) < 2:
         return Bridge(position, bridged, 0.0)
     step = float(np.median(np.diff(times)))
     most = max(1, round(_LONGEST_S / step))
-    between, held = (_reach(about[anchors], most, one) for one in (False, True))
+    between, held = (
+        _reach(lambda i: about(anchors[i])[:, used], len(anchors), most, one)
+        for one in (False, True)
+    )
     right = np.searchsorted(anchors, wanted)
     left, right = np.maximum(right - 1, 0), np.minimum(right, len(anchors) - 1)
     before = np.abs(times[wanted] - times[anchors[left]]) / step
@@ -59,25 +68,26 @@ def bridge(
     inside = (left < right) & (np.maximum(before, after) <= between[0] + 0.5)
     beside = np.minimum(before, after) <= held[0] + 0.5
     share = np.where(inside, before / np.maximum(before + after, 1), before > after)
-    carried = _turned(about[anchors[left]], about[anchors[right]], share)
+    on_left, on_right = (about(anchors[end])[:, used] for end in (left, right))
+    carried = _turned(on_left, on_right, share)
     good = inside | beside
     position, bridged[wanted[good]] = position.copy(), True
-    position[bridged] = _mean_of_seen(cloud[wanted] - carried)[good]
+    position[bridged] = _mean_of_seen(cloud[wanted][:, used] - carried)[good]
     error = max(held[1] * bool((beside & ~inside).any()), between[1] * bool(inside.any()))
     return Bridge(position, bridged, error)
 
 
-def _reach(about: NDArray[np.float64], most: int, one_sided: bool) -> tuple[int, float]:
-    """Return over how many samples offsets are carried well enough, and the error there [m]."""
+def _reach(about: Offsets, count: int, most: int, one_sided: bool) -> tuple[int, float]:
+    """Return over how many of `count` samples offsets are carried well, and the error there [m]."""
     reach, error = 0, 0.0
     for lag in range(1, most + 1):
-        middle = np.arange(lag, len(about) - lag, max(1, len(about) // _TRIED))
+        middle = np.arange(lag, count - lag, max(1, count // _TRIED))
         if not len(middle):
             break
-        guess = about[middle - lag]
+        guess = about(middle - lag)
         if not one_sided:
-            guess = (guess + about[middle + lag]) / 2
-        off = float(np.sqrt(np.mean(np.sum((about[middle] - guess) ** 2, axis=2))))
+            guess = (guess + about(middle + lag)) / 2
+        off = float(np.sqrt(np.mean(np.sum((about(middle) - guess) ** 2, axis=2))))
         if off > _WORST_M:
             break
         reach, error = lag, max(error, off)

@@ -75,7 +75,7 @@ def parse_c3d(source: Source) -> Take:
     names = np.array([points.labels[k] for k in loose], dtype=object)
     return Take(
         path=source.path,
-        sha256=source.sha256,
+        sha256=source.sha256(),
         format="c3d",
         version="",
         rate_hz=points.rate,

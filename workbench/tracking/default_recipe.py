@@ -10,6 +10,7 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
 from workbench.tracking.glitches import bursts, off_length, out_of_reach, spikes, strays
 from workbench.tracking.grid import ABSENT, even_grid, nearest_sample, on_grid, stretches
+from workbench.tracking.parallel import at_once
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
 from workbench.tracking.smoothing import LEAST_SEEN, smooth_stretch
 from workbench.tracking.take import Missing, known
@@ -59,9 +60,13 @@ def default(points: RawPoints) -> Cleaned:
     missing: _Reasons = {}
     raw_missing: _Reasons = {}
     unfiltered = 0
-    for role, body in points.bodies.items():
-        sampled = on_grid(times, _without(raw[role], rejected[role]), grid, source, _LONGEST_FILL_S)
-        path, pulling, short = _curve(sampled, points.rate_hz)
+
+    def curve(role: str) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
+        path = _without(raw[role], rejected[role])
+        return _curve(on_grid(times, path, grid, source, _LONGEST_FILL_S), points.rate_hz)
+
+    curves = zip(points.bodies.items(), at_once(curve, points.bodies), strict=True)
+    for (role, body), (path, pulling, short) in curves:
         rejected[role][source[pulling]] = True
         raw_missing[role] = _reasons(body.missing[keep], rejected[role])
         missing[role] = _on_grid(raw_missing[role], source, known(path))
@@ -88,11 +93,13 @@ def default(points: RawPoints) -> Cleaned:
 
 def _reject(times: NDArray[np.float64], raw: _Paths) -> tuple[_Masks, tuple[str, ...]]:
     """Return what cannot be true by role, each (n,), and the rules that do not fit the take."""
-    clean: _Paths = {}
-    for role, path in raw.items():
+
+    def steady(path: NDArray[np.float64]) -> NDArray[np.float64]:
         # bursts first: spikes would nibble at their ends and hide the jumps
-        clean[role] = _without(path, bursts(times, path))
-        clean[role] = _without(clean[role], spikes(times, clean[role]))
+        path = _without(path, bursts(times, path))
+        return _without(path, spikes(times, path))
+
+    clean: _Paths = dict(zip(raw, at_once(steady, raw.values()), strict=True))
     off = off_length(clean["top"], clean["rotor"])
     clean |= {role: _without(clean[role], off) for role in ("top", "rotor")}
     warnings: list[str] = []

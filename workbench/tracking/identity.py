@@ -28,6 +28,7 @@ _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.2
 _TRIED = 500  # samples that tell how far markers usually move
 _LAGS = 8
+_BLOCK = 8192  # samples looked at together, so that they stay in the cache
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -66,19 +67,13 @@ def untangle(
     rows = np.flatnonzero(whole)
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, unchanged)
-    full = cloud[rows] if len(rows) < n else cloud
-    nearest = _least_distance(full)
-    slots = _by_continuity(times[rows], full, nearest)
-    if slots is None and (not partly or len(rows) == n):
-        return Untangled(cloud, unchanged)
+    nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
     order = unchanged.copy()
-    if slots is not None:
-        order[rows] = slots
-        full = np.take_along_axis(full, slots[:, :, None], axis=1)
-    if partly:
-        some = np.flatnonzero(~whole)
-        for row, slot in _by_paths(times, cloud, some, rows, full, nearest).items():
-            order[row] = slot
+    cuts = _cuts(cloud, rows, nearest)
+    if len(cuts):
+        order[rows] = _by_continuity(_Motion(times, cloud, rows, nearest), cuts)
+    for row, slot in _by_paths(times, cloud, rows, order, nearest).items() if partly else ():
+        order[row] = slot
     if (order == unchanged).all():
         return Untangled(cloud, unchanged)
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
@@ -99,25 +94,31 @@ def told_exchanges(
     )
 
 
-def _least_distance(full: NDArray[np.float64]) -> float:
+def _least_distance(some: NDArray[np.float64]) -> float:
     """Return the usual distance of the two markers that are nearest to each other [m]."""
-    some = full[:: max(1, len(full) // _TRIED)]
-    first, second = np.triu_indices(full.shape[1], k=1)
+    first, second = np.triu_indices(some.shape[1], k=1)
     return float(np.median(np.linalg.norm(some[:, first] - some[:, second], axis=2), axis=0).min())
 
 
-def _by_continuity(
-    times: NDArray[np.float64], full: NDArray[np.float64], nearest: float
-) -> NDArray[np.intp] | None:
-    """Return slots (k, m) of samples that show all markers, None where all stay as they are."""
-    shape = full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
-    step = np.diff(shape, axis=0)
-    far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
-    if not far.any():
-        return None
-    cuts = np.flatnonzero(far.any(axis=1)) + 1
-    starts, stops = np.r_[0, cuts], np.r_[cuts, len(full)]
-    orders, group = _linked(_Motion(times, shape, nearest), starts, stops)
+def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
+    """Return the places in `rows` at which a marker has left its place since the one before."""
+    found = [np.empty(0, dtype=np.intp)]
+    for start in range(0, len(rows) - 1, _BLOCK):
+        step = np.diff(_about_middle(cloud[rows[start : start + _BLOCK + 1]]), axis=0)
+        far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
+        found.append(np.flatnonzero(far.any(axis=1)) + start + 1)
+    return np.concatenate(found)
+
+
+def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return markers (k, m, 3) about their common centroid."""
+    return full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
+
+
+def _by_continuity(motion: _Motion, cuts: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return slots (k, m) of samples that show all markers."""
+    starts, stops = np.r_[0, cuts], np.r_[cuts, len(motion)]
+    orders, group = _linked(motion, starts, stops)
     for name in np.unique(group):
         members = np.flatnonzero(group == name)
         kinds, kind = np.unique(orders[members], axis=0, return_inverse=True)
@@ -131,15 +132,15 @@ def _linked(
     motion: _Motion, starts: NDArray[np.intp], stops: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the slots (p, m) of each piece against the first of its group, and its group (p,)."""
-    count, m = len(starts), motion.shape.shape[1]
+    count, m = len(starts), motion.cloud.shape[1]
     orders, group = np.tile(np.arange(m), (count, 1)), np.arange(count)
     for i in range(1, count):
         for j in range(i - 1, max(-1, i - 1 - _LOOK_BACK), -1):
             last, first = int(stops[j]) - 1, int(starts[i])
             if not motion.comparable(last, first):
                 break
-            before = motion.shape[last][orders[j]]
-            order = _continued(before, motion.shape[first], motion.nearest)
+            before, after = motion.shape(np.array([last, first]))
+            order = _continued(before[orders[j]], after, motion.nearest)
             if order is not None:
                 group[i], orders[i] = group[j], order
                 break
@@ -148,22 +149,38 @@ def _linked(
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """Markers (k, m, 3) about their centroid at (k,) times, and their least distance [m]."""
+    """The k samples that show all markers.
+
+    Args:
+        times: (n,) [s].
+        cloud: (n, m, 3) [m].
+        rows: (k,) those samples.
+        nearest: least distance of two markers [m].
+    """
 
     times: NDArray[np.float64]
-    shape: NDArray[np.float64]
+    cloud: NDArray[np.float64]
+    rows: NDArray[np.intp]
     nearest: float
+
+    def __len__(self) -> int:
+        """Return k."""
+        return len(self.rows)
+
+    def shape(self, places: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the markers about their centroid in some of the k samples, (len(places), m, 3)."""
+        return _about_middle(self.cloud[self.rows[places]])
 
     def comparable(self, last: int, first: int) -> bool:
         """Tell whether the markers keep their places over the time between two samples."""
-        gap = float(self.times[first] - self.times[last])
+        gap = float(self.times[self.rows[first]] - self.times[self.rows[last]])
         return (
             gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest
         )
 
     @cached_property
     def _step(self) -> float:
-        return float(np.median(np.diff(self.times)))
+        return float(np.median(np.diff(self.times[self.rows])))
 
     @cached_property
     def _usual_moves(self) -> dict[int, float]:
@@ -171,7 +188,7 @@ class _Motion:
 
     def _usual_move(self, lag: int) -> float:
         """Return how far the marker that moves most usually gets within a lag [m]."""
-        if lag >= len(self.shape):
+        if lag >= len(self):
             return np.inf
         if lag not in self._usual_moves:
             # a body that has turned once is where it was: shorter lags count as well
@@ -180,8 +197,8 @@ class _Motion:
         return self._usual_moves[lag]
 
     def _median_move(self, lag: int) -> float:
-        some = np.arange(lag, len(self.shape), max(1, len(self.shape) // _TRIED))
-        moved = np.linalg.norm(self.shape[some] - self.shape[some - lag], axis=2)
+        some = np.arange(lag, len(self), max(1, len(self) // _TRIED))
+        moved = np.linalg.norm(self.shape(some) - self.shape(some - lag), axis=2)
         return float(np.median(moved.max(axis=1)))
 
 
@@ -197,19 +214,24 @@ def _continued(
 def _by_paths(
     times: NDArray[np.float64],
     cloud: NDArray[np.float64],
-    some: NDArray[np.intp],
     rows: NDArray[np.intp],
-    full: NDArray[np.float64],
+    slots: NDArray[np.intp],
     nearest: float,
 ) -> dict[int, NDArray[np.intp]]:
-    """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths."""
+    """Return slots (m,) of samples with hidden markers whose visible ones sit on others' paths.
+
+    `rows` are the samples that show all markers, from `slots` (n, m).
+    """
+    some = np.setdiff1d(np.arange(len(cloud)), rows, assume_unique=True)
     after = np.searchsorted(rows, some)
     inside = (after > 0) & (after < len(rows))
     some, after = some[inside], after[inside]
-    t, t0, t1 = times[some], times[rows[after - 1]], times[rows[after]]
+    left, right = rows[after - 1], rows[after]
+    t, t0, t1 = times[some], times[left], times[right]
     close = t1 - t0 <= _LONGEST_S
     share = ((t - t0) / (t1 - t0))[:, None, None]
-    paths = full[after - 1] * (1 - share) + full[after] * share
+    start, end = (np.take_along_axis(cloud[i], slots[i][:, :, None], axis=1) for i in (left, right))
+    paths = start * (1 - share) + end * share
     off = np.linalg.norm(cloud[some] - paths, axis=2)
     suspect = close & (off > _LEFT * nearest).any(axis=1)
     found: dict[int, NDArray[np.intp]] = {}

@@ -44,7 +44,7 @@ def motive_missing(
         missing[~visible & repeat] = Missing.FROZEN
     zero = _is_zero_pose(position, quaternion) & ~(has_raw & visible)
     missing[zero] = Missing.PLACEHOLDER
-    missing[np.isnan(position).any(axis=1)] = Missing.BLANK
+    missing[~known(position)] = Missing.BLANK
     if not has_raw:
         _mark_frozen(missing, repeat, max(_FROZEN_SAMPLES, round(_FROZEN_S * rate)))
     return missing
@@ -63,17 +63,22 @@ def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:
 
 
 def _repeats(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> NDArray[np.bool_]:
-    pose = np.hstack([position, np.nan_to_num(quaternion)])
-    same = np.zeros(len(pose), dtype=bool)
-    same[1:] = (pose[1:] == pose[:-1]).all(axis=1)
+    same = np.zeros(len(position), dtype=bool)
+    alike = np.arange(1, len(position))
+    for column in position.T:  # what differs in one of them is not looked at again
+        alike = alike[column[alike] == column[alike - 1]]
+    before, after = (np.nan_to_num(quaternion[i]) for i in (alike - 1, alike))
+    same[alike] = (before == after).all(axis=1)
     return same
 
 
 def _is_zero_pose(
     position: NDArray[np.float64], quaternion: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    unturned = np.isnan(quaternion).any(axis=1) | (quaternion[:, 1:] == 0).all(axis=1)
-    return (position == 0).all(axis=1) & unturned
+    zero = (position[:, 0] == 0) & (position[:, 1] == 0) & (position[:, 2] == 0)
+    turn = quaternion[zero]
+    zero[zero] = np.isnan(turn).any(axis=1) | (turn[:, 1:] == 0).all(axis=1)
+    return zero
 
 
 def _mark_frozen(missing: NDArray[np.int8], repeat: NDArray[np.bool_], least: int) -> None:

@@ -34,7 +34,7 @@ def parse_motive(source: Source) -> Take:
     bodies, cloud = bodies_and_cloud(layout, table, rate, source)
     return Take(
         path=source.path,
-        sha256=source.sha256,
+        sha256=source.sha256(),
         format="motive",
         version=_version(layout, source),
         rate_hz=rate,

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from workbench.tracking.bridging import bridge
+from workbench.tracking.bridging import Offsets, bridge
 from workbench.tracking.line import point_on_line
-from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_from_matrices
+from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_of
 from workbench.tracking.take import known
 from workbench.tracking.template import learn_places, marker_weights
 
@@ -48,13 +47,13 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """What pose or line tell: as in `Placed`, and how the markers' (n, m, 3) offsets are found."""
+    """What pose or line tell: as in `Placed`, and how the markers' offsets are found."""
 
     position: NDArray[np.float64]
     pitch: NDArray[np.float64] | None
     residual: NDArray[np.float64]
     limit: float
-    about: Callable[[], NDArray[np.float64]]
+    about: Offsets
     source: str
     warnings: tuple[str, ...]
 
@@ -87,8 +86,8 @@ def place(
         return None
     source, bridged = fit.source, np.zeros(len(times), dtype=np.bool_)
     if (~known(position) & ~strays).any():
-        usable = np.where(strays[:, None, None], np.nan, cloud)
-        position, bridged, error = bridge(times, usable, position, fit.about())
+        usable = np.where(strays[:, None, None], np.nan, cloud) if strays.any() else cloud
+        position, bridged, error = bridge(times, usable, position, fit.about)
         told = f"; {np.count_nonzero(bridged)} samples from some of them"
         source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
     return Placed(
@@ -140,10 +139,10 @@ def _posed(
         point += f" ({used} of its {len(places)} markers)"
     return _Fit(
         position=poses.origin,
-        pitch=pitch_from_matrices(poses.matrix if given else _from_rest(poses.matrix)),
+        pitch=pitch_of(poses.matrix[:, :, 0] if given else _forward(poses.matrix)),
         residual=poses.rmsd,
         limit=limit,
-        about=lambda: np.einsum("nij,mj->nmi", poses.matrix, places),
+        about=lambda samples: np.einsum("nij,mj->nmi", poses.matrix[samples], places),
         source=f"{point}, fitted to the {{}} markers (median misfit {1e3 * usual:.2f} mm)",
         warnings=warnings,
     )
@@ -169,11 +168,14 @@ def _without_one_marker(
     return kept
 
 
-def _from_rest(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return rotations (n, 3, 3) relative to their mean over the first half second or so."""
+def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where rotations (n, 3, 3) turn what pointed along +x at first, (n, 3).
+
+    At first is in the mean over the first half second or so.
+    """
     posed = np.flatnonzero(np.isfinite(matrix[:, 0, 0]))[:_REST_SAMPLES]
     rest = Rotation.from_matrix(matrix[posed]).mean().as_matrix()
-    return np.einsum("nij,kj->nik", matrix, rest)
+    return np.einsum("nij,j->ni", matrix, rest[0])
 
 
 def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
@@ -185,7 +187,7 @@ def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | 
         pitch=point.pitch,
         residual=residual,
         limit=max(POOR_FIT_M, _USUAL_TIMES * _median(residual)),
-        about=lambda: cloud - point.position[:, None],
+        about=lambda samples: cloud[samples] - point.position[samples, None],
         source=point.source,
         warnings=point.warnings,
     )

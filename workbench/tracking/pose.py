@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from workbench.tracking.take import known
 
-__all__ = ["Poses", "fit_poses", "on_a_line", "pitch_from_matrices"]
+__all__ = ["Poses", "fit_poses", "on_a_line", "pitch_of"]
 
 _FLAT = 1e-2  # second singular value over the first; below it the markers are on a line
 _MOST_STEPS = 30  # Newton's; three or four are usual
 _CONVERGED = 1e-14
+_BLOCK = 8192  # samples fitted at a time, so that they stay in the cache
 
 
 class Poses(NamedTuple):
@@ -55,17 +56,21 @@ def fit_poses(
         shown = np.flatnonzero(code >> np.arange(m) & 1)
         if on_a_line(places[shown]):
             continue
-        samples = np.flatnonzero(pattern == code)
-        whole = len(samples) == n and len(shown) == m  # the usual take needs no copy
-        seen = cloud if whole else cloud[np.ix_(samples, shown)]
-        for kept, new in zip(poses, _fit(places[shown], seen, weights[shown]), strict=True):
-            kept[samples] = new
+        alike = np.flatnonzero(pattern == code)
+        for start in range(0, len(alike), _BLOCK):
+            samples = alike[start : start + _BLOCK]
+            seen = cloud[samples]
+            fitted = _fit(
+                places[shown], seen if len(shown) == m else seen[:, shown], weights[shown]
+            )
+            for kept, new in zip(poses, fitted, strict=True):
+                kept[samples] = new
     return poses
 
 
-def pitch_from_matrices(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation about +y, (n,) [rad]: how far +x has turned towards -z."""
-    return np.arctan2(-matrix[:, 2, 0], matrix[:, 0, 0])
+def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation about +y, (n,) [rad], of +x into directions (n, 3): towards -z."""
+    return np.arctan2(-forward[:, 2], forward[:, 0])
 
 
 def on_a_line(places: NDArray[np.float64]) -> bool:

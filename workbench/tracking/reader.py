@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from workbench.errors import TakeError
@@ -43,16 +44,8 @@ def read_take(path: str | Path) -> Take:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
     data = _bytes(Path(path))
-    if is_c3d(data):
-        return parse_c3d(Source(str(path), hashlib.sha256(data).hexdigest(), data))
-    _refuse_binary(data, str(path))
-    encoding, warnings = _encoding(data)
-    if not data.endswith((b"\n", b"\r")):
-        warnings.append(
-            "the last row has no line end; if the file was cut off, so is its last number"
-        )
-    source = Source(str(path), hashlib.sha256(data).hexdigest(), data, encoding, warnings)
-    return _parser(source)(source)
+    with ThreadPoolExecutor(1) as beside:
+        return _parsed(str(path), beside.submit(_sha256, data).result, data)
 
 
 def _bytes(path: Path) -> bytes:
@@ -63,6 +56,23 @@ def _bytes(path: Path) -> bytes:
     if not data or data.isspace():
         raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
     return data
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _parsed(path: str, sha256: Callable[[], str], data: bytes) -> Take:
+    if is_c3d(data):
+        return parse_c3d(Source(path, sha256, data))
+    _refuse_binary(data, path)
+    encoding, warnings = _encoding(data)
+    if not data.endswith((b"\n", b"\r")):
+        warnings.append(
+            "the last row has no line end; if the file was cut off, so is its last number"
+        )
+    source = Source(path, sha256, data, encoding, warnings)
+    return _parser(source)(source)
 
 
 def _refuse_binary(data: bytes, path: str) -> None:

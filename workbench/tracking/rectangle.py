@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
+from workbench.tracking.pieces import Pieces
 from workbench.tracking.source import LARGEST
 
 __all__ = ["Rectangle", "Words", "read_rectangle"]
@@ -53,7 +54,7 @@ class Rectangle:
 
 
 def read_rectangle(
-    text: bytes | memoryview,
+    text: bytes | memoryview | Pieces,
     width: int,
     numbers: Sequence[int],
     words: Sequence[int] = (),
@@ -73,9 +74,10 @@ def read_rectangle(
     """
     names = [str(column) for column in range(width)]
     kinds = {names[i]: pa.float64() for i in numbers} | {names[i]: _WORD for i in words}
+    together = not isinstance(text, Pieces)
     try:
         table = arrow_csv.read_csv(
-            pa.BufferReader(pa.py_buffer(text)),
+            pa.BufferReader(pa.py_buffer(text)) if together else pa.PythonFile(text, mode="r"),
             arrow_csv.ReadOptions(column_names=names, block_size=_BLOCK),
             arrow_csv.ParseOptions(quote_char=False),
             arrow_csv.ConvertOptions(
@@ -89,7 +91,8 @@ def read_rectangle(
         return None
     values = _numbers(table, [names[i] for i in numbers])
     texts = tuple(_words(table[names[i]], encoding) for i in words)
-    if values is None or _quotes(text) != sum(_enclosing(words) for words in texts):
+    quotes = _quotes(text) if together else text.quotes
+    if values is None or quotes != sum(_enclosing(words) for words in texts):
         return None
     return Rectangle(values, tuple(_unquoted(words) for words in texts))
 

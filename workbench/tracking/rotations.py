@@ -35,6 +35,6 @@ def euler_degrees(quaternion: NDArray[np.float64], order: str) -> NDArray[np.flo
 
 def usable(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return quaternions (n, 4) with NaN in place of those that are no rotation."""
-    length = np.linalg.norm(np.nan_to_num(quaternion), axis=1)
-    whole = known(quaternion) & (length > _LEAST_LENGTH)
+    square = np.einsum("nk,nk->n", quaternion, quaternion)
+    whole = (square > _LEAST_LENGTH**2) & np.isfinite(square)
     return np.where(whole[:, None], quaternion, np.nan)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.tracking.pieces import Pieces
 from workbench.tracking.rectangle import Rectangle, read_rectangle
 from workbench.tracking.row_table import (
     BODY_WORDS,
@@ -40,9 +41,9 @@ class _Declined(Exception):
 
 
 class _Kind(NamedTuple):
-    """Rows of the same kind and width: their bytes, cells a row, and the frame of each (k,)."""
+    """Rows of the same kind and width: their text, cells a row, and the frame of each (k,)."""
 
-    text: bytes
+    text: Pieces
     width: int
     frames: NDArray[np.int64]
 
@@ -138,12 +139,11 @@ class _Lines:
 
     def kinds(self, mask: NDArray[np.bool_]) -> Iterator[_Kind]:
         """Yield the lines of a mask, those of the same width together."""
-        for width in np.unique(self._width[mask]).tolist():
+        for width in np.flatnonzero(np.bincount(self._width[mask])).tolist():
             members = mask & (self._width == width)
             edges = np.flatnonzero(np.diff(members, prepend=False, append=False))
             begins, ends = self._starts[edges[::2]], self._stops[edges[1::2] - 1]
-            pieces = [self._data[a:b] for a, b in zip(begins.tolist(), ends.tolist(), strict=True)]
-            yield _Kind(b"".join(pieces), width, self._frame[members])
+            yield _Kind(Pieces(self._data, begins, ends), width, self._frame[members])
 
 
 def _newlines(buffer: NDArray[np.uint8], at: int) -> NDArray[np.int64]:
@@ -189,7 +189,7 @@ def _read_kind(kind: _Kind, numbers: list[int], words: list[int], source: Source
 
 def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> None:
     """Read frame rows that list the same number of bodies and of points."""
-    tracked, seen = _counts(kind.text)
+    tracked, seen = _counts(kind.text.first_row())
     _require(kind.width == frame_width(tracked, seen, version))
     poses = [POSE_START + POSE_WIDTH * j for j in range(tracked)]
     count = POSE_START + POSE_WIDTH * tracked
@@ -207,8 +207,8 @@ def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> 
     for j, ids in enumerate(found.words[1 : 1 + tracked]):
         values = found.numbers[4 + 7 * j : 11 + 7 * j]
         for code, identity in enumerate(ids.vocabulary):
-            of = ids.codes == code
-            pose = (kind.frames[of], values[:, of].T)
+            of = np.flatnonzero(ids.codes == code)
+            pose = (kind.frames[of], np.take(values, of, axis=1).T)
             frames.poses.setdefault(identity.strip(), []).append(pose)
     places = found.numbers[4 + 7 * tracked :].reshape(seen, 3, -1).transpose(2, 0, 1)
     labels = np.empty(places.shape[:2], dtype=np.int32)
@@ -218,9 +218,9 @@ def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> 
     frames.points.append((kind.frames, places, labels))
 
 
-def _counts(text: bytes) -> tuple[int, int]:
-    """Return the counts of tracked bodies and of visible points in the first row."""
-    cells = text[: text.find(b"\n")].split(b",")
+def _counts(row: bytes) -> tuple[int, int]:
+    """Return the counts of tracked bodies and of visible points in a row."""
+    cells = row.split(b",")
     try:
         tracked = int(cells[3])
         return tracked, int(cells[POSE_START + POSE_WIDTH * tracked])
@@ -243,7 +243,7 @@ def _bodies(
     _require(markers[0] >= 0 and (markers == markers[0]).all())
     _require(body_width(int(markers[0]), version) == kind.width)
     for code, text in enumerate(ids.vocabulary):
-        of, identity = ids.codes == code, text.strip()
+        of, identity = np.flatnonzero(ids.codes == code), text.strip()
         own = kind.frames[of]
         _require(head.names.get(identity, "") != "" and (np.diff(own) > 0).all())
         pose_frames, poses = _poses(identity, frames)
@@ -253,7 +253,7 @@ def _bodies(
             markers=int(markers[0]),
             frames=own,
             lost=lost[of].astype(np.int64),
-            values=found.numbers[3:, of].T,
+            values=np.take(found.numbers[3:], of, axis=1).T,
             pose_frames=pose_frames,
             poses=poses,
         )

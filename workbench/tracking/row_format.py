@@ -39,7 +39,7 @@ def parse_row(source: Source) -> Take:
         bodies, cloud = _from_labels(cloud, source)
     return Take(
         path=source.path,
-        sha256=source.sha256,
+        sha256=source.sha256(),
         format="row",
         version=version,
         rate_hz=row_rate(table.times, source),
@@ -64,7 +64,8 @@ def _check_header(table: RowTable, source: Source) -> None:
                 f"the header says {shown(table.info[key])} bodies, the file has {len(table.bodies)}"
             )
     for rows in table.bodies:
-        silent = len(table.indices) - len(np.unique(rows.frames))
+        rows_of = np.bincount(rows.frames, minlength=len(table.indices))
+        silent = np.count_nonzero(rows_of == 0)
         if not len(rows.frames):
             source.warn(f"body {shown(rows.name)} is defined and has no rows; left out")
         elif silent:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,14 +26,14 @@ class Source:
 
     Args:
         path: the file's name as the user gave it.
-        sha256: of the file's bytes.
+        sha256: gives that of the file's bytes, which is computed meanwhile.
         data: the file's bytes.
         encoding: of the text in them.
         warnings: filled by the parsers.
     """
 
     path: str
-    sha256: str
+    sha256: Callable[[], str]
     data: bytes
     encoding: str = "utf-8-sig"
     warnings: list[str] = field(default_factory=list)

@@ -46,9 +46,11 @@ def learn_places(cloud: NDArray[np.float64]) -> NDArray[np.float64] | None:
         posed = known(poses.origin)
         turned = np.swapaxes(poses.matrix[posed], 1, 2)  # bench to body
         local = np.einsum("nij,nmj->nmi", turned, seen[posed] - poses.origin[posed, None])
-        shown = known(local).any(axis=0)
+        given = known(local)
+        shown = given.any(axis=0)
+        median = np.median if given[:, shown].all() else np.nanmedian  # ten times as fast
         places = np.full_like(places, np.nan)
-        places[shown] = np.nanmedian(local[:, shown], axis=0)
+        places[shown] = median(local[:, shown], axis=0)
     return places - places[known(places)].mean(axis=0)
 
 

@@ -1,0 +1,81 @@
+"""`workbench identify` from runs on the virtual bench to the new model and its report."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Command
+from workbench.protocol import ModelFile, load
+
+STEPS = """\
+schema: workbench/protocol-1
+title: Short
+model: thesis
+shape: thesis-initial
+steps:
+  - run: {mode: clamped, speed: 13 rad/s, rest: 1 s, duration: 2 s}
+  - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 2 s}
+  - run: {mode: decay, pull: 0.6 N, rest: 1 s, duration: 2 s, role: held_out}
+  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 2 s}
+"""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs of the beam, one held out, and a fall."""
+    from typer.testing import CliRunner
+
+    from workbench.cli.app import app
+
+    folder = tmp_path_factory.mktemp("beam")
+    (folder / "p.yaml").write_text(STEPS)
+    done = CliRunner().invoke(app, ["run", str(folder / "p.yaml"), "--runs", str(folder / "runs")])
+    assert done.exit_code == 0, done.output
+    return folder / "runs"
+
+
+def test_the_beam_is_found_and_its_report_lies_beside_the_new_model(
+    workbench: Command, runs: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "models" / "mine.yaml"
+    words = ("identify", runs, "--fit", "hinge_stiffness", "--out", out, "--json")
+    answer = workbench(*words)
+    assert answer.code == 0, answer.err
+    found = answer.json
+    stiffness = found["parameters"]["hinge_stiffness"]
+    assert stiffness["value"] == pytest.approx(9.31, rel=0.01)  # of bench-virtual.yaml
+    value = load(out, ModelFile).content.values()["hinge_stiffness"]
+    assert value == pytest.approx(stiffness["value"], rel=1e-5)
+    assert (found["model"], found["report"]) == (str(out), str(out.with_suffix(".html")))
+    page = Path(found["report"]).read_text(encoding="utf-8")
+    (held,) = found["validation"]["held_out_runs"]
+    fitted = found["validation"]["rmse_mm"]["fitted"]
+    for words_in_page in (
+        "k, stiffness of a hinge", f"{stiffness['value']:.5g}", held, f"{fitted:.3f}",
+        "run 3, held out", "mine.yaml (", *found["runs"],
+    ):  # fmt: skip
+        assert words_in_page in page, words_in_page
+    assert not re.search(r'(src|href)="(?!#)', page)
+    again = workbench(*words)
+    assert again.code == 2
+    assert "mine.yaml: exists and is never overwritten; give another --out" in again.err
+    out.unlink()
+    again = workbench(*words)
+    assert "mine.html: exists and is never overwritten" in again.err
+
+
+def test_a_fit_of_the_ground_tells_in_its_report_what_the_runs_leave_open(
+    workbench: Command, runs: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "ground.yaml"
+    fit = "ground_stiffness,friction_slide"
+    answer = workbench("identify", runs, "--fit", fit, "--out", out)
+    assert answer.code == 0, answer.err
+    assert f"report: {out.with_suffix('.html')}" in answer.out
+    page = out.with_suffix(".html").read_text(encoding="utf-8")
+    assert "These parameters keep their stated values." in page
+    assert '<th scope="row">friction_slide</th>' in page
+    assert '<th scope="row">ground_stiffness</th>' in page

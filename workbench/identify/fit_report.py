@@ -1,0 +1,146 @@
+"""The report of a fit, from what `workbench identify` has at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from workbench.bundle import Bundle, sha256
+from workbench.errors import InputError
+from workbench.identify.contact import Contact
+from workbench.identify.damping import ModeDamping, damping
+from workbench.identify.identification import Identification
+from workbench.identify.measured import MeasuredRun
+from workbench.identify.pairs import simulated_pair
+from workbench.identify.report import Part, write_identification
+from workbench.identify.resonance import Resonances, resonances
+from workbench.identify.validation import PointError, RunValidation, Validation
+from workbench.protocol import Document, ModelFile
+from workbench.sim import Robot
+
+__all__ = ["made_from", "report_fit"]
+
+_DIGEST = 12  # digits of a hash that a reader compares
+
+
+def report_fit(
+    path: Path,
+    found: Identification | Contact,
+    runs: Sequence[MeasuredRun],
+    robot: Robot,
+    validation: Validation,
+    provenance: Mapping[str, str],
+) -> Path | None:
+    """Write the report of a fit as one HTML page and return its path.
+
+    Args:
+        path: the `.html` file; one that is there is replaced.
+        found: the fit of the beam or of the ground; of one that fitted nothing nothing is written.
+        runs: fitted and held out; the first hop among them is shown beside its simulation.
+        robot: as fitted.
+        validation: on the runs that were held out.
+        provenance: rows of what the fit was made from.
+    """
+    contact = None
+    if isinstance(found, Contact):
+        if found.solution is None:
+            return None
+        contact = _untold(found)
+        found = _as_identification(found)
+    used = [run for run in found.runs if run.mode in ("clamped", "decay")]
+    hop = next((run for run in runs if run.mode == "hop"), None)
+    write_identification(
+        path,
+        found,
+        _resonances(used),
+        _damping(used),
+        _validated(validation),
+        contact,
+        hop=None if hop is None else simulated_pair(hop, robot),
+        provenance=provenance,
+    )
+    return path
+
+
+def made_from(
+    bundles: Sequence[Bundle], stated: Document[ModelFile], written: Document[ModelFile]
+) -> dict[str, str]:
+    """Return which models and takes a fit was made from, each with its hash, and the versions."""
+    rows = {
+        "stated model": f"{stated.content.name} ({sha256(stated.path)[:_DIGEST]})",
+        "new model": f"{written.path.name} ({sha256(written.path)[:_DIGEST]})",
+    }
+    for k, bundle in enumerate(bundles, start=1):
+        take = bundle.take()
+        rows[f"run {k}, {bundle.manifest['role'].replace('_', ' ')}"] = (
+            f"{bundle.path.name}, {take.name} ({sha256(take)[:_DIGEST]})"
+        )
+    versions = bundles[0].manifest["versions"]
+    return rows | {"versions": ", ".join(f"{name} {version}" for name, version in versions.items())}
+
+
+def _as_identification(found: Contact) -> Identification:
+    assert found.solution is not None
+    told = set(found.not_determined.values())
+    return Identification(
+        estimates=found.estimates,
+        not_determined=(),
+        increments=found.solution.problem.robot.increments,
+        misfit=found.misfit,
+        runs=found.solution.problem.runs,
+        warnings=tuple(text for text in found.warnings if text not in told),
+        solution=found.solution,
+    )
+
+
+def _untold(found: Contact) -> Part | None:
+    rows = list(found.not_determined.items())
+    text = "These parameters keep their stated values."
+    return Part(("Parameter", "Why the runs do not tell it"), rows, text) if rows else None
+
+
+def _resonances(runs: Sequence[MeasuredRun]) -> Resonances | None:
+    try:
+        return resonances(runs)
+    except InputError:
+        return None  # too short to be looked at; a fit needs less than a spectrum
+
+
+def _damping(runs: Sequence[MeasuredRun]) -> tuple[ModeDamping, ...]:
+    try:
+        return damping(runs)
+    except InputError:
+        return ()
+
+
+def _validated(validation: Validation) -> Part | None:
+    pooled = validation.pooled
+    if pooled is None:
+        return None
+    rows = [_row(run.name, point) for run in validation.runs for point in run.points]
+    rows.append(_row("all", pooled))
+    text = (
+        "Distance from where the cameras saw each point of runs that the fit has not seen, root "
+        "mean square in mm: of a perfect model (noise), of the stated and of the fitted one; and "
+        "the share of what could be removed that is gone."
+    )
+    hops = " ".join(_hops(run) for run in validation.runs if run.stated_events)
+    heads = ("Run", "Point", "Noise", "Stated", "Fitted", "Removed")
+    return Part(heads, rows, f"{text} {hops}".strip())
+
+
+def _row(name: str, point: PointError) -> tuple[str, ...]:
+    removed = f"{100 * point.removed:.1f} %" if np.isfinite(point.removed) else "nothing to remove"
+    errors = (point.noise_mm, point.stated_mm, point.fitted_mm)
+    return (name, point.point, *(f"{error:.3f}" for error in errors), removed)
+
+
+def _hops(run: RunValidation) -> str:
+    told = "; ".join(
+        f"{old.name} {old.measured:.4g} \N{PLUS-MINUS SIGN} {new.error:.2g} measured, "
+        f"{old.simulated:.4g} stated, {new.simulated:.4g} fitted"
+        for old, new in zip(run.stated_events, run.fitted_events, strict=True)
+    )
+    return f"Its hops after {run.window:.1f} s, {run.name}: {told}."

@@ -1,0 +1,21 @@
+"""Work on several bodies at once: numpy lets other threads run while it computes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+__all__ = ["at_once"]
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+def at_once(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> list[_Result]:
+    """Return what a function makes of each item, in their order.
+
+    The first error in that order is raised. The function must not change what items share.
+    """
+    with ThreadPoolExecutor() as pool:
+        return list(pool.map(function, items))
