@@ -11,8 +11,8 @@ from workbench.protocol import SCHEMAS, load
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted(
     path
-    for folder in ("protocols", "models", "workbench", "docs/examples")
-    for path in (ROOT / folder).glob("*.yaml")
+    for folder in ("protocols", "models", "workbench", "docs/examples", "examples/*")
+    for path in ROOT.glob(f"{folder}/*.yaml")
 )
 
 
