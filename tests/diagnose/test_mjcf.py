@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from workbench.diagnose import MjcfRig, load_rig
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.mjcf_numbers import set_field
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
 from workbench.errors import FileFaults, InputError
@@ -187,6 +188,26 @@ def test_mass_takes_its_inertia_along_and_both_ways_to_it_agree(rig: MjcfRig) ->
         ]
     )  # fmt: skip
     assert heavier == pytest.approx(stiffer, abs=1e-12)
+
+
+def test_a_heavier_body_turns_as_much_more_slowly() -> None:
+    model = mujoco.MjModel.from_xml_string(MODEL.replace('type="slide" axis="1', 'axis="1'))
+    set_field(model, "mass", model.body("cart").id, 1.0)
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    about = 1.0 * (0.06**2 + 0.04**2) / 12  # of the box about x, through its centre
+    assert model.dof_M0[0] == pytest.approx(about, rel=1e-9)
+
+
+def test_a_simulation_that_blows_up_repeats_its_last_samples_and_writes_no_log(
+    rig: MjcfRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    predicted = rig.predict([(0, {"rail_stiffness": 1e9}), (0, {})])
+    assert np.isfinite(predicted[0]).all()
+    assert np.ptp(predicted[0][-50:, 0]) < 1e-9 * np.abs(predicted[0]).max()
+    assert np.array_equal(predicted[1], rig.predict([(0, {})])[0])
+    assert set(tmp_path.iterdir()) == before
 
 
 def test_dry_friction_takes_the_same_from_every_half_swing(rig: MjcfRig) -> None:

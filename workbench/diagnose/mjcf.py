@@ -29,6 +29,7 @@ from workbench.diagnose.mjcf_numbers import (
 from workbench.diagnose.rig import Asked, Effects, Observed, Unknown
 from workbench.errors import InputError
 from workbench.protocol import Document, RigFile, RigInput, RigRun, load
+from workbench.sim import keep_engine_quiet
 
 __all__ = ["MjcfRig", "load_rig"]
 
@@ -175,6 +176,7 @@ class MjcfRig:
         steps = -(-steps // 2) if coarse else steps
         count = int(np.ceil((min(until, float(seen[-1])) + _MARGIN_S) / sample)) + 1
         models = [self._model(given, sample / steps) for given in values]
+        keep_engine_quiet()
         batch = Batch(self.model, nsim=len(models), nthread=min(self.threads, len(models)))
         batch.set_models(models)
         for row, (model, given) in enumerate(zip(models, values, strict=True)):

@@ -2,13 +2,13 @@
 
 `robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law and
 `laws` what else acts on the beam as compiled code, which `passive` hands to the engine; `drive` is
-what turns the rotor, `uneven` how that gives way and ripples, `motor` its numbers and `command` what
-it is told; `effects` are the causes by which a robot differs from its model. `equilibrium` finds the pose at rest, `modes` how it rings
-about that, `checks` refuses what cannot be simulated, `simulate` runs it, `fanout` many on one
-machine or several, and `gait` tells how it hopped. Nothing here knows of cameras, supplies or
-files. A new part of the robot is a function in `robot` that edits the spec, a new drive one in
-`drive`, a new effect a file in `effects`; a force that the engine has no field for belongs in
-`laws`, whose callback is installed once for the process.
+what turns the rotor, `uneven` how that gives way and ripples, `motor` its numbers and `command`
+what it is told; `effects` are the causes by which a robot differs from its model. `equilibrium`
+finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot be simulated,
+`simulate` runs it, `fanout` many on one machine or several, and `gait` tells how it hopped. Nothing
+here knows of cameras, supplies or files. A new part of the robot is a function in `robot` that
+edits the spec, a new drive one in `drive`, a new effect a file in `effects`; a force that the
+engine has no field for belongs in `laws`, whose callback is installed once for the process.
 """
 
 from workbench.sim.checks import require_stable
@@ -40,6 +40,7 @@ from workbench.sim.robot import (
 from workbench.sim.simulate import (
     Outcome,
     Simulation,
+    keep_engine_quiet,
     simulate,
     simulate_all,
 )
@@ -72,6 +73,7 @@ __all__ = [
     "effect_named",
     "gait",
     "install_force_laws",
+    "keep_engine_quiet",
     "linear_modes",
     "make_robot",
     "replayed",

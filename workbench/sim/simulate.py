@@ -32,6 +32,7 @@ from workbench.timeseries import TimeSeries
 __all__ = [
     "Outcome",
     "Simulation",
+    "keep_engine_quiet",
     "simulate",
     "simulate_all",
 ]
@@ -162,7 +163,7 @@ def _run(
         command: (n, samples) in the unit of their drive.
         steps: of the engine from one sample to the next.
     """
-    _keep_engine_quiet()
+    keep_engine_quiet()
     model = starts[0][0]
     batch = Batch(model, nsim=len(starts), nthread=1, persistent=True)
     batch.set_models([m for m, _ in starts])
@@ -184,7 +185,7 @@ def _run(
 
 
 @cache
-def _keep_engine_quiet() -> None:
+def keep_engine_quiet() -> None:
     """Stop the engine from writing a log file into the user's folder: outcomes tell it all."""
     config = mujoco.MjLogConfig.get()
     config.logto_file = config.logto_console = False
