@@ -79,20 +79,20 @@ class Cart:
 
     mass: float = 0.5
     stiffness: float = 80.0
-    cubic: float = 12000.0
-    damping: float = 0.25
+    cubic: float = 3000.0
+    damping: float = 0.5
     delay: float = 0.004
     noise: float = 5e-5
     count: float = 2e-5
-    duration: float = 20.0
+    duration: float = 10.0
 
 
 PENDULUM, CART = Pendulum(), Cart()
 
 _SHARP = 1e-4  # [rad/s] within which dry friction changes its sign
-_FORCES = {"sweep-weak": 0.15, "sweep-middle": 0.3, "sweep-strong": 0.45}  # [N]
+_FORCES = {"sweep-weak": 0.05, "sweep-middle": 0.1, "sweep-strong": 0.15}  # [N]
 _BAND_HZ = (1.0, 4.0)
-_RELEASED_M = 0.06
+_RELEASED_M = 0.03
 
 
 def pendulum_run(truth: Pendulum, angle: float, times: Array) -> Array:
