@@ -11,8 +11,8 @@ Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below 
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
-Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction that depends on the
-direction.
+Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
+that depends on the direction.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ __all__ = [
 
 CORNERS = 4
 CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching")
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; place and forces; 1 from when
-it touched until the floor lets go of it."""
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; place and forces; 1 from
+when it touched until the floor lets go of it."""
 
 UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
 
