@@ -23,8 +23,8 @@ COLUMNS = (
 HEAD = """# Effects
 
 An effect is one named cause by which a robot differs from its model. In a model file, `effects` is
-a list of such names with their quantities; a quantity that is not given is zero, and zero is absence.
-A name means the same for a virtual bench, a simulation and a diagnosis.
+a list of such names with their quantities; one that is not given is zero, and zero is absence. A
+name means the same for a virtual bench, a simulation and a diagnosis.
 
 ```yaml
 effects:

@@ -146,7 +146,7 @@ def test_the_order_of_the_effects_is_the_library_s(robot: Robot) -> None:
         seen(replace(robot, effects=effects), CONDITIONS["clamped"])
         for effects in (given, backward)
     ]
-    assert np.array_equal(*paths)
+    assert np.array_equal(paths[0], paths[1])
 
 
 def test_a_quantity_out_of_its_bounds_is_refused(robot: Robot) -> None:

@@ -106,7 +106,7 @@ def _towards_rest(
     values, directions = np.linalg.eigh((stiffness + stiffness.T) / 2)
     if values[0] > 0:
         return np.linalg.solve(stiffness, force)
-    return directions @ ((directions.T @ force) / np.abs(values))
+    return np.asarray(directions @ ((directions.T @ force) / np.abs(values)), dtype=np.float64)
 
 
 def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:
