@@ -105,7 +105,7 @@ def _towards_rest(
     """Return Newton's step, turned round along the directions in which the pose is unstable."""
     values, directions = np.linalg.eigh((stiffness + stiffness.T) / 2)
     if values[0] > 0:
-        return np.linalg.solve(stiffness, force)
+        return np.asarray(np.linalg.solve(stiffness, force), dtype=np.float64)
     return np.asarray(directions @ ((directions.T @ force) / np.abs(values)), dtype=np.float64)
 
 
