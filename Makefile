@@ -3,12 +3,12 @@
 # make check  ruff, format, pyright, import-linter, examples, wheel
 # make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading
 # make fuzz   feed the reader of exports 100,000 changed files
-# make schemas / make pictures   write docs/reference/schemas and the pictures of docs/
+# make schemas / make effects / make pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench fuzz schemas pictures clean
+.PHONY: install demo test check bench fuzz schemas effects pictures clean
 
 install: $(INSTALLED)
 
@@ -47,6 +47,9 @@ schemas: install
 	for name in protocol bench sheet model shape calibration rig; do \
 	  $(BIN)/workbench schema $$name > docs/reference/schemas/$$name-1.json; \
 	done
+
+effects: install
+	$(BIN)/python docs/make_effects.py docs/reference/effects.md
 
 pictures: install
 	rm -rf build/pictures

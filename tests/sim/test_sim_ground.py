@@ -68,7 +68,7 @@ PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0, 0, 0,
 
 
 def corner(state: float, anchor: float = 0.0) -> np.ndarray:
-    return np.array([state, anchor, 0, 0, 0])
+    return np.array([state, anchor, 0, 0, 0, 1])
 
 
 @pytest.mark.parametrize(

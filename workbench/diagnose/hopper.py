@@ -24,6 +24,7 @@ from workbench.sim import (
     Robot,
     make_robot,
     sample_times,
+    simulate,
     simulate_all,
 )
 from workbench.timeseries import TimeSeries
@@ -95,6 +96,7 @@ class HopperRig:
         self.robot = replace(
             make_robot(values, shape, model.increments, model.quantities()), planar=True
         )
+        self._steps: dict[tuple[object, ...], int | None] = {}
         self.measured, self.places = tuple(runs), dict(places or {})
         self.runs = tuple(_observed(run) for run in runs)
         modes = {run.mode for run in runs}
@@ -161,29 +163,31 @@ class HopperRig:
             for (k, values), key in zip(asked, keys, strict=True)
         ]
 
-    def _simulated(self, jobs: list[Job]) -> list[TimeSeries | None]:
+    def _simulated(self, jobs: Sequence[Job]) -> list[TimeSeries | None]:
         """Simulate, in shorter steps where a robot is too stiff; None where it cannot be."""
+        ready = [self._stable(job) for job in jobs]
         try:
-            return [result.motion for result in simulate_all(jobs, self.threads)]
+            done = iter(simulate_all([job for job in ready if job is not None], self.threads))
+            return [None if job is None else next(done).motion for job in ready]
         except InputError:
-            pass
-        kinds: dict[tuple[str, ...], list[int]] = {}
-        for i, (robot, _) in enumerate(jobs):
-            kinds.setdefault(tuple(robot.effects), []).append(i)
-        found: dict[int, TimeSeries | None] = {}
-        for members in kinds.values():
-            some = [jobs[i] for i in members]
-            again = self._simulated(some) if len(kinds) > 1 else self._in_shorter_steps(some)
-            found |= dict(zip(members, again, strict=True))
-        return [found[i] for i in range(len(jobs))]
+            return [self._alone(job) for job in jobs]
 
-    def _in_shorter_steps(self, jobs: list[Job]) -> list[TimeSeries | None]:
-        steps = 2 * max(robot.steps_per_sample for robot, _ in jobs)
-        if steps <= _MOST_STEPS:
-            return self._simulated([(replace(r, steps_per_sample=steps), c) for r, c in jobs])
-        if len(jobs) == 1:
-            return [None]
-        return [motion for job in jobs for motion in self._simulated([job])]
+    def _stable(self, job: Job) -> Job | None:
+        """Return a job in steps that its kind of robot can be simulated in; one of a kind tells."""
+        robot, condition = job
+        kind = (*robot.effects, robot.steps_per_sample)
+        if kind not in self._steps:
+            self._steps[kind] = _steps_for(job)
+        steps = self._steps[kind]
+        return None if steps is None else (replace(robot, steps_per_sample=steps), condition)
+
+    def _alone(self, job: Job) -> TimeSeries | None:
+        steps = _steps_for(job)
+        if steps is None:
+            return None
+        robot, condition = job
+        ready = [(replace(robot, steps_per_sample=steps), condition)]
+        return simulate_all(ready, self.threads)[0].motion
 
     def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
@@ -228,6 +232,21 @@ class HopperRig:
                 f"{name} place", self.places.get(f"{name} place", 0.0)
             )
         return np.asarray(curve)
+
+
+def _steps_for(job: Job) -> int | None:
+    """Return steps of the engine a sample that a robot can be simulated in, None where none do."""
+    robot, condition = job
+    steps = robot.steps_per_sample
+    while steps <= _MOST_STEPS:
+        try:
+            tried = replace(robot, steps_per_sample=steps)
+            simulate(tried, replace(condition, command=condition.command[:1]))
+        except InputError:
+            steps *= 2
+        else:
+            return steps
+    return None
 
 
 def _only_seen(name: str) -> bool:

@@ -22,8 +22,8 @@ __all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "step
 CLUTTER = 0.05
 """Noise deviations (root mean square) that each cause may well contribute unasked."""
 
-ENOUGH = 0.1
-"""Of the cost: a tenth of what noise moves it by."""
+ENOUGH = 0.5
+"""Of the cost: what noise alone moves it by."""
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
 _ROUNDS = 8
@@ -160,6 +160,7 @@ def fit(
     """
     layout = problem.layout
     columns = prior.free if refresh is None else refresh
+    fresh = linear is None
     if linear is None:
         linear = problem.linear(z, columns, until)
     else:
@@ -173,7 +174,10 @@ def fit(
         gained = cost - less
         tell(f"{less:.1f}, expected {cost - step.gain:.1f}")
         z, cost, linear = there, less, linear.at(residuals)
-        if gained * _TRUST < step.gain:
+        if fresh and gained < enough:
+            break
+        fresh = gained * _TRUST < step.gain
+        if fresh:
             linear = _renewed(problem, z, columns, until, linear)
     return Fit(z, linear.residuals, cost, linear)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.sim.drive import Drive, hold_rotor
 from workbench.sim.ground import CORNER_FIELDS, CORNERS
+from workbench.sim.laws import within_play
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
@@ -59,9 +60,9 @@ def settle(
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at rest, the rotor held at an angle.
 
-    Newton's method on the static forces, the stiffness by central differences. Where the robot
-    would topple, as within the play of its foot joint, it goes with the force instead, away from
-    the unstable equilibrium. The one found must be stable: its stiffness matrix positive definite.
+    Newton's method on the static forces, the stiffness by central differences. Within the play of
+    its foot joint, where the robot topples, it goes with the force instead, away from the unstable
+    equilibrium. The one found must be stable: its stiffness matrix positive definite.
 
     Args:
         robot: with the angles of the free strip.
@@ -83,7 +84,8 @@ def settle(
     for _ in range(_ROUNDS):
         if np.abs(force).max() < _BALANCED:
             break
-        displace(model, data, free, _bounded(_towards_rest(stiffness, force)))
+        leaving = within_play(model, data)
+        displace(model, data, free, _bounded(_towards_rest(stiffness, force, leaving)))
         stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     _require_standing(data, force, stiffness)
     data.xfrc_applied[:] = 0
@@ -100,13 +102,13 @@ def _drifted(robot: Robot) -> Robot:
 
 
 def _towards_rest(
-    stiffness: NDArray[np.float64], force: NDArray[np.float64]
+    stiffness: NDArray[np.float64], force: NDArray[np.float64], leaving: bool
 ) -> NDArray[np.float64]:
-    """Return Newton's step, turned round along the directions in which the pose is unstable."""
+    """Return Newton's step; to leave an unstable pose, turned round along what is unstable."""
+    if not leaving:
+        return np.asarray(np.linalg.solve(stiffness, force), dtype=np.float64)
     values, directions = np.linalg.eigh((stiffness + stiffness.T) / 2)
-    if values[0] > 0:
-        return np.linalg.solve(stiffness, force)
-    return directions @ ((directions.T @ force) / np.abs(values))
+    return np.asarray(directions @ ((directions.T @ force) / np.abs(values)), dtype=np.float64)
 
 
 def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:

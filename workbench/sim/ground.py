@@ -11,8 +11,8 @@ Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below 
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
-Hunt and Crossley's law; a sole that pulls back before it lets go; friction that depends on the
-direction.
+Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
+that depends on the direction.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ __all__ = [
 ]
 
 CORNERS = 4
-CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N")
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; then place and forces."""
+CORNER_FIELDS = ("state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching")
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; place and forces; 1 from
+when it touched until the floor lets go of it."""
 
 UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
 
@@ -128,11 +129,14 @@ def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @numba.njit(cache=True)
-def _normal(p: NDArray[np.float64], z: float, vz: float) -> float:
+def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: float) -> float:
     """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
-    if z > 0.0:
+    if z <= 0.0:
+        corner[5] = 1.0
+    elif corner[5] == 0.0 or p[3] * z >= p[14]:
+        corner[5] = 0.0
         return 0.0
-    return max(0.0 - p[14], -p[3] * z - (p[4] - p[13] * z) * vz)
+    return max(0.0 - p[14], -p[3] * z - (p[4] - p[13] * min(z, 0.0)) * vz)
 
 
 @numba.njit(cache=True)
@@ -190,7 +194,7 @@ def foot_forces(
         vx = v[0] + spin_y * az - spin_z * ay
         vy = v[1] + spin_z * ax - spin_x * az
         vz = v[2] + spin_x * ay - spin_y * ax
-        fz = _normal(p, height, vz)
+        fz = _normal(p, corner, height, vz)
         fy = -p[5] * (q[1] + ay - by) - p[6] * vy if height <= 0.0 else 0.0  # eq. 3.3
         fx = _friction(p, corner, q[0] + ax, vx, fz)
         corner[2], corner[3], corner[4] = fx, fy, fz
@@ -218,7 +222,7 @@ def planar_forces(
         bx = p[1] if k < 2 else -p[1]
         arm_x, arm_z = c * bx, -s * bx
         z, vz = q[1] + arm_z, v[1] - v[2] * arm_x
-        fz = _normal(p, z, vz)
+        fz = _normal(p, corner, z, vz)
         fx = _friction(p, corner, q[0] + arm_x, v[0] + v[2] * arm_z, fz)
         corner[2], corner[3], corner[4] = fx, 0.0, fz
         out[0] += fx

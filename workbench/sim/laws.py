@@ -17,7 +17,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LAWS_MAGIC", "LAWS_PARAMETERS", "Law", "add_law", "play_torque", "top_forces"]
+__all__ = [
+    "LAWS_MAGIC",
+    "LAWS_PARAMETERS",
+    "Law",
+    "add_law",
+    "play_torque",
+    "top_forces",
+    "within_play",
+]
 
 LAWS_MAGIC = 3.4e8  # fig. 3.4 has none of these
 """First number of the numeric field, which tells it from anybody else's."""
@@ -52,6 +60,15 @@ def add_law(spec: mujoco.MjSpec, numbers: dict[Law, float]) -> None:
         field = spec.add_numeric(name=_NAME, data=data, size=LAWS_PARAMETERS)
     for name, number in numbers.items():
         field.data[_PLACES[name]] = number
+
+
+def within_play(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
+    """Return whether the foot joint is in its play, where no spring holds the robot up."""
+    if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _NAME) < 0:
+        return False
+    numbers = model.numeric(_NAME).data
+    place = int(numbers[2])
+    return bool(abs(data.qpos[place] - model.qpos_spring[place]) < numbers[_PLACES["root_gap"]])
 
 
 def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:

@@ -19,7 +19,7 @@ EFFECT = Effect(
     name="air_drag",
     group="dissipation",
     sentence="air brakes the top with a drag of {c} times its speed squared",
-    quantities=(Quantity("c", "N s^2/m^2", low=0.0, high=2.0, tolerance=0.002, step=0.0001),),
+    quantities=(Quantity("c", "N s^2/m^2", low=0.0, high=2.0, tolerance=0.002, step=0.0002),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_quadratic_damping", "hinge_damping"),
     separated_by="a card of known area on T: the drag grows by its share; other modes of the beam",

@@ -43,7 +43,8 @@ class Quantity:
         low: least that is physically possible.
         high: greatest that is.
         tolerance: how large it may well be in a lab that took care; a prior's deviation.
-        step: a small change that a finite difference may take; well above rounding errors.
+        step: a change that a finite difference may take: small enough for the motion to follow in
+            proportion, large beside what one slip of the foot more or less changes.
     """
 
     name: str

@@ -18,7 +18,7 @@ EFFECT = Effect(
     name="foot_cg",
     group="mass",
     sentence="the foot's centre of gravity lies forward of its centre by {forward}",
-    quantities=(Quantity("forward", "m", low=-0.13, high=0.13, tolerance=0.003, step=1e-05),),
+    quantities=(Quantity("forward", "m", low=-0.13, high=0.13, tolerance=0.003, step=0.0003),),
     excited_by=("hop", "drop"),
     confused_with=("foot_mass", "ground_slope"),
     separated_by="balancing the foot on an edge",

@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="foot_mass",
     group="mass",
     sentence="the foot is heavier than the model says by {mass}",
-    quantities=(Quantity("mass", "kg", low=-0.07, high=0.5, tolerance=0.002, step=1e-05),),
+    quantities=(Quantity("mass", "kg", low=-0.07, high=0.5, tolerance=0.002, step=0.0002),),
     excited_by=("hop", "drop"),
     confused_with=("foot_cg", "ground_stiffness", "ground_damping"),
     separated_by="weighing",

@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="friction_level",
     group="ground",
     sentence="the sole's friction is higher than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-0.95, high=4.0, tolerance=0.2, step=0.001),),
+    quantities=(Quantity("share", "1", low=-0.95, high=4.0, tolerance=0.2, step=0.002),),
     excited_by=("hop", "drop"),
     confused_with=("friction_anisotropy", "ground_slope"),
     separated_by="a slow pull on the foot; the slope at which the robot slides",

@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="ground_damping",
     group="ground",
     sentence="the ground damps more than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-1.0, high=5.0, tolerance=0.3, step=0.0001),),
+    quantities=(Quantity("share", "1", low=-1.0, high=5.0, tolerance=0.3, step=0.03),),
     excited_by=("hop", "drop"),
     confused_with=("ground_stiffness", "ground_hunt_crossley", "sole_adhesion", "foot_mass"),
     separated_by="drops from three heights",

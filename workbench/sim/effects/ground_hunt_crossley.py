@@ -23,7 +23,7 @@ EFFECT = Effect(
     group="ground",
     sentence="the ground's damping grows with the depth, by {depth_damping} at every corner",
     quantities=(
-        Quantity("depth_damping", "N s/m^2", low=0.0, high=20000.0, tolerance=500.0, step=10.0),
+        Quantity("depth_damping", "N s/m^2", low=0.0, high=20000.0, tolerance=500.0, step=50.0),
     ),
     excited_by=("hop", "drop"),
     confused_with=("ground_stiffness", "ground_damping", "sole_adhesion"),

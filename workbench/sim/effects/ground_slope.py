@@ -18,7 +18,7 @@ EFFECT = Effect(
     name="ground_slope",
     group="ground",
     sentence="the floor rises forward by {slope}",
-    quantities=(Quantity("slope", "rad", low=-0.2, high=0.2, tolerance=0.005, step=1e-5),),
+    quantities=(Quantity("slope", "rad", low=-0.2, high=0.2, tolerance=0.005, step=0.0005),),
     excited_by=("hop", "drop", "clamped", "decay"),
     confused_with=(
         "camera_tilt",

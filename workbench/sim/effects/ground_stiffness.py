@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="ground_stiffness",
     group="ground",
     sentence="the ground is stiffer than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-0.9, high=10.0, tolerance=0.3, step=0.0001),),
+    quantities=(Quantity("share", "1", low=-0.9, high=10.0, tolerance=0.3, step=0.03),),
     excited_by=("hop", "drop"),
     confused_with=("ground_damping", "ground_hunt_crossley", "foot_mass"),
     separated_by="how deep the foot sinks at rest; drops from three heights",

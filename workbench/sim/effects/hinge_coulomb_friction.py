@@ -15,7 +15,10 @@ __all__ = ["EFFECT"]
 
 
 _STIFF = [0.9999, 0.9999, 0.001, 0.5, 2]
-"""Impedance of the friction: a hinge at rest creeps by 1e-4 of what it would without."""
+"""Impedance, the engine's greatest: a hinge at rest creeps by 1e-4 of what it would without."""
+_QUICK = [0.002, 1]
+"""Time constant [s] and damping ratio with which a hinge comes to rest. At ten times that a tenth
+of the energy is not taken, at a quarter of it a robot at rest trembles by micrometres."""
 
 
 def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
@@ -24,7 +27,7 @@ def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
         if hinge.stiffness is not None:
             joint = spec.joint(hinge_name(k))
             joint.frictionloss = values["torque"]
-            joint.solimp_friction = _STIFF
+            joint.solimp_friction, joint.solref_friction = _STIFF, _QUICK
 
 
 EFFECT = Effect(

@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="hinge_damping",
     group="dissipation",
     sentence="the beam's hinges damp more than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-1.0, high=20.0, tolerance=0.3, step=0.001),),
+    quantities=(Quantity("share", "1", low=-1.0, high=20.0, tolerance=0.3, step=0.03),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(
         "hinge_quadratic_damping",

@@ -26,8 +26,8 @@ EFFECT = Effect(
     group="structure",
     sentence="the strip took a set: its root turned by {root}, the rest bent by {bend} in all",
     quantities=(
-        Quantity("root", "rad", low=-0.5, high=0.5, tolerance=0.005, step=1e-05),
-        Quantity("bend", "rad", low=-0.5, high=0.5, tolerance=0.02, step=1e-05),
+        Quantity("root", "rad", low=-0.5, high=0.5, tolerance=0.005, step=0.0005),
+        Quantity("bend", "rad", low=-0.5, high=0.5, tolerance=0.02, step=0.002),
     ),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(

@@ -23,7 +23,7 @@ EFFECT = Effect(
     name="root_play",
     group="structure",
     sentence="the joint of beam and foot has play: it turns freely by {gap} either way",
-    quantities=(Quantity("gap", "rad", low=0.0, high=0.1, tolerance=0.001, step=0.0002),),
+    quantities=(Quantity("gap", "rad", low=0.0, high=0.1, tolerance=0.001, step=0.0001),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_cubic_stiffness", "hinge_coulomb_friction", "rest_shape_drift"),
     separated_by="ring-downs of small amplitude: the frequency falls; a slow pull both ways",

@@ -1,7 +1,8 @@
-"""The sole sticks to the floor: each corner is pulled back before it lifts.
+"""The sole sticks to the floor: each corner is pulled back until it tears off.
 
-fz = max(-pull, -k z - d z') where the corner is below the floor's level, instead of max(0, ...): no
-memory, the sole lets go when the corner is back at that level. While it pulls there is no friction.
+A corner that touched keeps its spring above the floor's level until that pulls by as much as it
+can: fz = max(-pull, -k z - d z') up to z = pull / k instead of max(0, ...) up to z = 0. While it
+pulls there is no friction.
 """
 
 from __future__ import annotations

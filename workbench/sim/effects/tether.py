@@ -37,8 +37,8 @@ EFFECT = Effect(
     group="outside",
     sentence="a cable pulls the top forward by {pull}, and back to its place by {stiffness}",
     quantities=(
-        Quantity("stiffness", "N/m", low=0.0, high=50.0, tolerance=0.05, step=0.001),
-        Quantity("pull", "N", low=-1.0, high=1.0, tolerance=0.005, step=0.0001),
+        Quantity("stiffness", "N/m", low=0.0, high=50.0, tolerance=0.05, step=0.005),
+        Quantity("pull", "N", low=-1.0, high=1.0, tolerance=0.005, step=0.0005),
     ),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("rest_shape_drift", "ground_slope"),
