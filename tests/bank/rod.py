@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.bank.courses import RATE_HZ, Course
 from tests.bank.rod_constants import BRANCHES, Constants
 from tests.bank.rod_contact import ATTACHED, CORNERS, POINT_X, POINT_Z, STATES
 from tests.bank.rod_contact import ANCHOR, SOLE_STIFFNESS, ground_forces
@@ -21,14 +22,12 @@ from tests.bank.rod_equations import PITCH, Work, conserved, static_forces, work
 from tests.bank.rod_mesh import MODES, Mesh, make_mesh
 from tests.bank.rod_steps import integrate
 
-__all__ = ["RATE_HZ", "Course", "Motion", "Rod", "energies", "linear_frequencies", "swing"]
+__all__ = ["Motion", "Rod", "energies", "linear_frequencies", "swing"]
 
 Array = NDArray[np.float64]
-Mode = Literal["clamped", "hop", "decay", "drop"]
 
-RATE_HZ = 120
-TOLERANCE = 3e-8
-"""Of a step [m, rad]: ten times less moves T by less than 0.02 mm in 8 s of clamped motion."""
+TOLERANCE = 1e-7
+"""Of a step [m, rad]: a hundred times less moves T by less than 1 um in 8 s of clamped motion."""
 _ROUNDS = 80
 _NUDGE = 1e-6
 _BALANCED = 1e-10  # [N, N m]
@@ -45,8 +44,10 @@ class Rod:
         laws: constants of `rod_constants.Constants` beyond the base, by name.
         profile: of the strip, as `rod_mesh.make_mesh` takes it.
         slope: of the floor, rising forward [rad].
+        farther: share by which the rotor's mass sits farther out than what is seen of it.
         rocker: how far the sole's ends are raised above its middle [m]; zero for a flat sole.
         modes: how many shapes the strip bends in.
+        smooth: whether the curvature at rest is smooth; else it is even within an increment.
     """
 
     values: Mapping[str, float]
@@ -55,28 +56,10 @@ class Rod:
     laws: Mapping[str, float] = field(default_factory=dict)
     profile: Mapping[str, float] = field(default_factory=dict)
     slope: float = 0.0
+    farther: float = 0.0
     rocker: float = 0.0
     modes: int = MODES
-
-
-class Course(NamedTuple):
-    """What the robot is put through, as `workbench.motion` words it.
-
-    Args:
-        mode: clamped and hop are driven, decay is pulled and let go, drop falls.
-        duration: after time zero [s].
-        steps: (time [s], commanded speed of the rotor against T [rad/s]).
-        start_angle: of the rotor at rest, in the world about +y from +x [rad].
-        pull: forward force on T before a decay [N].
-        height: of a drop [m].
-    """
-
-    mode: Mode
-    duration: float
-    steps: tuple[tuple[float, float], ...] = ()
-    start_angle: float = np.pi / 2
-    pull: float = 0.0
-    height: float = 0.0
+    smooth: bool = True
 
 
 class Motion(NamedTuple):
@@ -120,6 +103,7 @@ def swing(rod: Rod, course: Course, tolerance: float = TOLERANCE) -> Motion:
         ValueError: when it finds no rest or the integration does not reach its end.
     """
     engine = _engine(rod, "free" if course.mode in ("hop", "drop") else "fixed")
+    engine = engine._replace(constants=engine.constants._replace(motor_lag=course.lag))
     engine, state = _start(rod, engine, course)
     samples = np.arange(round(course.duration * RATE_HZ) + 1) / RATE_HZ
     changes = np.array(course.steps).reshape(-1, 2)
@@ -162,15 +146,16 @@ def linear_frequencies(rod: Rod, rotor_angle: float, count: int = 3) -> Array:
 
 def _engine(rod: Rod, foot: Literal["free", "fixed"]) -> _Engine:
     v = rod.values
-    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile)
+    mesh = make_mesh(rod.angles, rod.length, v, rod.modes, rod.profile, rod.smooth)
     increment = rod.length / len(rod.angles)
     arm, point, radius = v["rotor_arm_mass"], v["rotor_mass"], v["rotor_radius"]
+    radius *= 1 + rod.farther
     lever = (point * radius + arm * radius / 2) / (arm + point)
     about_top = point * radius**2 + arm * radius**2 / 3
     same = {name: v[name] for name in Constants._fields if name in v}
     constants = Constants(**(same | {
         "foot_inertia": v["foot_mass"] / 12 * v["foot_length"] ** 2,
-        "root_angle": rod.angles[0] + rod.profile.get("root_set", 0.0),
+        "root_angle": rod.angles[0] + rod.profile.get("root", 0.0),
         "top_inertia": v["top_mass"] / 12 * increment**2,
         "rotor_mass": arm + point,
         "rotor_lever": lever,
@@ -204,13 +189,13 @@ def _start(rod: Rod, engine: _Engine, course: Course) -> tuple[_Engine, Array]:
         engine.points[:, ATTACHED] = 1.0
     state = _rest(held, state, course.start_angle, 0.0)
     k = engine.constants
-    x, z = engine.work.place_x[len(mesh.mass)], engine.work.place_z[len(mesh.mass)]
-    k = k._replace(tether_at_x=x, tether_at_z=z, magnet_at_x=x + k.magnet_at_x,
+    x, z = _top(held, state)
+    k = k._replace(tether_at_x=x, magnet_at_x=x + k.magnet_at_x,
                    magnet_at_z=z + k.magnet_at_z)  # fmt: skip
     if course.mode in ("decay", "drop"):
         k = k._replace(motor_droop=0.0)
     held, engine = held._replace(constants=k), engine._replace(constants=k)
-    if course.pull or k.magnet or k.loose_mass:
+    if course.pull or k.magnet or k.loose_mass or k.tether_pull:
         state = _rest(held, state, course.start_angle, course.pull)
     state[1] += course.height if course.mode == "drop" else 0.0
     begin = 2 * size + 1 + len(mesh.mass)

@@ -48,15 +48,16 @@ class Constants(NamedTuple):
     speed_offset: float = 0.0  # [rad/s]
     speed_drift: float = 0.0  # [1/s]
     motor_droop: float = 0.0  # [rad/s per N m]
-    ripple_cos: float = 0.0
-    ripple_sin: float = 0.0
+    ripple_cos_1: float = 0.0
+    ripple_sin_1: float = 0.0
+    ripple_cos_2: float = 0.0
+    ripple_sin_2: float = 0.0
     hunt_crossley: float = 0.0  # [N s/m^2] at one corner
     anisotropy: float = 0.0
     adhesion: float = 0.0  # [N] at one corner
-    tether_x: float = 0.0  # [N/m] from T's place at rest
-    tether_z: float = 0.0
-    tether_at_x: float = 0.0  # [m] set when the rest is known
-    tether_at_z: float = 0.0
+    tether_stiffness: float = 0.0  # [N/m] along the floor
+    tether_pull: float = 0.0  # [N] forward
+    tether_at_x: float = 0.0  # [m] T's place at rest, set when it is known
 
     maxwell: float = 0.0  # stiffness of each branch as a share of the hinge's
     maxwell_time: float = 0.1  # [s] of the middle branch

@@ -258,8 +258,8 @@ def _top_forces(m: Mesh, k: Constants, v: Array, y: Array, dy: Array, w: Work, f
         vx += w.jacobian_x[top, a] * v[a]
         vz += w.jacobian_z[top, a] * v[a]
     drag = k.air_drag * np.sqrt(vx * vx + vz * vz)
-    fx = -drag * vx - k.tether_x * (x - k.tether_at_x)
-    fz = -drag * vz - k.tether_z * (z - k.tether_at_z)
+    fx = -drag * vx - k.tether_stiffness * (x - k.tether_at_x) + k.tether_pull
+    fz = -drag * vz
     if k.magnet != 0.0:
         dx, dz = (k.magnet_at_x - x) / k.magnet_reach, (k.magnet_at_z - z) / k.magnet_reach
         pull = k.magnet * np.exp(0.5 - 0.5 * (dx * dx + dz * dz))
@@ -308,8 +308,12 @@ def _rotor_row(
     dy[2 * size] = slope
     spoke, spin = _tip(m, k, q) + q[size - 1], _tip_rate(m, v) + v[size - 1]
     c, s = np.cos(spoke), np.sin(spoke)
-    factor = 1 + k.ripple_cos * c + k.ripple_sin * s
-    change = slope * factor + speed * (k.ripple_sin * c - k.ripple_cos * s) * spin
+    c2, s2 = c * c - s * s, 2 * c * s
+    factor = 1 + k.ripple_cos_1 * c + k.ripple_sin_1 * s + k.ripple_cos_2 * c2 + k.ripple_sin_2 * s2
+    grows = (
+        k.ripple_sin_1 * c - k.ripple_cos_1 * s + 2 * (k.ripple_sin_2 * c2 - k.ripple_cos_2 * s2)
+    )
+    change = slope * factor + speed * grows * spin
     if k.gear_error != 0.0:
         phase = k.gear_turns * q[size - 1]
         factor += k.gear_error * k.gear_turns * np.cos(phase)
@@ -402,7 +406,7 @@ def static_forces(
         w.force[a] += w.jacobian_x[top, a] * pull
         if a < 3:
             w.force[a] += ground[a]
-    if k.magnet != 0.0 or k.loose_mass > 0.0:
+    if k.magnet != 0.0 or k.loose_mass > 0.0 or k.tether_pull != 0.0:
         _top_forces(m, k, v, y, dy, w, first)
 
 
