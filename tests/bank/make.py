@@ -27,6 +27,7 @@ CLUTTER = 0.05
 TIED = 0.30
 """Share of a true cause that its double may leave in a tie."""
 
+_DOUBLED = 0.3  # size at which a double's changes are taken, small enough to be linear
 _PULL_ERROR, _LATE_S = 0.01, 0.002
 _SCATTER = {"gain": 5e-4, "stiffness": 1e-3}  # between runs, with noise B
 _WINDOW_S = {"clamped": 6.0, "decay": 6.0, "hop": 4.0, "drop": 4.0}
@@ -93,7 +94,7 @@ def make_case(case: Case) -> Made:
               enumerate(zip(runs, motions, strict=True))]  # fmt: skip
     label = {
         "seed": case.seed, "block": case.block, "generator": case.generator,
-        "protocols": case.protocols, "noise": case.noise, "kind": case.kind,
+        "protocols": case.protocols, "noise": case.noise, "kind": case.kind, "drawn_sizes": list(case.sizes),
         "effects": effects, "clutter": clutter, "values": dict(robot.values),
         **told, "expected": expected(case),
     }  # fmt: skip
@@ -129,14 +130,16 @@ def _amounts(
         )
     told: dict[str, object] = {"sizes": reached}
     if case.block == "tie":
-        told["share"] = _share(case, effects, sizings[known[case.causes[0]].shown], rng)
+        told["share"] = _share(case, effects, sizings[known[case.causes[0]].shown])
     return effects, told
 
 
-def _share(case: Case, effects: Quantities, sizing: Sizing, rng: np.random.Generator) -> float:
+def _share(case: Case, effects: Quantities, sizing: Sizing) -> float:
+    """Return what the double leaves of the true cause, each of its quantities in any amount."""
     true, double = case.causes
-    other = sizing.change({double: scaled(double, direction(double, rng), 0.3)})
-    share = sizing.share(sizing.change({true: effects[true]}), other)
+    ways = AMOUNTS[double].directions
+    others = [sizing.change({double: scaled(double, way, _DOUBLED)}) for way in ways]
+    share = sizing.share(sizing.change({true: effects[true]}), others)
     if share > TIED:
         raise ValueError(f"{case.name}: {double} leaves {share:.0%} of {true}, that is no tie")
     return share

@@ -103,24 +103,25 @@ class Sizing:
         jobs = [Job(self.values, effects, course) for course in self.courses]
         return _stacked(self.generator.motions(jobs), self.motions) - self.base
 
-    def left(self, change: Array, also: Array | None = None) -> Array:
+    def left(self, change: Array, also: Sequence[Array] = ()) -> Array:
         """Return what is left of a change when the base was refitted, (r,).
 
         Args:
             change: (r,).
-            also: (r,) another change that may come in any amount.
+            also: (r,) each, other changes that may come in any amounts.
         """
         columns, priors = self.columns, len(BASE)
-        if also is not None:
-            columns = np.column_stack([columns, np.append(also, np.zeros(priors))])
+        if also:
+            more = [np.append(other, np.zeros(priors)) for other in also]
+            columns = np.column_stack([columns, *more])
         scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         wanted = np.append(change, np.zeros(priors))
         amounts = np.linalg.lstsq(columns / scale, wanted, rcond=1e-12)[0]
         return change - (columns / scale @ amounts)[: len(change)]
 
-    def share(self, one: Array, other: Array) -> float:
-        """Return how much of what is left of one change another cannot imitate."""
-        return rms(self.left(one, other)) / rms(self.left(one))
+    def share(self, one: Array, others: Sequence[Array]) -> float:
+        """Return how much of what is left of one change others together cannot imitate."""
+        return rms(self.left(one, others)) / rms(self.left(one))
 
     def scale(
         self, name: str, grow: Callable[[float], dict[str, float]], target: float, most: float
