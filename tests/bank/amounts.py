@@ -86,10 +86,10 @@ _KEPT = ("time", "yields", "room", "forward", "up")
 """Quantities of causes outside the library that stay as they are when the cause grows."""
 
 
-def direction(name: str, rng: np.random.Generator) -> dict[str, float]:
-    """Draw one way in which an effect comes, at about size 1."""
+def direction(name: str, rng: np.random.Generator, *, first: bool = False) -> dict[str, float]:
+    """Draw one way in which an effect comes, at about size 1; or take the first, of any sign."""
     amount = (AMOUNTS | OUTSIDE_AMOUNTS)[name]
-    chosen = amount.directions[rng.integers(len(amount.directions))]
+    chosen = amount.directions[0 if first else rng.integers(len(amount.directions))]
     sign = float(rng.choice([-1.0, 1.0])) if amount.both_signs else 1.0
     drawn = {quantity: sign * value for quantity, value in chosen.items()}
     return drawn | {"seed": float(rng.integers(1000))} if name == "dropped_frames" else drawn

@@ -17,7 +17,7 @@ Quantities = Mapping[str, Mapping[str, float]]
 
 RATE_HZ = 120
 TIP = "tip_rad"
-"""Channel of a generated motion: turn of the body that carries T, against its rest, in the world."""
+"""Channel of a generated motion: turn in the world of the body that carries T, from its rest."""
 
 
 class Course(NamedTuple):

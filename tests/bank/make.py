@@ -94,7 +94,8 @@ def make_case(case: Case) -> Made:
               enumerate(zip(runs, motions, strict=True))]  # fmt: skip
     label = {
         "seed": case.seed, "block": case.block, "generator": case.generator,
-        "protocols": case.protocols, "noise": case.noise, "kind": case.kind, "drawn_sizes": list(case.sizes),
+        "protocols": case.protocols, "noise": case.noise, "kind": case.kind,
+        "drawn_sizes": list(case.sizes),
         "effects": effects, "clutter": clutter, "values": dict(robot.values),
         **told, "expected": expected(case),
     }  # fmt: skip
@@ -122,7 +123,7 @@ def _amounts(
         shown = known[name].shown
         if shown not in sizings:
             sizings[shown] = sizing_of(case, robot, runs, shown)
-        unit = direction(name, rng)
+        unit = direction(name, rng, first=case.block == "tie")
         if case.kind == "softening":
             unit = {key: -abs(value) for key, value in unit.items()}
         effects[name], reached[name] = sizings[shown].scale(

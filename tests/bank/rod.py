@@ -7,7 +7,7 @@ another ground law (`rod_contact`). Only the parameters' names, units and conven
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -16,9 +16,18 @@ from numpy.typing import NDArray
 
 from tests.bank.courses import RATE_HZ, Course
 from tests.bank.rod_constants import BRANCHES, Constants
-from tests.bank.rod_contact import ATTACHED, CORNERS, POINT_X, POINT_Z, STATES
-from tests.bank.rod_contact import ANCHOR, SOLE_STIFFNESS, ground_forces
-from tests.bank.rod_equations import PITCH, Work, conserved, static_forces, work
+from tests.bank.rod_contact import (
+    ANCHOR,
+    ATTACHED,
+    CORNERS,
+    POINT_X,
+    POINT_Z,
+    SOLE_STIFFNESS,
+    STATES,
+    ground_forces,
+)
+from tests.bank.rod_equations import conserved, static_forces
+from tests.bank.rod_laws import PITCH, Work, work
 from tests.bank.rod_mesh import MODES, Mesh, make_mesh
 from tests.bank.rod_steps import integrate
 
@@ -214,6 +223,7 @@ def _rest(engine: _Engine, state: Array, angle: float, pull: float) -> Array:
     """Return the state at rest by Newton's method, the rotor held at an angle in the world."""
     state = state.copy()
     free = slice(max(engine.first, 1), engine.work.force.size - 1)  # x finds no rest of its own
+    force = np.full(1, np.inf)
     for _ in range(_ROUNDS):
         force = _balance(engine, state, pull, angle)[free]
         if np.abs(force).max() < _BALANCED:

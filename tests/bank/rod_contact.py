@@ -17,8 +17,17 @@ from numpy.typing import NDArray
 from tests.bank.rod_constants import Constants
 
 __all__ = [
-    "CORNERS", "POINT_X", "POINT_Z", "ANCHOR", "SLIDES", "ATTACHED", "STATES",
-    "event", "ground_forces", "mark", "switch",
+    "ANCHOR",
+    "ATTACHED",
+    "CORNERS",
+    "POINT_X",
+    "POINT_Z",
+    "SLIDES",
+    "STATES",
+    "event",
+    "ground_forces",
+    "mark",
+    "switch",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -110,7 +119,7 @@ def event(p: Array, k: Constants, x: Array, v: Array, slid: float) -> float:
 def mark(points: Array, k: Constants, x: Array, v: Array, slid: Array) -> None:
     """Note which points slide their own way."""
     for i in range(len(points)):
-        px, pz, vx, vz = _motion(points[i], x, v)
+        vx = _motion(points[i], x, v)[2]
         if points[i, SLIDES] * vx > 0.0:
             slid[i] = 1.0
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tests.bank.rod_constants import Constants
 from tests.bank.rod_contact import event, ground_forces, mark, switch
-from tests.bank.rod_equations import Work, motor_command, rates
+from tests.bank.rod_equations import motor_command, rates
+from tests.bank.rod_laws import Work
 from tests.bank.rod_mesh import Mesh
 
 __all__ = ["FELL", "integrate"]

@@ -28,7 +28,8 @@ class Bar(NamedTuple):
     least: bool  # whether the score must be at least that, or at most
 
 
-class Score(NamedTuple):
+@dataclass(frozen=True)
+class Score:
     """One score: a share with its count, or a median of so many values."""
 
     name: str
@@ -140,8 +141,10 @@ def wilson(hits: int, count: int, confidence: float = 0.90) -> tuple[float, floa
         return 0.0, 1.0
     z, share = float(norm.ppf(0.5 + confidence / 2)), hits / count
     middle = (share + z * z / (2 * count)) / (1 + z * z / count)
-    half = z / (1 + z * z / count) * math.sqrt(
-        share * (1 - share) / count + z * z / (4 * count * count)
+    half = (
+        z
+        / (1 + z * z / count)
+        * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
     )
     return max(0.0, middle - half), min(1.0, middle + half)
 

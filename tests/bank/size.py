@@ -1,4 +1,4 @@
-"""The size of an effect: what is left of it when everything that a base fit may change was refitted.
+"""The size of an effect: what is left of it when all that a base fit may change was refitted.
 
     size = RMS over T and rotor of (e - X b) / 0.3 mm,
 

@@ -1,4 +1,4 @@
-"""The bank's page: every score beside its bar, for each generator, and the whole confusion matrix."""
+"""The bank's page: every score beside its bar for each generator, and the confusion matrix."""
 
 from __future__ import annotations
 

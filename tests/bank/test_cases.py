@@ -11,13 +11,24 @@ import numpy as np
 import pytest
 
 from tests.bank.amounts import scaled
-from tests.bank.cases import BLOCKS, TRAPS, Case, Made, Plan, Run, draw_case, draw_cases, plans, ramp
+from tests.bank.cases import (
+    BLOCKS,
+    TRAPS,
+    Case,
+    Made,
+    Plan,
+    Run,
+    draw_case,
+    draw_cases,
+    plans,
+    ramp,
+)
 from tests.bank.cases_rod import RodGenerator
 from tests.bank.cases_twin import TwinGenerator
 from tests.bank.courses import Course, Job
 from tests.bank.expected import expected
 from tests.bank.make import make_case, robot_of
-from tests.bank.observe import FAULTS, film
+from tests.bank.observe import FAULTS, Fault, Noise, film
 from tests.bank.rod import Rod
 from tests.bank.size import Sizing, UnreachableError, rms
 from tests.bank.write import measured, sealed_label, write_case
@@ -91,7 +102,7 @@ def test_a_cause_reaches_the_size_that_is_asked(sizing: Sizing) -> None:
     assert rms(sizing.left(sizing.change({"hinge_cubic_stiffness": values}))) == pytest.approx(
         size, rel=0.5
     )
-    with pytest.raises(UnreachableError, match="foot_mass has size 0 at .* 1 is asked"):
+    with pytest.raises(UnreachableError, match="foot_mass has size 0 at"):
         sizing.scale("foot_mass", lambda f: {"mass": 0.001 * f}, 1.0, 10)
 
 
@@ -104,20 +115,31 @@ def test_a_double_leaves_nothing_and_a_stranger_all(sizing: Sizing) -> None:
 
 def test_noise_is_of_its_kind(motion: TimeSeries) -> None:
     true = motion.select(TOP).values
-    for kind, deviation, memory in (("A", 3e-4, 0.0), ("B", 3e-4, 0.8)):
+    kinds: tuple[tuple[Noise, float, float], ...] = (("A", 3e-4, 0.0), ("B", 3e-4, 0.8))
+    for kind, deviation, memory in kinds:
         seen = film(motion, kind, np.random.default_rng(1)).paths["top"][120:]
         off = (seen - true)[np.isfinite(seen).all(axis=1)]
         calm = off[np.abs(off).max(axis=1) < 2e-3]
         assert calm.std() == pytest.approx(deviation, rel=0.15)
         inside = (calm - calm.mean(axis=0))[:, 1]
         assert np.corrcoef(inside[1:], inside[:-1])[0, 1] == pytest.approx(memory, abs=0.12)
-        assert np.isnan(seen).any() == (kind == "B")
+
+
+def test_only_noise_b_has_gaps_and_glitches(motion: TimeSeries) -> None:
+    true = motion.select(TOP).values
+    kinds: tuple[tuple[Noise, float], ...] = (("A", 0.0), ("B", 0.01))
+    for kind, share in kinds:
+        takes = [film(motion, kind, np.random.default_rng(s)).paths["top"][120:] for s in range(20)]
+        seen = np.array(takes)
+        wild = np.abs(seen - true) > 3e-3
+        assert np.isnan(seen[..., 0]).mean() == pytest.approx(share, abs=0.005)
+        assert wild.any(axis=2).mean() == pytest.approx(share / 2, abs=0.002)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_fault_shows_in_what_is_filmed(motion: TimeSeries, fault: str) -> None:
-    kind = next(one for one in FAULTS if one == fault)
-    right, wrong = (film(motion, "A", np.random.default_rng(1), f) for f in ("none", kind))
+def test_a_fault_shows_in_what_is_filmed(motion: TimeSeries, fault: Fault) -> None:
+    right = film(motion, "A", np.random.default_rng(1))
+    wrong = film(motion, "A", np.random.default_rng(1), fault)
     off = max(float(np.abs(wrong.paths[b] - right.paths[b]).max()) for b in ("top", "rotor"))
     assert off > 3e-3
 
@@ -166,10 +188,14 @@ def test_a_case_is_laid_out_with_its_truth_sealed(tmp_path: Path, rod: Rod) -> N
     (bundle,) = ingest_sheet(load(folder / "sheet.yaml", Sheet), tmp_path / "runs", lambda _: None)
     assert bundle.manifest["role"] == "held_out"
     (direct,) = measured(made)
-    raw = bundle.read_series("raw").select(TOP).at(direct.motion.times[130:500])
-    off = raw.values - direct.motion.select(TOP).values[130:500]
-    off -= np.nanmedian(off, axis=0)
-    assert np.nanmedian(np.abs(off)) < 2e-4
+    raw, times = bundle.read_series("raw").select(TOP), direct.motion.times[130:500]
+
+    def apart(late: float) -> float:
+        """Ingest finds time zero again, within some milliseconds."""
+        off = raw.at(times + late).values - direct.motion.select(TOP).values[130:500]
+        return float(np.nanmedian(np.abs(off - np.nanmedian(off, axis=0))))
+
+    assert min(apart(late) for late in np.linspace(-0.02, 0.02, 161)) < 1e-4
 
 
 def test_labels_are_not_laid_beside_the_cases(tmp_path: Path) -> None:

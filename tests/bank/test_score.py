@@ -44,7 +44,10 @@ def test_wilson_is_the_textbook_s() -> None:
 
 def test_a_single_cause_has_to_be_named_alone() -> None:
     truth = label("single", TRUE)
-    right, wrong = judge(answer("NAMED", "root_play"), truth), judge(answer("NAMED", "tether"), truth)
+    right, wrong = (
+        judge(answer("NAMED", "root_play"), truth),
+        judge(answer("NAMED", "tether"), truth),
+    )
     both = judge(answer("NAMED", "root_play", "tether"), truth)
     hedged = judge(answer("SET", "root_play", "tether"), truth)
     assert score("top-1 name, size 1", right, wrong, both, hedged) == 0.25
@@ -54,20 +57,27 @@ def test_a_single_cause_has_to_be_named_alone() -> None:
 
 def test_a_small_cause_may_stand_in_a_set() -> None:
     small = label("single", TRUE, size=0.3)
-    listed, missing = judge(answer("SET", "tether", "root_play"), small), judge(answer("CLEAN"), small)
+    listed, missing = (
+        judge(answer("SET", "tether", "root_play"), small),
+        judge(answer("CLEAN"), small),
+    )
     assert score("truth in set, size 0.3", listed, missing) == 0.5
     assert listed.right
 
 
 def test_a_null_that_is_named_is_a_false_alarm() -> None:
     null = label("null", {})
-    assert score("false alarm on nulls", judge(answer("NAMED", "tether"), null),
-                 judge(answer("CLEAN"), null), judge(answer("SET", "tether"), null)) == pytest.approx(1 / 3)  # fmt: skip
+    named, clean = judge(answer("NAMED", "tether"), null), judge(answer("CLEAN"), null)
+    listed = judge(answer("SET", "tether"), null)
+    assert score("false alarm on nulls", named, clean, listed) == pytest.approx(1 / 3)
 
 
 def test_a_pair_needs_both_and_no_third() -> None:
     pair = label("pair", TRUE | {"tether": {"pull": 0.1}})
-    whole, half = judge(answer("NAMED", "tether", "root_play"), pair), judge(answer("NAMED", "tether"), pair)
+    whole, half = (
+        judge(answer("NAMED", "tether", "root_play"), pair),
+        judge(answer("NAMED", "tether"), pair),
+    )
     third = judge(answer("NAMED", "tether", "root_play", "air_drag"), pair)
     assert score("pairs: both named", whole, half, third) == pytest.approx(1 / 3)
     assert score("pairs: no false name", whole, half, third) == pytest.approx(2 / 3)

@@ -31,7 +31,7 @@ _MARKERS_MM: dict[str, tuple[tuple[float, float, float], ...]] = {
     "top": ((0, 22, 0), (0, -22, 0), (14, 0, 9), (-14, 0, -9)),
     "rotor": ((0, 9, 0), (0, -9, 0)),
 }
-"""Forward, left, up on the body at rest; their middle is the body's point, so that no offset hides."""
+"""Forward, left, up on the body at rest, their middle on its point: no marker is off it."""
 _OWN_NOISE_M = 5e-5
 """Of a marker against its body, whose place has the case's noise."""
 _PLACE_M = np.array([-0.4, 0.15, 0.02])
@@ -110,7 +110,11 @@ def _sheet(made: Made) -> str:
         else:
             said.append(f"height: {1000 * course.height:.6g} mm")
         # a little less than was filmed, for nobody knows the first motion to a picture
-        said += [f"rest: {REST_S:g} s", f"duration: {course.duration - 0.1:g} s", f"role: {run.role}"]
+        said += [
+            f"rest: {REST_S:g} s",
+            f"duration: {course.duration - 0.1:g} s",
+            f"role: {run.role}",
+        ]
         lines.append(f"  - {{{', '.join(said)}}}")
     return "\n".join(lines) + "\n"
 
@@ -129,9 +133,7 @@ def _take(run: Run, seed: int, k: int) -> Take:
     )  # fmt: skip
 
 
-def _body(
-    name: str, number: int, filmed: Filmed, body: str, rng: np.random.Generator
-) -> BodyTake:
+def _body(name: str, number: int, filmed: Filmed, body: str, rng: np.random.Generator) -> BodyTake:
     """Return one body's markers about its place, which has the noise already."""
     places = np.array(_MARKERS_MM[body]) / 1000
     origin, angle = filmed.paths[body] + _PLACE_M, filmed.angles[body]
