@@ -2,13 +2,14 @@
 # make test   run the tests
 # make check  ruff, format, pyright, import-linter, examples, wheel
 # make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading
+# make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
 # make schemas / make effects / make pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench fuzz schemas effects pictures clean
+.PHONY: install demo test check bench bank fuzz schemas effects pictures clean
 
 install: $(INSTALLED)
 
@@ -39,6 +40,12 @@ bench: install
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
+
+SEED ?= 1
+CASES ?= 40
+
+bank: install
+	$(BIN)/python -m tests.bank --seed $(SEED) --cases $(CASES)
 
 fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py

@@ -1,0 +1,188 @@
+"""From a drawn case to its runs: the robot, the amounts of its causes, motions, pictures, label."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tests.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS, direction, scaled
+from tests.bank.cases import Case, Made, Plan, Run, plans
+from tests.bank.cases_rod import RodGenerator
+from tests.bank.cases_twin import TwinGenerator
+from tests.bank.courses import Course, Generator, Job, Quantities
+from tests.bank.expected import expected
+from tests.bank.observe import FAULTS, Fault, film
+from tests.bank.size import BASE, Sizing
+from workbench.protocol import load_model, load_shape
+from workbench.timeseries import TimeSeries
+
+__all__ = ["Robot", "generator_of", "make_case", "robot_of", "sizing_of"]
+
+CLUTTER = 0.05
+"""Size of every other effect in a case with noise B."""
+TIED = 0.30
+"""Share of a true cause that its double may leave in a tie."""
+
+_DOUBLED = 0.3  # size at which a double's changes are taken, small enough to be linear
+_PULL_ERROR, _LATE_S = 0.01, 0.002
+_SCATTER = {"gain": 5e-4, "stiffness": 1e-3}  # between runs, with noise B
+_WINDOW_S = {"clamped": 6.0, "decay": 6.0, "hop": 4.0, "drop": 4.0}
+_TRAP_CLUTTER, _TRAP_EFFECTS = 0.1, 8
+
+
+class Robot(NamedTuple):
+    """A case's robot: its values, what the model states, and how far a value may lie from that."""
+
+    values: Mapping[str, float]
+    stated: Mapping[str, float]
+    tolerances: Mapping[str, float]
+
+
+def generator_of(case: Case) -> Generator:
+    """Return the source of a case's motions."""
+    shape = load_shape("thesis-initial", Path()).content
+    if case.generator == "twin":
+        return TwinGenerator(shape)
+    return RodGenerator(shape.angles, shape.length)
+
+
+def robot_of(case: Case) -> Robot:
+    """Draw a robot whose base parameters lie anywhere within the model's tolerances."""
+    model = load_model("thesis", Path()).content
+    stated = model.values()
+    tolerances = {name: getattr(model.parameters, name).tolerance for name in stated}
+    rng = np.random.default_rng([case.seed, 1])
+    values = dict(stated)
+    for name in BASE:
+        values[name] += rng.uniform(-1, 1) * tolerances[name]
+    if case.kind == "mass_and_stiffness":
+        lighter = [name for name in stated if name.endswith(("_mass", "_stiffness", "_damping"))]
+        values = dict(stated) | {name: 0.97 * stated[name] for name in lighter}
+    return Robot(values, stated, tolerances)
+
+
+def sizing_of(case: Case, robot: Robot, runs: Sequence[Plan], shown: str) -> Sizing:
+    """Return what sizes causes in a case: on its clamped runs and ring-downs, or on its hops."""
+    modes = ("hop",) if shown == "hop" else ("clamped", "decay")
+    courses = [_cut(run.course) for run in runs if run.course.mode in modes]
+    return Sizing.of(generator_of(case), robot.values, robot.tolerances, courses)
+
+
+def make_case(case: Case) -> Made:
+    """Make the runs and the label of a case.
+
+    Raises:
+        UnreachableError: when its causes cannot be as large as drawn.
+        ValueError: when the robot cannot do what is asked, or a tie is none.
+    """
+    robot, rng = robot_of(case), np.random.default_rng([case.seed, 2])
+    runs = plans(case.protocols, rng)
+    effects, told = _amounts(case, robot, runs, rng)
+    clutter = _clutter(case, effects, rng)
+    jobs = [_job(case, robot, run, k, effects, clutter, rng) for k, run in enumerate(runs)]
+    motions = generator_of(case).motions(jobs)
+    if any(
+        motion.times[-1] < run.course.duration - 1
+        for motion, run in zip(motions, runs, strict=True)
+    ):
+        raise ValueError(f"{case.name}: the robot falls")
+    filmed = [_filmed(case, run, k, motion) for k, (run, motion) in
+              enumerate(zip(runs, motions, strict=True))]  # fmt: skip
+    label = {
+        "seed": case.seed, "block": case.block, "generator": case.generator,
+        "protocols": case.protocols, "noise": case.noise, "kind": case.kind,
+        "drawn_sizes": list(case.sizes),
+        "effects": effects, "clutter": clutter, "values": dict(robot.values),
+        **told, "expected": expected(case),
+    }  # fmt: skip
+    return Made(case, tuple(filmed), label)
+
+
+def _cut(course: Course) -> Course:
+    return course._replace(duration=min(course.duration, _WINDOW_S[course.mode]))
+
+
+def _amounts(
+    case: Case, robot: Robot, runs: Sequence[Plan], rng: np.random.Generator
+) -> tuple[dict[str, dict[str, float]], dict[str, object]]:
+    """Return the effects of a case, and the sizes that they have."""
+    if case.kind == "half_percent_speed":
+        return {"speed_scale": {"share": -0.005}}, {}
+    if case.kind == "unseen_coulomb":
+        return {"hinge_coulomb_friction": {"torque": 1e-5}}, {}
+    if case.kind == "nothing_slips":
+        return {"friction_level": {"share": 0.3}}, {}
+    known, sizings = AMOUNTS | OUTSIDE_AMOUNTS, dict[str, Sizing]()
+    effects: dict[str, dict[str, float]] = {}
+    reached: dict[str, float] = {}
+    for name, target in zip(case.causes, case.sizes, strict=False):
+        shown = known[name].shown
+        if shown not in sizings:
+            sizings[shown] = sizing_of(case, robot, runs, shown)
+        unit = direction(name, rng, first=case.block == "tie")
+        if case.kind == "softening":
+            unit = {key: -abs(value) for key, value in unit.items()}
+        effects[name], reached[name] = sizings[shown].scale(
+            name, partial(scaled, name, unit), target, known[name].most
+        )
+    told: dict[str, object] = {"sizes": reached}
+    if case.block == "tie":
+        told["share"] = _share(case, effects, sizings[known[case.causes[0]].shown])
+    return effects, told
+
+
+def _share(case: Case, effects: Quantities, sizing: Sizing) -> float:
+    """Return what the double leaves of the true cause, each of its quantities in any amount."""
+    true, double = case.causes
+    ways = AMOUNTS[double].directions
+    others = [sizing.change({double: scaled(double, way, _DOUBLED)}) for way in ways]
+    share = sizing.share(sizing.change({true: effects[true]}), others)
+    if share > TIED:
+        raise ValueError(f"{case.name}: {double} leaves {share:.0%} of {true}, that is no tie")
+    return share
+
+
+def _clutter(
+    case: Case, effects: Quantities, rng: np.random.Generator
+) -> dict[str, dict[str, float]]:
+    """Return small amounts of effects that are not the case's own."""
+    others = [name for name in AMOUNTS if name not in effects]
+    if case.kind == "clutter_only":
+        chosen = rng.choice(others, _TRAP_EFFECTS, replace=False)
+        return {str(n): scaled(str(n), direction(str(n), rng), _TRAP_CLUTTER) for n in chosen}
+    if case.noise == "A":
+        return {}
+    return {name: scaled(name, direction(name, rng), CLUTTER) for name in others}
+
+
+def _job(
+    case: Case, robot: Robot, run: Plan, k: int, effects: Quantities, clutter: Quantities,
+    rng: np.random.Generator,
+) -> Job:  # fmt: skip
+    """Return one run's motion to ask for, with what differs between runs."""
+    values, course = dict(robot.values), run.course
+    if case.noise == "B":
+        gain = 1 + _SCATTER["gain"] * rng.standard_normal()
+        course = course._replace(steps=tuple((t, w * gain) for t, w in course.steps))
+        values["hinge_stiffness"] *= 1 + _SCATTER["stiffness"] * rng.standard_normal()
+    own = {} if case.kind == "one_run" and k != 0 else effects
+    return Job(values, dict(clutter) | dict(own), course)
+
+
+def _filmed(case: Case, run: Plan, k: int, motion: TimeSeries) -> Run:
+    """Return a run as cameras and paper have it."""
+    rng = np.random.default_rng([case.seed, 3, k])
+    fault: Fault = "none"
+    if case.block == "sensor":
+        fault = next(one for one in FAULTS if one == case.kind)
+    elif case.kind == "bad_trackable" and k == 1:
+        fault = "slipped_marker"
+    seen = film(motion.shifted(-_LATE_S * rng.standard_normal()), case.noise, rng, fault)
+    course = run.course
+    if course.mode == "decay":
+        course = course._replace(pull=course.pull * (1 + _PULL_ERROR * rng.standard_normal()))
+    return Run(run.name, run.role, course, seen)

@@ -1,0 +1,216 @@
+"""The size of an effect: what is left of it when all that a base fit may change was refitted.
+
+    size = RMS over T and rotor of (e - X b) / 0.3 mm,
+
+e the change that the effect makes, X the changes by the base parameters, the instant, speed and
+start angle of each run and an offset for each place, b their least-squares amounts. Parameters of
+the model pay for their amount by their tolerance. All derivatives are the generator's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.bank.courses import RATE_HZ, Course, Generator, Job, Quantities
+from tests.bank.observe import NOISE_M
+from workbench.motion import FOOT, ROTOR, TOP
+from workbench.timeseries import TimeSeries
+
+__all__ = ["BASE", "Sizing", "UnreachableError", "rms"]
+
+Array = NDArray[np.float64]
+
+BASE = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "beam_mass",
+        "top_mass", "rotor_mass")  # fmt: skip
+"""Parameters that a base fit may change, each within its tolerance."""
+
+_STEP = 0.02  # of a tolerance
+_GAIN, _ANGLE_RAD, _PULL, _INSTANT_S = 1e-4, 1e-3, 1e-3, 1e-4
+_CLOSE = 0.1  # a share by which a size may miss its target
+_LINEAR = 5.0  # noise deviations that T and rotor may move by
+_TRIALS = 6
+_MOST_GROWTH = 10.0  # of one trial
+
+
+class UnreachableError(ValueError):
+    """An effect cannot be made as large as asked within what is physical."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sizing:
+    """What is needed to size effects on one robot and some courses.
+
+    Args:
+        generator: of the motions.
+        values: of the robot, SI.
+        courses: the runs, cut to what is looked at.
+        motions: without the effect.
+        base: (r,) motions without the effect, in noise deviations.
+        columns: (r, c) changes by all that a base fit may change, then a row for each prior.
+    """
+
+    generator: Generator
+    values: Mapping[str, float]
+    courses: tuple[Course, ...]
+    motions: tuple[TimeSeries, ...]
+    base: Array
+    columns: Array
+
+    @classmethod
+    def of(
+        cls,
+        generator: Generator,
+        values: Mapping[str, float],
+        tolerances: Mapping[str, float],
+        courses: Sequence[Course],
+    ) -> Sizing:
+        """Compute base and columns.
+
+        Raises:
+            ValueError: when the robot cannot do what is asked.
+        """
+        motions = generator.motions([Job(values, {}, course) for course in courses])
+        base = _stacked(motions, motions)
+        moved = [_with(values, name, _STEP * tolerances[name]) for name in BASE]
+        jobs = [Job(other, {}, course) for other in moved for course in courses]
+        done, count = generator.motions(jobs), len(courses)
+        columns = [
+            (_stacked(done[count * i : count * (i + 1)], motions) - base) / _STEP
+            for i in range(len(BASE))
+        ]
+        begin = 0
+        for course, motion in zip(courses, motions, strict=True):
+            here = _stacked([motion], [motion])
+            changes = [
+                (_stacked(generator.motions([Job(values, {}, other)]), [motion]) - here) / step
+                for other, step in _own(course)
+            ]
+            for change in [*changes, *_observed(motion)]:
+                column = np.zeros(len(base))
+                column[begin : begin + len(here)] = change
+                columns.append(column)
+            begin += len(here)
+        priors = np.eye(len(BASE), len(columns))
+        whole = np.vstack([np.column_stack(columns), priors])
+        return cls(generator, values, tuple(courses), tuple(motions), base, whole)
+
+    def change(self, effects: Quantities) -> Array:
+        """Return what effects change, (r,) in noise deviations."""
+        jobs = [Job(self.values, effects, course) for course in self.courses]
+        return _stacked(self.generator.motions(jobs), self.motions) - self.base
+
+    def left(self, change: Array, also: Sequence[Array] = ()) -> Array:
+        """Return what is left of a change when the base was refitted, (r,).
+
+        Args:
+            change: (r,).
+            also: (r,) each, other changes that may come in any amounts.
+        """
+        columns, priors = self.columns, len(BASE)
+        if also:
+            more = [np.append(other, np.zeros(priors)) for other in also]
+            columns = np.column_stack([columns, *more])
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        wanted = np.append(change, np.zeros(priors))
+        amounts = np.linalg.lstsq(columns / scale, wanted, rcond=1e-12)[0]
+        return change - (columns / scale @ amounts)[: len(change)]
+
+    def share(self, one: Array, others: Sequence[Array]) -> float:
+        """Return how much of what is left of one change others together cannot imitate."""
+        return rms(self.left(one, others)) / rms(self.left(one))
+
+    def scale(
+        self, name: str, grow: Callable[[float], dict[str, float]], target: float, most: float
+    ) -> tuple[dict[str, float], float]:
+        """Return an effect of about the size that is asked for, and its size.
+
+        Args:
+            name: of the effect.
+            grow: from a factor, 1 for a size of about 1, to its quantities.
+            target: size, within 10 %; within 30 % after several trials.
+            most: greatest factor.
+
+        Raises:
+            UnreachableError: when it stays off within what is physical.
+        """
+        factor, size, values = min(target, most), 0.0, grow(min(target, most))
+        for _ in range(_TRIALS):
+            values = grow(factor)
+            size = self._size(name, grow, factor)
+            if abs(size / target - 1) < _CLOSE or (size < target and factor >= most):
+                break
+            growth = target / max(size, 1e-12)
+            factor = min(most, factor * min(max(growth, 1 / _MOST_GROWTH), _MOST_GROWTH))
+        if abs(size / target - 1) < 3 * _CLOSE:
+            return values, size
+        raise UnreachableError(f"{name} has size {size:.3g} at {values}; {target:g} is asked")
+
+    def _size(self, name: str, grow: Callable[[float], dict[str, float]], factor: float) -> float:
+        """Return a size; a change too large to be linear is taken from a smaller one."""
+        change = self.change({name: grow(factor)})
+        part = _LINEAR / max(rms(change), _LINEAR)
+        if part < 1:
+            change = self.change({name: grow(part * factor)}) / part
+        return rms(self.left(change))
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _with(values: Mapping[str, float], name: str, more: float) -> dict[str, float]:
+    return dict(values) | {name: values[name] + more}
+
+
+def _own(course: Course) -> list[tuple[Course, float]]:
+    """Return changed courses and their steps: what a fit may change of one run alone."""
+    if course.mode == "decay":
+        return [(course._replace(pull=course.pull * (1 + _PULL)), _PULL)]
+    faster = tuple((t, speed * (1 + _GAIN)) for t, speed in course.steps)
+    turned = course._replace(start_angle=course.start_angle + _ANGLE_RAD)
+    return [(course._replace(steps=faster), _GAIN), (turned, _ANGLE_RAD)]
+
+
+def _places(motion: TimeSeries) -> Array:
+    """Return what is compared, (n, p) in noise deviations: T and rotor, and a foot that moves."""
+    names = [TOP[0], TOP[2], ROTOR[0], ROTOR[2]]
+    places = motion.select(names).values
+    foot = motion.select((FOOT[0], FOOT[2])).values
+    moves = np.ptp(foot[:, 1]) > 1e-9
+    return (np.hstack([places, foot]) if moves else places) / NOISE_M
+
+
+def _observed(motion: TimeSeries) -> list[Array]:
+    """Return the changes that need no simulation: an instant, and an offset for each place."""
+    places = _places(motion)
+    late = np.gradient(places, axis=0) * RATE_HZ
+    offsets = [np.outer(np.ones(len(places)), row).ravel() for row in np.eye(places.shape[1])]
+    return [late.ravel(), *offsets]
+
+
+def _stacked(motions: Sequence[TimeSeries], like: Sequence[TimeSeries]) -> Array:
+    """Return the rows of motions, each as long as the one that it is compared with.
+
+    A motion that ends early, its robot fallen, stays where it is.
+    """
+    parts = []
+    for motion, base in zip(motions, like, strict=True):
+        at = np.minimum(np.arange(len(base)), len(motion) - 1)
+        names = motion.names
+        held = TimeSeries(base.times, motion.values[at], names, motion.valid[at])
+        parts.append(_shifted(held, motion.times[0] - base.times[0]))
+    return np.concatenate([_places(part).ravel() for part in parts])
+
+
+def _shifted(motion: TimeSeries, late: float) -> TimeSeries:
+    """Return a motion as it looks at stamps that are off."""
+    if late == 0.0:
+        return motion
+    values = np.column_stack([np.interp(motion.times - late, motion.times, c)
+                              for c in motion.values.T])  # fmt: skip
+    return TimeSeries(motion.times, values, motion.names, motion.valid)

@@ -1,0 +1,203 @@
+"""What is drawn, how visible it is, how it is filmed, and what is laid out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.bank.amounts import scaled
+from tests.bank.cases import (
+    BLOCKS,
+    TRAPS,
+    Case,
+    Made,
+    Plan,
+    Run,
+    draw_case,
+    draw_cases,
+    plans,
+    ramp,
+)
+from tests.bank.cases_rod import RodGenerator
+from tests.bank.cases_twin import TwinGenerator
+from tests.bank.courses import Course, Job
+from tests.bank.expected import expected
+from tests.bank.make import make_case, robot_of
+from tests.bank.observe import FAULTS, Fault, Noise, film
+from tests.bank.rod import Rod
+from tests.bank.size import Sizing, UnreachableError, rms
+from tests.bank.write import measured, sealed_label, write_case
+from workbench.ingest import ingest_sheet
+from workbench.motion import TOP
+from workbench.protocol import ModelFile, ShapeFile, Sheet, load
+from workbench.timeseries import TimeSeries
+
+NULL = Case(5, "null", "rod", "S", "A")
+
+
+@pytest.fixture(scope="module")
+def sizing(rod: Rod) -> Sizing:
+    """A driven run and a ring-down of four seconds."""
+    courses = [Course("clamped", 4.0, ramp(11.0)), Course("decay", 4.0, pull=0.4)]
+    robot = robot_of(NULL)
+    return Sizing.of(RodGenerator(rod.angles, rod.length), robot.values, robot.tolerances, courses)
+
+
+@pytest.fixture(scope="module")
+def motion(rod: Rod) -> TimeSeries:
+    course = Course("clamped", 6.0, ramp(11.0))
+    return RodGenerator(rod.angles, rod.length).motions([Job(rod.values, {}, course)])[0]
+
+
+def test_a_draw_is_stratified_and_repeatable() -> None:
+    cases = draw_cases(3, 40)
+    assert len(cases) == 40
+    assert cases == draw_cases(3, 40)
+    assert cases != draw_cases(4, 40)
+    assert set(Counter(one.block for one in cases)) == set(BLOCKS)
+    assert Counter(one.generator for one in cases)["rod"] >= 20
+    assert {one.sizes for one in cases if one.block == "single"} == {(0.3,), (1.0,), (3.0,)}
+    assert {one.noise for one in cases} == {"A", "B"}
+
+
+def test_every_case_has_eight_runs_and_two_held_out() -> None:
+    for case in draw_cases(1, 60):
+        drawn = plans(case.protocols, np.random.default_rng(case.seed))
+        assert len(drawn) >= 8
+        assert Counter(plan.role for plan in drawn)["held_out"] >= 2
+        assert len({plan.name for plan in drawn}) == len(drawn)
+
+
+def test_every_trap_and_fault_says_what_is_right() -> None:
+    for kind in TRAPS:
+        case = next(c for s in range(400) if (c := draw_case(s, "trap", s)).kind == kind)
+        assert expected(case)["answers"]
+    for kind in FAULTS:
+        assert expected(Case(1, "sensor", "rod", "S+D", "A", kind=kind))["answers"] == [
+            "DATA_FAULT", "NAMED",
+        ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "values"), [
+    ("hinge_stiffness", {"share": 2e-3}), ("speed_scale", {"share": 2e-4}),
+    ("time_offset", {"late": 2e-3}), ("top_mass", {"mass": 3e-4}),
+])  # fmt: skip
+def test_the_base_takes_up_what_is_its_own(
+    sizing: Sizing, name: str, values: dict[str, float]
+) -> None:
+    change = sizing.change({name: values})
+    assert rms(change) > 0.1
+    assert rms(sizing.left(change)) < 0.1 * rms(change)
+
+
+def test_a_cause_reaches_the_size_that_is_asked(sizing: Sizing) -> None:
+    unit = {"k3": 30.0}
+    values, size = sizing.scale("hinge_cubic_stiffness", lambda f: scaled("", unit, f), 1.0, 60)
+    assert size == pytest.approx(1.0, rel=0.3)
+    assert rms(sizing.left(sizing.change({"hinge_cubic_stiffness": values}))) == pytest.approx(
+        size, rel=0.5
+    )
+    with pytest.raises(UnreachableError, match="foot_mass has size 0 at"):
+        sizing.scale("foot_mass", lambda f: {"mass": 0.001 * f}, 1.0, 10)
+
+
+def test_a_double_leaves_nothing_and_a_stranger_all(sizing: Sizing) -> None:
+    drag, tilt = (sizing.change({n: v}) for n, v in
+                  (("air_drag", {"c": 0.005}), ("camera_tilt", {"tilt": 0.01})))  # fmt: skip
+    assert sizing.share(drag, [2 * drag]) < 1e-6
+    assert sizing.share(drag, [tilt]) > 0.5
+
+
+def test_noise_is_of_its_kind(motion: TimeSeries) -> None:
+    true = motion.select(TOP).values
+    kinds: tuple[tuple[Noise, float, float], ...] = (("A", 3e-4, 0.0), ("B", 3e-4, 0.8))
+    for kind, deviation, memory in kinds:
+        seen = film(motion, kind, np.random.default_rng(1)).paths["top"][120:]
+        off = (seen - true)[np.isfinite(seen).all(axis=1)]
+        calm = off[np.abs(off).max(axis=1) < 2e-3]
+        assert calm.std() == pytest.approx(deviation, rel=0.15)
+        inside = (calm - calm.mean(axis=0))[:, 1]
+        assert np.corrcoef(inside[1:], inside[:-1])[0, 1] == pytest.approx(memory, abs=0.12)
+
+
+def test_only_noise_b_has_gaps_and_glitches(motion: TimeSeries) -> None:
+    true = motion.select(TOP).values
+    kinds: tuple[tuple[Noise, float], ...] = (("A", 0.0), ("B", 0.01))
+    for kind, share in kinds:
+        takes = [film(motion, kind, np.random.default_rng(s)).paths["top"][120:] for s in range(20)]
+        seen = np.array(takes)
+        wild = np.abs(seen - true) > 3e-3
+        assert np.isnan(seen[..., 0]).mean() == pytest.approx(share, abs=0.005)
+        assert wild.any(axis=2).mean() == pytest.approx(share / 2, abs=0.002)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_shows_in_what_is_filmed(motion: TimeSeries, fault: Fault) -> None:
+    right = film(motion, "A", np.random.default_rng(1))
+    wrong = film(motion, "A", np.random.default_rng(1), fault)
+    off = max(float(np.abs(wrong.paths[b] - right.paths[b]).max()) for b in ("top", "rotor"))
+    assert off > 3e-3
+
+
+def test_the_twin_and_the_rod_make_the_same_runs(rod: Rod, shape: ShapeFile) -> None:
+    course = Course("clamped", 3.0, ramp(10.0), lag=0.045)
+    job = Job(rod.values, {"camera_tilt": {"tilt": 0.02}}, course)
+    own = RodGenerator(rod.angles, rod.length).motions([job])[0]
+    twin = TwinGenerator(shape).motions([job])[0]
+    off = own.select(TOP).values - twin.select(TOP).values
+    assert 5e-5 < np.sqrt(np.mean(off**2)) < 1.5e-3
+    assert np.abs(own["rotor_angle_rad"] - twin["rotor_angle_rad"]).max() < 0.05
+    with pytest.raises(ValueError, match="twin has no effect 'magnet'"):
+        TwinGenerator(shape).motions([Job(rod.values, {"magnet": {"force": 1.0}}, course)])
+
+
+def test_a_null_is_made_twice_alike() -> None:
+    one, two = make_case(NULL), make_case(NULL)
+    assert sealed_label(one) == sealed_label(two)
+    for a, b in zip(measured(one), measured(two), strict=True):
+        assert np.array_equal(a.motion.values, b.motion.values, equal_nan=True)
+    assert Counter(run.role for run in measured(one)) == {"train": 6, "held_out": 2}
+    assert one.label["expected"] == {"answers": ["CLEAN"], "listed": [], "named": []}
+
+
+def test_base_parameters_are_off_within_the_model_s_tolerances(model: ModelFile) -> None:
+    robot = robot_of(NULL)
+    moved = {n for n, v in robot.values.items() if v != robot.stated[n]}
+    assert "hinge_stiffness" in moved
+    assert all(abs(robot.values[n] - robot.stated[n]) <= robot.tolerances[n] for n in moved)
+    light = robot_of(Case(5, "trap", "rod", "S+D", "A", kind="mass_and_stiffness"))
+    assert light.values["top_mass"] == pytest.approx(0.97 * model.values()["top_mass"])
+
+
+def test_a_case_is_laid_out_with_its_truth_sealed(tmp_path: Path, rod: Rod) -> None:
+    plan = Plan("clamped-1", "held_out", Course("clamped", 4.0, ramp(9.0)))
+    motion = RodGenerator(rod.angles, rod.length).motions([Job(rod.values, {}, plan.course)])[0]
+    run = Run(plan.name, plan.role, plan.course, film(motion, "B", np.random.default_rng(2)))
+    made = Made(NULL, (run,), {"effects": {"root_play": {"gap": 0.001}}})
+    folder = write_case(made, tmp_path / "cases", tmp_path / "sealed")
+    label = (tmp_path / "sealed" / f"{folder.name}.json").read_bytes()
+    assert (folder / "truth.sha256").read_text().strip() == hashlib.sha256(label).hexdigest()
+    assert json.loads(label)["effects"] == {"root_play": {"gap": 0.001}}
+    for path in folder.iterdir():
+        assert b"root_play" not in path.read_bytes()
+    (bundle,) = ingest_sheet(load(folder / "sheet.yaml", Sheet), tmp_path / "runs", lambda _: None)
+    assert bundle.manifest["role"] == "held_out"
+    (direct,) = measured(made)
+    raw, times = bundle.read_series("raw").select(TOP), direct.motion.times[130:500]
+
+    def apart(late: float) -> float:
+        """Ingest finds time zero again, within some milliseconds."""
+        off = raw.at(times + late).values - direct.motion.select(TOP).values[130:500]
+        return float(np.nanmedian(np.abs(off - np.nanmedian(off, axis=0))))
+
+    assert min(apart(late) for late in np.linspace(-0.02, 0.02, 161)) < 1e-4
+
+
+def test_labels_are_not_laid_beside_the_cases(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="labels must not lie beside the cases"):
+        write_case(Made(NULL, ()), tmp_path, tmp_path)

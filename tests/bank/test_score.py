@@ -1,0 +1,145 @@
+"""Scores of made-up answers, worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from tests.bank.cases import Block, Case
+from tests.bank.expected import expected
+from tests.bank.score import BARS, Judged, confusion, judge, scores, wilson
+from tests.bank.tables import page
+
+TRUE = {"root_play": {"gap": 0.001}}
+
+
+def label(block: Block, effects: dict[str, Any], size: float = 1.0, kind: str = "") -> dict:
+    causes = tuple(effects)
+    case = Case(1, block, "rod", "S", "A", causes, (size,) * len(causes), kind)
+    return {"block": block, "generator": "rod", "effects": effects, "kind": kind,
+            "drawn_sizes": list(case.sizes), "expected": expected(case)}  # fmt: skip
+
+
+def answer(verdict: str, *causes: str, confidence: float = 0.95, **more: Any) -> dict:
+    told = {"gap": {"value": 0.0011, "interval90": [0.0009, 0.0013], "unit": "rad"}}
+    listed = [{"effect": c, "confidence": confidence, "parameters": told} for c in causes]
+    return {"answer": verdict, "causes": listed, "seconds": 60.0} | more
+
+
+def score(name: str, *judged: Judged) -> float:
+    return {one.name: one.value for one in scores(judged)}[name]
+
+
+def test_every_score_has_a_bar_and_every_bar_a_score() -> None:
+    assert [one.name for one in scores([])] == list(BARS)
+
+
+def test_wilson_is_the_textbook_s() -> None:
+    """Newcombe 1998, table I: 81 of 263 at 95 % is 0.2553 to 0.3662."""
+    assert wilson(81, 263, 0.95) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+def test_a_single_cause_has_to_be_named_alone() -> None:
+    truth = label("single", TRUE)
+    right, wrong = (
+        judge(answer("NAMED", "root_play"), truth),
+        judge(answer("NAMED", "tether"), truth),
+    )
+    both = judge(answer("NAMED", "root_play", "tether"), truth)
+    hedged = judge(answer("SET", "root_play", "tether"), truth)
+    assert score("top-1 name, size 1", right, wrong, both, hedged) == 0.25
+    assert score("named and wrong", right, wrong, both, hedged) == 0.5
+    assert score("mean set size, size 1", right, hedged) == 1.5
+
+
+def test_a_small_cause_may_stand_in_a_set() -> None:
+    small = label("single", TRUE, size=0.3)
+    listed, missing = (
+        judge(answer("SET", "tether", "root_play"), small),
+        judge(answer("CLEAN"), small),
+    )
+    assert score("truth in set, size 0.3", listed, missing) == 0.5
+    assert listed.right
+
+
+def test_a_null_that_is_named_is_a_false_alarm() -> None:
+    null = label("null", {})
+    named, clean = judge(answer("NAMED", "tether"), null), judge(answer("CLEAN"), null)
+    listed = judge(answer("SET", "tether"), null)
+    assert score("false alarm on nulls", named, clean, listed) == pytest.approx(1 / 3)
+
+
+def test_a_pair_needs_both_and_no_third() -> None:
+    pair = label("pair", TRUE | {"tether": {"pull": 0.1}})
+    whole, half = (
+        judge(answer("NAMED", "tether", "root_play"), pair),
+        judge(answer("NAMED", "tether"), pair),
+    )
+    third = judge(answer("NAMED", "tether", "root_play", "air_drag"), pair)
+    assert score("pairs: both named", whole, half, third) == pytest.approx(1 / 3)
+    assert score("pairs: no false name", whole, half, third) == pytest.approx(2 / 3)
+
+
+def test_what_is_outside_the_library_must_stay_unnamed() -> None:
+    outside = label("outside", {"magnet": {"force": 1.0}})
+    none, named = judge(answer("NONE"), outside), judge(answer("NAMED", "tether"), outside)
+    flagged = judge(answer("SET", "tether", adequate=False), outside)
+    plain = judge(answer("SET", "tether"), outside)
+    assert score("outside: NONE or inadequate", none, named, flagged, plain) == 0.5
+    assert score("outside: named", none, named, flagged, plain) == 0.25
+
+
+def test_a_tie_is_a_set_of_both() -> None:
+    tie = {**label("tie", TRUE), "expected": {"answers": ["SET"], "listed": ["root_play", "tether"],
+                                              "named": ["root_play"]}}  # fmt: skip
+    assert judge(answer("SET", "root_play", "tether"), tie).right
+    assert not judge(answer("SET", "root_play"), tie).right
+    assert not judge(answer("NAMED", "root_play"), tie).right
+
+
+def test_a_sensor_s_fault_may_be_told_or_named() -> None:
+    fault = label("sensor", {}, kind="wrong_scale")
+    assert judge(answer("DATA_FAULT"), fault).right
+    assert judge(answer("NAMED", "length_scale"), fault).right
+    assert not judge(answer("NAMED", "hinge_cubic_stiffness"), fault).right
+
+
+def test_numbers_come_with_their_errors_and_intervals() -> None:
+    truth = label("single", TRUE, size=3.0)
+    told = judge(answer("NAMED", "root_play", rmse_mm={"base": 2.0, "extended": 2.1},
+                        removable_removed=0.9), truth)  # fmt: skip
+    assert score("parameter error, size 3", told) == pytest.approx(0.1)
+    assert score("90 % interval coverage", told) == 1.0
+    assert score("removable error removed, size 3", told) == 0.9
+    assert score("harm", told) == 1.0
+    assert score("slowest case [s]", told) == 60.0
+
+
+def test_confidence_is_held_against_what_was_right() -> None:
+    truth = label("single", TRUE)
+    sure = [judge(answer("NAMED", "root_play"), truth)] * 3
+    sure += [judge(answer("NAMED", "tether"), truth)]
+    assert score("confidence off (ECE)", *sure) == pytest.approx(0.20)
+    assert score("stated 90 % right, are right", *sure) == 0.75
+
+
+def test_nothing_counted_is_no_number() -> None:
+    assert math.isnan(score("top-1 name, size 3"))
+
+
+def test_an_answer_without_verdict_is_refused() -> None:
+    with pytest.raises(ValueError, match="answer 'MAYBE' is none of NAMED, SET"):
+        judge({"answer": "MAYBE"}, label("null", {}))
+
+
+def test_the_page_shows_scores_confusion_and_failures() -> None:
+    judged = [judge(answer("NAMED", "tether"), label("single", TRUE)),
+              judge(answer("SET", "tether"), label("null", {}))]  # fmt: skip
+    assert confusion(judged) == {"root_play": {"tether": 1}, "null": {"SET": 1}}
+    text = page(judged, 3, ["case 9: no rest"], seed=4)
+    assert "| root_play | tether 1 |" in text
+    assert "at least 0.7, missed" in text
+    assert "- case 9: no rest" in text
