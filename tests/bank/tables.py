@@ -23,7 +23,7 @@ def page(judged: Sequence[Judged], drawn: int, failed: Sequence[str], seed: int)
     parts = [
         "# The bank of hidden-effect cases", "",
         f"Written by `make bank SEED={seed}`: {drawn} cases drawn, {len(judged)} answered. What "
-        "a case is and how it is scored: [the bank's own page](../decisions/0009-bank.md). "
+        "a case is and how it is scored: [the bank's own page](../decisions/0010-bank.md). "
         "Intervals are Wilson's at 90 %.", "",
         "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
     ]  # fmt: skip

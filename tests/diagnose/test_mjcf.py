@@ -433,7 +433,7 @@ def whitened_size(rig: MjcfRig, values: dict[str, float]) -> list[float]:
 def test_the_spring_s_true_causes_leave_nothing_but_noise() -> None:
     rig, truth = load_rig(EXAMPLES / "hardening_spring" / "rig.yaml"), made().CART
     true = {"rail_cubic_stiffness.k3": truth.cubic, "place_delay.delay": truth.delay}
-    assert max(whitened_size(rig, {})) > 20
+    assert max(whitened_size(rig, {})) > 5
     assert max(whitened_size(rig, true)) < 1.2
 
 

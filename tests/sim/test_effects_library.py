@@ -15,7 +15,16 @@ import pytest
 from tests.sim.rigs import with_effect
 from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP, Mode
-from workbench.sim import EFFECTS, Condition, Effect, Quantity, Robot, simulate, simulate_all
+from workbench.sim import (
+    EFFECTS,
+    SAMPLE_RATE_HZ,
+    Condition,
+    Effect,
+    Quantity,
+    Robot,
+    simulate,
+    simulate_all,
+)
 from workbench.sim.effects import Group
 
 NAMES: dict[Group, str] = {
@@ -48,7 +57,10 @@ by_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=list(EFFECTS
 
 
 def seen(robot: Robot, condition: Condition) -> np.ndarray:
-    return simulate(robot, condition).motion.select(SEEN).values
+    """Return what the cameras' stamps say, at the stamps of a robot that is seen on time."""
+    motion = simulate(robot, condition).motion.select(SEEN)
+    on_time = np.arange(len(motion)) / SAMPLE_RATE_HZ
+    return np.column_stack([np.interp(on_time, motion.times, c) for c in motion.values.T])
 
 
 @pytest.fixture(scope="module")

@@ -99,7 +99,10 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
     """Simulate on the calling thread, jobs of equal layout together."""
     asked = jobs
-    jobs = [(applied(robot), driven(condition, robot)) for robot, condition in asked]
+    jobs = [
+        (applied(robot, bool(np.any(condition.command))), driven(condition, robot))
+        for robot, condition in asked
+    ]
     starts = [_start(robot, condition) for robot, condition in jobs]
     groups: dict[tuple[Drive, bool, int, int, int, int, int], list[int]] = {}
     for i, (model, _) in enumerate(starts):

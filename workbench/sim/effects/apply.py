@@ -14,8 +14,12 @@ from workbench.timeseries import TimeSeries
 __all__ = ["applied", "driven", "observed"]
 
 
-def applied(robot: Robot) -> Robot:
+def applied(robot: Robot, turning: bool = True) -> Robot:
     """Return the robot with what its effects change of numbers and MjSpec; none are left to apply.
+
+    Args:
+        robot: with effects.
+        turning: whether its motor is on; one that is off has no effects of a drive.
 
     Raises:
         InputError: for an unknown effect or quantity.
@@ -24,7 +28,7 @@ def applied(robot: Robot) -> Robot:
     for effect, values in _effects(robot):
         if effect.alter is not None:
             changed = effect.alter(changed, values)
-        if effect.build is not None:
+        if effect.build is not None and (turning or effect.group != "drive"):
             changed = replace(changed, edits=(*changed.edits, _edit(effect.build, values)))
     return replace(changed, effects={})
 

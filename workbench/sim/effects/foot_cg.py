@@ -20,7 +20,7 @@ EFFECT = Effect(
     sentence="the foot's centre of gravity lies forward of its centre by {forward}",
     quantities=(Quantity("forward", "m", low=-0.13, high=0.13, tolerance=0.003, step=0.0003),),
     excited_by=("hop", "drop"),
-    confused_with=("foot_mass", "ground_slope"),
+    confused_with=("foot_mass", "ground_slope", "marker_offset"),
     separated_by="balancing the foot on an edge",
     build=_build,
 )

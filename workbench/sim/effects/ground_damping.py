@@ -19,7 +19,13 @@ EFFECT = Effect(
     sentence="the ground damps more than the model says by {share}",
     quantities=(Quantity("share", "1", low=-1.0, high=5.0, tolerance=0.3, step=0.03),),
     excited_by=("hop", "drop"),
-    confused_with=("ground_stiffness", "ground_hunt_crossley", "sole_adhesion", "foot_mass"),
+    confused_with=(
+        "ground_stiffness",
+        "ground_hunt_crossley",
+        "sole_adhesion",
+        "foot_mass",
+        "time_step",
+    ),
     separated_by="drops from three heights",
     alter=_alter,
 )

@@ -20,7 +20,7 @@ EFFECT = Effect(
     sentence="the cameras' metre is off: every place and way is too large by {share}",
     quantities=(Quantity("share", "1", low=-0.1, high=0.1, tolerance=0.002, step=1e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
-    confused_with=("hinge_stiffness", "rotor_unbalance", "top_mass"),
+    confused_with=("hinge_stiffness", "rotor_unbalance", "top_mass", "marker_offset"),
     separated_by="a ruler: two fixed markers, or the rotor's own radius as the cameras see it",
     observe=_observe,
 )

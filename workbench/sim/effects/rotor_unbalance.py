@@ -28,7 +28,7 @@ EFFECT = Effect(
     sentence="the rotor's unbalance, mass times radius, is greater than the model says by {share}",
     quantities=(Quantity("share", "1", low=-0.9, high=2.0, tolerance=0.02, step=0.002),),
     excited_by=("clamped", "decay", "hop", "drop"),
-    confused_with=("hinge_damping", "speed_ripple"),
+    confused_with=("hinge_damping", "speed_ripple", "length_scale"),
     separated_by="weighing the rotor and balancing it on an edge; speeds well away from resonance",
     alter=_alter,
     build=_build,

@@ -23,7 +23,7 @@ EFFECT = Effect(
     sentence="the motor turns faster than commanded by {offset} at every speed",
     quantities=(Quantity("offset", "rad/s", low=-10, high=10, tolerance=0.1, step=1e-4),),
     excited_by=("clamped", "hop"),
-    confused_with=("speed_scale", "motor_droop", "speed_drift"),
+    confused_with=("speed_scale", "motor_droop", "speed_drift", "time_offset"),
     separated_by="several speeds: a share grows with the speed, an offset does not",
     drive=_drive,
 )

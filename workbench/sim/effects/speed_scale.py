@@ -20,7 +20,7 @@ EFFECT = Effect(
     sentence="the motor turns faster than commanded by {share}",
     quantities=(Quantity("share", "1", low=-0.5, high=0.5, tolerance=0.005, step=1e-5),),
     excited_by=("clamped", "hop"),
-    confused_with=("speed_offset", "motor_droop", "speed_drift"),
+    confused_with=("speed_offset", "motor_droop", "speed_drift", "time_offset"),
     separated_by="several speeds: a share grows with the speed, an offset does not",
     drive=_drive,
 )

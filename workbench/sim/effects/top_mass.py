@@ -19,7 +19,7 @@ EFFECT = Effect(
     sentence="the top is heavier than the model says by {mass}",
     quantities=(Quantity("mass", "kg", low=-0.08, high=0.5, tolerance=0.002, step=0.0002),),
     excited_by=("clamped", "decay", "hop", "drop"),
-    confused_with=("hinge_stiffness",),
+    confused_with=("hinge_stiffness", "length_scale"),
     separated_by="weighing; a known mass added on T",
     alter=_alter,
 )
