@@ -31,7 +31,6 @@ BLOCKS: dict[Block, float] = {
 """Share of the cases."""
 SIZES = (0.3, 1.0, 3.0)
 TIES: tuple[tuple[str, str, Protocols], ...] = (
-    ("local_stiffness_loss", "rest_shape_drift", "S+D"),
     ("local_stiffness_loss", "rest_shape_drift", "S"),
     ("rest_shape_drift", "tether", "S"),
     ("foot_cg", "friction_anisotropy", "S+D+H"),
