@@ -32,8 +32,6 @@ BLOCKS: dict[Block, float] = {
 SIZES = (0.3, 1.0, 3.0)
 TIES: tuple[tuple[str, str, Protocols], ...] = (
     ("local_stiffness_loss", "rest_shape_drift", "S"),
-    ("rest_shape_drift", "tether", "S"),
-    ("foot_cg", "friction_anisotropy", "S+D+H"),
     ("friction_level", "friction_anisotropy", "S+D+H"),
 )
 """True cause, its double, and the runs; a case is kept where the double leaves less than 30 %."""
