@@ -118,8 +118,10 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     """Draw cases: every block by its share, every other case from each generator."""
     counts = {block: max(1, round(share * count)) for block, share in BLOCKS.items()}
     counts["single"] = max(0, count - sum(counts.values()) + counts["single"])
-    blocks: list[Block] = [block for block in BLOCKS for _ in range(counts[block])][:count]
-    return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks)]
+    blocks: list[Block] = []
+    for block in BLOCKS:
+        blocks += [block] * counts[block]
+    return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks[:count])]
 
 
 def draw_case(seed: int, block: Block, turn: int) -> Case:
