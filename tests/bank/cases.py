@@ -120,7 +120,7 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     counts["single"] = max(0, count - sum(counts.values()) + counts["single"])
     blocks: list[Block] = []
     for block in BLOCKS:
-        blocks += [block] * counts[block]
+        blocks.extend(block for _ in range(counts[block]))
     return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks[:count])]
 
 
