@@ -31,10 +31,7 @@ BLOCKS: dict[Block, float] = {
 """Share of the cases."""
 SIZES = (0.3, 1.0, 3.0)
 TIES: tuple[tuple[str, str, Protocols], ...] = (
-    ("local_stiffness_loss", "rest_shape_drift", "S+D"),
     ("local_stiffness_loss", "rest_shape_drift", "S"),
-    ("rest_shape_drift", "tether", "S"),
-    ("foot_cg", "friction_anisotropy", "S+D+H"),
     ("friction_level", "friction_anisotropy", "S+D+H"),
 )
 """True cause, its double, and the runs; a case is kept where the double leaves less than 30 %."""
@@ -121,8 +118,10 @@ def draw_cases(seed: int, count: int) -> list[Case]:
     """Draw cases: every block by its share, every other case from each generator."""
     counts = {block: max(1, round(share * count)) for block, share in BLOCKS.items()}
     counts["single"] = max(0, count - sum(counts.values()) + counts["single"])
-    blocks: list[Block] = [block for block in BLOCKS for _ in range(counts[block])][:count]
-    return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks)]
+    blocks: list[Block] = []
+    for block in BLOCKS:
+        blocks.extend(block for _ in range(counts[block]))
+    return [draw_case(1000 * seed + k, block, k) for k, block in enumerate(blocks[:count])]
 
 
 def draw_case(seed: int, block: Block, turn: int) -> Case:

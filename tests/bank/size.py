@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from tests.bank.courses import RATE_HZ, Course, Generator, Job, Quantities
 from tests.bank.observe import NOISE_M
@@ -211,6 +212,6 @@ def _shifted(motion: TimeSeries, late: float) -> TimeSeries:
     """Return a motion as it looks at stamps that are off."""
     if late == 0.0:
         return motion
-    values = np.column_stack([np.interp(motion.times - late, motion.times, c)
-                              for c in motion.values.T])  # fmt: skip
+    seen = np.maximum(motion.times - late, motion.times[0])  # it rests before
+    values = np.asarray(CubicSpline(motion.times, motion.values)(seen))
     return TimeSeries(motion.times, values, motion.names, motion.valid)

@@ -42,8 +42,8 @@ NULL = Case(5, "null", "rod", "S", "A")
 
 @pytest.fixture(scope="module")
 def sizing(rod: Rod) -> Sizing:
-    """A driven run and a ring-down of four seconds."""
-    courses = [Course("clamped", 4.0, ramp(11.0)), Course("decay", 4.0, pull=0.4)]
+    """A driven run and a ring-down of two and a half seconds."""
+    courses = [Course("clamped", 2.5, ramp(11.0)), Course("decay", 2.5, pull=0.4)]
     robot = robot_of(NULL)
     return Sizing.of(RodGenerator(rod.angles, rod.length), robot.values, robot.tolerances, courses)
 
@@ -156,12 +156,15 @@ def test_the_twin_and_the_rod_make_the_same_runs(rod: Rod, shape: ShapeFile) -> 
         TwinGenerator(shape).motions([Job(rod.values, {"magnet": {"force": 1.0}}, course)])
 
 
-def test_a_null_is_made_twice_alike() -> None:
+def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    two_runs = [Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
+                Plan("b", "held_out", Course("decay", 2.0, pull=0.3))]  # fmt: skip
+    monkeypatch.setattr("tests.bank.make.plans", lambda *_: two_runs)
     one, two = make_case(NULL), make_case(NULL)
     assert sealed_label(one) == sealed_label(two)
     for a, b in zip(measured(one), measured(two), strict=True):
         assert np.array_equal(a.motion.values, b.motion.values, equal_nan=True)
-    assert Counter(run.role for run in measured(one)) == {"train": 6, "held_out": 2}
+    assert Counter(run.role for run in measured(one)) == {"train": 1, "held_out": 1}
     assert one.label["expected"] == {"answers": ["CLEAN"], "listed": [], "named": []}
 
 
@@ -195,7 +198,7 @@ def test_a_case_is_laid_out_with_its_truth_sealed(tmp_path: Path, rod: Rod) -> N
         off = raw.at(times + late).values - direct.motion.select(TOP).values[130:500]
         return float(np.nanmedian(np.abs(off - np.nanmedian(off, axis=0))))
 
-    assert min(apart(late) for late in np.linspace(-0.02, 0.02, 161)) < 1e-4
+    assert min(apart(late) for late in np.linspace(-0.02, 0.02, 161)) < 2e-4
 
 
 def test_labels_are_not_laid_beside_the_cases(tmp_path: Path) -> None:

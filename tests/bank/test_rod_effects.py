@@ -10,8 +10,8 @@ from tests.bank.courses import Course
 from tests.bank.rod import Rod, swing
 from tests.bank.rod_effects import EFFECTS, OUTSIDE, perform
 
-CLAMPED = Course("clamped", 2.0, ((0.0, 12.0),))
-HOP = Course("hop", 2.0, ((0.0, 18.0),))
+CLAMPED = Course("clamped", 1.0, ((0.0, 12.0),))
+HOP = Course("hop", 1.5, ((0.0, 18.0),))
 ONLY_ON_THE_GROUND = ("foot_mass", "foot_cg", "ground_stiffness", "ground_damping",
                       "ground_hunt_crossley", "friction_level", "friction_anisotropy",
                       "sole_adhesion", "rounded_sole")  # fmt: skip
@@ -49,7 +49,7 @@ def test_an_effect_moves_the_runs_that_show_it(rod: Rod, name: str) -> None:
 def test_an_effect_of_nothing_changes_nothing(rod: Rod, name: str) -> None:
     kept = ("time", "yields", "room", "forward", "up", "seed") if name in OUTSIDE else ()
     nothing = {k: v if k in kept else 0.0 for k, v in amounts(name).items()}
-    short = HOP._replace(duration=0.5)
+    short = HOP._replace(duration=0.3)
     assert np.array_equal(perform(rod, {name: nothing}, short).top, swing(rod, short).top)
 
 
@@ -74,7 +74,7 @@ def test_droop_is_the_motor_s_torque_times_the_slope(rod: Rod) -> None:
     """Slow turns of a stiff robot: gravity asks for m g r cos of the angle."""
     stiff = {"hinge_stiffness": 950.0, "root_stiffness": 1200.0}
     still = Rod(dict(rod.values) | stiff, rod.angles, rod.length, modes=3)
-    course = Course("clamped", 12.0, ((0.0, 3.0),))
+    course = Course("clamped", 8.0, ((0.0, 3.0),))
     motion = perform(still, {"motor_droop": {"slope": 2.0}}, course)
     steady = slice(240, None)
     speed = np.gradient(motion.rotor_angle, motion.times)[steady]
