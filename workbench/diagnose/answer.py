@@ -16,12 +16,14 @@ Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
 LEAST_WORTH = 8.0
 """Of the cost, in favour of a cause: 1 in 3000 by its clutter, for some thirty of them."""
+SUSPECTED = 6.0
+"""Of the cost: a cause that is worth so much may well be there, and is listed as one of a set."""
 LEAST_SIZE = 0.12
 """Noise deviations: what explains less is of no practical size."""
 APART = 5.0
 """Of the cost: a rival so far behind is 150 times less likely."""
 _NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
-_LEFT_SHARE = 0.5  # of what hung together before
+_LEFT_SHARE = 0.3  # of what hung together before
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
     if best is None:
         return _without_cause(refits)
     alike = _alike(refits, best)
-    left, before = best.left, refits.base.left
+    left, before = best.beyond, refits.base.left
     if left > max(_NOTHING_LEFT, _LEFT_SHARE * before):
         return Answer(
             "NONE", (), best, {}, _rivals(refits, layout, ()),
@@ -69,8 +71,13 @@ def decide(refits: Refits, layout: Layout) -> Answer:
     confidence = _confidence(refits, alike)
     causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
     rivals = _rivals(refits, layout, causes)
-    if len(alike) > 1:
-        reason = f"{', '.join(causes)} cannot be told apart by these runs"
+    sure = refits.worth(best) > LEAST_WORTH
+    if len(alike) > 1 or not sure:
+        reason = (
+            f"{', '.join(causes)} cannot be told apart by these runs"
+            if sure
+            else f"{', '.join(causes)} may be there, but so small a misfit may also be a mixture"
+        )
         return Answer("SET", causes, best, confidence, rivals, reason)
     causes = tuple(sorted(best.causes, key=lambda name: layout.causes[name].group == "numerics"))
     groups = {layout.causes[name].group for name in causes}
@@ -96,7 +103,8 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     pairs = zip(one.fit.residuals, simpler.fit.residuals, strict=True)
     apart = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
     size = float(np.sqrt(apart / one.near.samples))
-    return gained > max(LEAST_WORTH, refits.threshold) and size > LEAST_SIZE
+    least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
+    return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
 
 def _alike(refits: Refits, best: Hypothesis) -> list[Hypothesis]:
@@ -121,9 +129,9 @@ def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
 
 def _without_cause(refits: Refits) -> Answer:
     base = refits.base
-    if base.left > _NOTHING_LEFT:
+    if base.beyond > _NOTHING_LEFT:
         reason = (
-            f"{base.left:.2f} noise deviations of the misfit hang together in time, and no known "
+            f"{base.beyond:.2f} noise deviations of the misfit hang together in time, and no known "
             "cause explains them"
         )
         return Answer("NONE", (), base, {}, _named(refits), reason)

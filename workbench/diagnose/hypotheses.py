@@ -9,9 +9,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.problem import Problem
+from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import ENOUGH, Fit, fit, prior_of
+from workbench.diagnose.solve import Fit, fit, prior_of, renewed
 
 __all__ = ["Hypothesis", "Refits", "refit_all"]
 
@@ -23,6 +23,9 @@ whole runs that starts far off falls into a wrong valley."""
 _ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
 _SINGLES, _PAIRS = 8, 8
 _BEHIND = 0.5  # share of the best worth below which no refit is tried
+_POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
+_RETRIES = 4  # fits in growing windows are dear
+_ROUNDS = 5
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
 
 
@@ -36,6 +39,7 @@ class Hypothesis:
         cost: with the clutter of all other causes; what hypotheses are compared by.
         size: root mean square of what the causes explain, in noise deviations.
         left: root mean square of what is left and hangs together in time, in noise deviations.
+        beyond: the same of what the clutter of all causes does not explain either.
         near: all causes around the fit.
     """
 
@@ -44,6 +48,7 @@ class Hypothesis:
     cost: float
     size: float
     left: float
+    beyond: float
     near: Neighbourhood
 
 
@@ -77,24 +82,82 @@ def refit_all(problem: Problem, tell: Tell = lambda text: None, seed: int = 0) -
     scores = base.near.scores()
     best = max(scores[0].worth, 0.0) if scores else 0.0
     chosen = [s for s in scores[:_SINGLES] if s.worth > max(_BEHIND * best, _MORE)]
-    singles = []
+    search = _Search(problem, base)
     for k, score in enumerate(chosen):
         tell(f"refit with {score.causes[0]} ({k + 1} of {len(chosen)})")
-        singles.append(_refitted(problem, base, score))
-    pairs = []
+        search.refit(score)
     couples = _promising(base.near, scores) if chosen else []
     for k, score in enumerate(couples):
         tell(f"refit with {' and '.join(score.causes)} ({k + 1} of {len(couples)})")
-        pairs.append(_refitted(problem, base, score))
-    order = sorted(singles, key=lambda h: h.cost), sorted(pairs, key=lambda h: h.cost)
-    return Refits(base, tuple(order[0]), tuple(order[1]), tuple(scores), base.near.threshold(seed))
+        search.refit(score)
+    search.simplify()
+    singles, pairs = search.found(1), search.found(2)
+    return Refits(base, singles, pairs, tuple(scores), base.near.threshold(seed))
+
+
+class _Search:
+    """The hypotheses that were refitted so far, the best fit of each."""
+
+    def __init__(self, problem: Problem, base: Hypothesis) -> None:
+        self.problem, self.base = problem, base
+        self.best: dict[tuple[str, ...], Hypothesis] = {}
+        self.retries = 0
+
+    def found(self, count: int) -> tuple[Hypothesis, ...]:
+        """Return those with so many causes, best first."""
+        same = [one for one in self.best.values() if len(one.causes) == count]
+        return tuple(sorted(same, key=lambda one: one.cost))
+
+    def refit(self, score: Score) -> None:
+        """Fit from where the neighbourhood of the base expects the minimum.
+
+        Where that leads nowhere the misfit was too large for a neighbourhood, and the windows grow
+        once more, the causes released from the first second on.
+        """
+        first = self._fit(score.causes, score.z, self.base.fit.linear)
+        poor = first.left > max(_POOR, _POOR * self.base.left)
+        if poor and self.retries < _RETRIES:
+            self.retries += 1
+            self._fit(score.causes, self._in_windows(score.causes), None)
+
+    def simplify(self) -> None:
+        """Fit each half of the best pair alone, from where the pair's fit ended."""
+        pairs, singles = self.found(2), self.found(1)
+        if not pairs or (singles and pairs[0].cost > singles[0].cost - _MORE):
+            return
+        for name in pairs[0].causes:
+            self._fit((name,), pairs[0].fit.z, None)
+
+    def _fit(
+        self, causes: tuple[str, ...], z: NDArray[np.float64], linear: Linear | None
+    ) -> Hypothesis:
+        layout = self.problem.layout
+        quantities = layout.quantities(causes)
+        begin = z.copy()
+        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
+        if linear is not None:
+            begin[layout.own()] = self.base.fit.z[layout.own()]
+        prior = prior_of(layout, causes)
+        near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
+        refresh = quantities if linear is not None else prior.free
+        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_ROUNDS)
+        judged = _judged(self.problem, causes, found, self.base.fit)
+        if causes not in self.best or judged.cost < self.best[causes].cost:
+            self.best[causes] = judged
+        return judged
+
+    def _in_windows(self, causes: tuple[str, ...]) -> NDArray[np.float64]:
+        layout = self.problem.layout
+        z, prior = np.zeros(len(layout)), prior_of(layout, causes)
+        for until in (w for w in _WINDOWS_S if w < _longest(self.problem)):
+            z = fit(self.problem, z, prior, until, enough=_ROUGH).z
+        return z
 
 
 def _base(problem: Problem) -> Hypothesis:
     layout = problem.layout
     prior, z = prior_of(layout), np.zeros(len(layout))
-    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
-    for until in (w for w in _WINDOWS_S if w < longest):
+    for until in (w for w in _WINDOWS_S if w < _longest(problem)):
         z = fit(problem, z, prior, until, enough=_ROUGH).z
     linear = problem.linear(z, np.arange(len(layout)))
     found = fit(problem, z, prior, linear=linear, refresh=prior.free)
@@ -114,18 +177,8 @@ def _promising(near: Neighbourhood, scores: Sequence[Score]) -> list[Score]:
     return [score for score in found[:_PAIRS] if score.worth > _BEHIND * best]
 
 
-def _refitted(problem: Problem, base: Hypothesis, score: Score) -> Hypothesis:
-    layout = problem.layout
-    quantities = layout.quantities(score.causes)
-    z = score.z.copy()
-    others = np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)
-    z[others] = 0.0
-    z[layout.own()] = base.fit.z[layout.own()]
-    prior = prior_of(layout, score.causes)
-    found = fit(
-        problem, z, prior, linear=base.fit.linear, refresh=quantities, enough=ENOUGH, rounds=5
-    )
-    return _judged(problem, score.causes, found, base.fit)
+def _longest(problem: Problem) -> float:
+    return max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
 
 
 def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
@@ -135,19 +188,19 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
     if base is not None:
         pairs = zip(found.residuals, base.residuals, strict=True)
         size = float(np.sqrt(sum(float(np.sum((a - b) ** 2)) for a, b in pairs) / samples))
-    return Hypothesis(causes, found, near.lowest(causes), size, _left(problem, found), near)
+    left, beyond = _left(problem, found.residuals), _left(problem, near.unexplained(causes))
+    return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 
 
-def _left(problem: Problem, found: Fit) -> float:
+def _left(problem: Problem, residuals: Sequence[NDArray[np.float64]]) -> float:
     """Return what is left and hangs together: the root of the covariance of neighbouring samples.
 
     Noise that was whitened adds nothing to it; what the model misses lasts longer than a sample.
     """
     total, count = 0.0, 0
-    for k, residual in zip(problem.runs, found.residuals, strict=True):
-        channels = len(problem.rig.runs[k].channels)
-        rows: NDArray[np.float64] = residual.reshape(-1, channels)
-        both = (rows[1:] != 0) & (rows[:-1] != 0)  # a sample that was not seen has residual zero
-        total += float(np.sum((rows[1:] * rows[:-1])[both]))
-        count += int(both.sum())
+    for k, residual in zip(problem.runs, residuals, strict=True):
+        seen = problem.seen[k]
+        rows = np.where(seen, residual.reshape(seen.shape), 0.0)
+        total += float(np.sum(rows[1:] * rows[:-1]))
+        count += int((seen[1:] & seen[:-1]).sum())
     return float(np.sqrt(max(total / max(count, 1), 0.0)))

@@ -81,6 +81,12 @@ class Neighbourhood:
         worth = self._nothing - (self.cost + here - step.gain)
         return Score(causes, worth, self.size(causes, step.z), step.z)
 
+    def unexplained(self, causes: tuple[str, ...]) -> list[NDArray[np.float64]]:
+        """Return the residuals by run that are expected once all clutter has adapted."""
+        move = self._step(prior_of(self.layout, causes, self.clutter)).z - self.z
+        pairs = zip(self.linear.residuals, self.linear.jacobians, strict=True)
+        return [residual - jacobian @ move for residual, jacobian in pairs]
+
     def scores(self) -> list[Score]:
         """Return the scores of all causes that these runs excite, best first."""
         return sorted((self.score((name,)) for name in self.heard), key=lambda one: -one.worth)

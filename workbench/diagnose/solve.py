@@ -17,7 +17,7 @@ from scipy.optimize import lsq_linear
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.problem import Linear, Problem
 
-__all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "step_from"]
+__all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "renewed", "step_from"]
 
 CLUTTER = 0.05
 """Noise deviations (root mean square) that each cause may well contribute unasked."""
@@ -178,18 +178,18 @@ def fit(
             break
         fresh = gained * _TRUST < step.gain
         if fresh:
-            linear = _renewed(problem, z, columns, until, linear)
+            linear = renewed(problem, z, columns, until, linear)
     return Fit(z, linear.residuals, cost, linear)
 
 
-def _renewed(
+def renewed(
     problem: Problem,
     z: NDArray[np.float64],
     columns: NDArray[np.int_],
     until: float,
     before: Linear,
 ) -> Linear:
-    """Take some columns anew and keep the others."""
+    """Return a neighbourhood with some columns taken anew and the others kept."""
     taken = problem.linear(z, columns, until)
     matrices = []
     for old, new in zip(before.jacobians, taken.jacobians, strict=True):
