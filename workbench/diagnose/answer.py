@@ -23,6 +23,7 @@ LEAST_SIZE = 0.12
 APART = 5.0
 """Of the cost: a rival so far behind is 150 times less likely."""
 _NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
+_SURE = 3.0  # standard errors
 _LEFT_SHARE = 0.3  # of what hung together before
 
 
@@ -62,7 +63,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
         return _without_cause(refits)
     alike = _alike(refits, best)
     left, before = best.beyond, refits.base.left
-    if left > max(_NOTHING_LEFT, _LEFT_SHARE * before):
+    if _left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
             "NONE", (), best, {}, _rivals(refits, layout, ()),
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
@@ -129,7 +130,7 @@ def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
 
 def _without_cause(refits: Refits) -> Answer:
     base = refits.base
-    if base.beyond > _NOTHING_LEFT:
+    if _left_over(refits, base.beyond):
         reason = (
             f"{base.beyond:.2f} noise deviations of the misfit hang together in time, and no known "
             "cause explains them"
@@ -140,6 +141,11 @@ def _without_cause(refits: Refits) -> Answer:
         "cause is worth its name"
     )
     return Answer("CLEAN", (), base, {}, _named(refits), reason)
+
+
+def _left_over(refits: Refits, left: float) -> bool:
+    """Tell whether more is left than what has no practical size and chance together."""
+    return left**2 > _NOTHING_LEFT**2 + _SURE * refits.doubt
 
 
 def _named(refits: Refits) -> tuple[Rival, ...]:

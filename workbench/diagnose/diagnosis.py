@@ -143,6 +143,7 @@ def diagnose(
     if answer.kind in ("NAMED", "SET", "DATA_FAULT"):
         values = _base_values(layout, answer.best)
         effects = _effects(layout, answer.best)
+        out.mkdir(parents=True, exist_ok=True)
         extended = rig.extend(out / f"{name}-model", values, effects, name)
         proof = Proof(errors, errors_of(extended, noise, held))
     names = tuple(rig.runs[k].name for k in held)

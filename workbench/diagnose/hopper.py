@@ -63,7 +63,10 @@ _ANGLE_RAD = 5e-3
 _PULL, _HEIGHT_M = 0.03, 1e-3
 _PLACE_M = 3e-3  # how well a technician places T's marker, and the shape file the strip
 _RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
-_SPLIT = 3.0  # times its first size: a disturbed start that has grown so much is not predictable
+_DISTURBED = 0.01  # of what is known of a start
+_SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
+_LEAST_S, _MOST_S = 1.0, 4.0  # of a hop that are compared
+_UNIT = {"m": 1.0, "rad": 10.0}
 _MOST_STEPS = 136  # of the engine, a sample
 Job = tuple[Robot, Condition]
 
@@ -99,6 +102,7 @@ class HopperRig:
         self._steps: dict[tuple[object, ...], int | None] = {}
         self.measured, self.places = tuple(runs), dict(places or {})
         self.runs = tuple(_observed(run) for run in runs)
+        self.runs = tuple(self._predictable(k) for k in range(len(runs)))
         modes = {run.mode for run in runs}
         names = _BEAM + (_GROUND if modes & set(_ON_GROUND) else ())
         self.base = tuple(
@@ -162,6 +166,26 @@ class HopperRig:
             self._seen(k, values, motions[key], until)
             for (k, values), key in zip(asked, keys, strict=True)
         ]
+
+    def _predictable(self, k: int) -> Observed:
+        """Return what was observed of a run for as long as its start foretells it.
+
+        A hop forgets its start: two that begin a little apart part more and more, and what comes
+        after tells of chance. Runs with a clamped foot foretell themselves to their end.
+        """
+        run = self.runs[k]
+        if run.mode not in _ON_GROUND:
+            return run
+        own = self.own(k)[1].name
+        asked = [(k, {}), (k, {own: _DISTURBED * self.own(k)[1].tolerance})]
+        told, beside = self.predict(asked)
+        apart = np.abs(beside - told) / np.array([_UNIT[unit] for unit in run.units])
+        grown = np.maximum.accumulate(apart.max(axis=1))
+        first = grown[run.times <= _LEAST_S][-1]
+        lost = np.flatnonzero(grown > _SPLIT * first)
+        end = run.times[lost[0]] if len(lost) and first > 0 else run.times[-1]
+        keep = run.times <= np.clip(end, _LEAST_S, _MOST_S)
+        return replace(run, times=run.times[keep], values=run.values[keep], valid=run.valid[keep])
 
     def _simulated(self, jobs: Sequence[Job]) -> list[TimeSeries | None]:
         """Simulate, in shorter steps where a robot is too stiff; None where it cannot be."""

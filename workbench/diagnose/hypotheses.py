@@ -21,10 +21,12 @@ _WINDOWS_S = (1.0, 2.5, 5.0)
 """How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
 whole runs that starts far off falls into a wrong valley."""
 _ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
-_SINGLES, _PAIRS = 8, 8
+_SINGLES = 8
+_ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
+_EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
 _BEHIND = 0.5  # share of the best worth below which no refit is tried
 _POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
-_RETRIES = 4  # fits in growing windows are dear
+_RETRIES = 2  # fits in growing windows are dear
 _ROUNDS = 5
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
 
@@ -62,6 +64,7 @@ class Refits:
         pairs: with two, best first.
         scores: of every single cause, from the neighbourhood of the base.
         threshold: worth that noise alone reaches once in a hundred times.
+        doubt: standard error of the square of what is left and hangs together.
     """
 
     base: Hypothesis
@@ -69,6 +72,7 @@ class Refits:
     pairs: tuple[Hypothesis, ...]
     scores: tuple[Score, ...]
     threshold: float
+    doubt: float
 
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
@@ -86,13 +90,14 @@ def refit_all(problem: Problem, tell: Tell = lambda text: None, seed: int = 0) -
     for k, score in enumerate(chosen):
         tell(f"refit with {score.causes[0]} ({k + 1} of {len(chosen)})")
         search.refit(score)
-    couples = _promising(base.near, scores) if chosen else []
+    couples = _promising(base.near, search.found(1))
     for k, score in enumerate(couples):
         tell(f"refit with {' and '.join(score.causes)} ({k + 1} of {len(couples)})")
         search.refit(score)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
-    return Refits(base, singles, pairs, tuple(scores), base.near.threshold(seed))
+    threshold = base.near.threshold(seed)
+    return Refits(base, singles, pairs, tuple(scores), threshold, _doubt(problem))
 
 
 class _Search:
@@ -164,17 +169,25 @@ def _base(problem: Problem) -> Hypothesis:
     return _judged(problem, (), found, None)
 
 
-def _promising(near: Neighbourhood, scores: Sequence[Score]) -> list[Score]:
-    """Return the pairs that promise more than their better half alone."""
-    alone = {score.causes[0]: score.worth for score in scores}
-    found = []
-    for pair in combinations(near.heard, 2):
-        score = near.score(pair)
-        if score.worth > max(alone[name] for name in pair) + _MORE:
-            found.append(score)
-    found.sort(key=lambda score: -score.worth)
-    best = found[0].worth if found else 0.0
-    return [score for score in found[:_PAIRS] if score.worth > _BEHIND * best]
+def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
+    """Return pairs that are worth a refit.
+
+    First those that add to the best single cause, seen from its own fit; then those of two others
+    that promise more from the base than it reached, for there may be pairs of which no half helps.
+    """
+    if not singles:
+        return []
+    best = singles[0]
+    own = best.near
+    alone = own.lowest(best.causes)
+    added = [own.score((*best.causes, name)) for name in own.heard if name not in best.causes]
+    found = [one for one in added if alone - own.lowest(one.causes) > _MORE]
+    found = sorted(found, key=lambda one: own.lowest(one.causes))[:_ADDED]
+    if best.beyond < _EXPLAINED:
+        return found
+    pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
+    others = [near.score(pair) for pair in pairs if near.lowest(pair) < best.cost - _MORE]
+    return [*found, *sorted(others, key=lambda one: -one.worth)[:_OTHERS]]
 
 
 def _longest(problem: Problem) -> float:
@@ -190,6 +203,12 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
         size = float(np.sqrt(sum(float(np.sum((a - b) ** 2)) for a, b in pairs) / samples))
     left, beyond = _left(problem, found.residuals), _left(problem, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
+
+
+def _doubt(problem: Problem) -> float:
+    """Return how far chance, and a memory known from few samples at rest, move `_left` squared."""
+    rest = sum(len(run.rest) for run in problem.rig.runs)
+    return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1)))
 
 
 def _left(problem: Problem, residuals: Sequence[NDArray[np.float64]]) -> float:

@@ -91,11 +91,11 @@ def _pooled(name: str, runs: Sequence[Observed]) -> tuple[float, float]:
     sigma = _NORMAL * float(np.sqrt(np.median(square)))
     if sigma < least:
         return max(_of_motion(name, runs), least), 0.0
-    limit = 4 * sigma
-    near = np.concatenate([np.clip(r[1:], -limit, limit) * np.clip(r[:-1], -limit, limit)
-                           for r in rests])  # fmt: skip
+    limit = 4 * sigma  # a glitch at rest tells nothing of the noise beside it
+    clipped = [np.clip(rest, -limit, limit) for rest in rests]
+    near = np.concatenate([rest[1:] * rest[:-1] for rest in clipped])
     near = near[np.isfinite(near)]
-    memory = float(near.mean() / sigma**2) if len(near) else 0.0
+    memory = float(near.mean() / np.nanmean(np.concatenate(clipped) ** 2)) if len(near) else 0.0
     if memory < 3 / np.sqrt(max(len(near), 1)):
         memory = 0.0
     return sigma, min(memory, _MOST_MEMORY)

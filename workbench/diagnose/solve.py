@@ -28,6 +28,7 @@ ENOUGH = 0.5
 _FREE = 1e-8  # precision of a number whose size nobody knows
 _ROUNDS = 8
 _HALVINGS = 4
+_NO_WAY = 0.1  # share of the expected gain
 _TRUST = 3.0  # times: a step is believed while the true gain is a third of the expected one
 
 
@@ -174,8 +175,8 @@ def fit(
         gained = cost - less
         tell(f"{less:.1f}, expected {cost - step.gain:.1f}")
         z, cost, linear = there, less, linear.at(residuals)
-        if fresh and gained < enough:
-            break
+        if fresh and gained < max(enough, _NO_WAY * step.gain):
+            break  # fresh derivatives foretell what is not there: the cost is rough
         fresh = gained * _TRUST < step.gain
         if fresh:
             linear = renewed(problem, z, columns, until, linear)

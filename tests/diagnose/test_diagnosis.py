@@ -1,0 +1,120 @@
+"""The engine of the diagnosis on a rig that is written down: each kind of answer."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.diagnose.paper import CAUSES, NOISE_M, PaperRig, cause, measured
+from workbench.diagnose import Diagnosis, diagnose
+from workbench.errors import InputError
+
+
+def found(rig: PaperRig, tmp_path: Path, seed: int = 0) -> Diagnosis:
+    return diagnose(rig, tmp_path, seed=seed)
+
+
+def names(diagnosis: Diagnosis) -> list[str]:
+    return list(diagnosis.answer.causes)
+
+
+@pytest.mark.parametrize("name", ["hardening", "creep", "wobble"])
+def test_a_hidden_cause_is_named_with_its_size_and_proved(name: str, tmp_path: Path) -> None:
+    amount = {"hardening": 0.01, "creep": 0.2, "wobble": 0.5}[name]
+    diagnosis = found(measured(1, {name: amount}), tmp_path)
+    assert diagnosis.answer.kind == "NAMED"
+    assert names(diagnosis) == [name]
+    quantity = diagnosis.quantities[name]["amount"]
+    assert quantity.low < amount < quantity.high
+    assert quantity.value == pytest.approx(amount, rel=0.1)
+    assert diagnosis.held_out == ("run_3",)
+    assert diagnosis.removed > 0.8
+    assert diagnosis.proof is not None
+    assert diagnosis.proof.extended.rmse == pytest.approx(1000 * NOISE_M, rel=0.1)
+
+
+def test_nothing_hidden_is_answered_as_clean(tmp_path: Path) -> None:
+    answers = [found(measured(seed), tmp_path).answer.kind for seed in range(40)]
+    assert answers.count("CLEAN") >= 39
+
+
+def test_two_causes_are_both_named(tmp_path: Path) -> None:
+    diagnosis = found(measured(2, {"wobble": 0.5, "creep": 0.2}), tmp_path)
+    assert diagnosis.answer.kind == "NAMED"
+    assert sorted(names(diagnosis)) == ["creep", "wobble"]
+
+
+def test_causes_that_look_the_same_are_answered_as_a_set(tmp_path: Path) -> None:
+    rig = replace(measured(3, {"wobble": 0.5}), causes=(*CAUSES, cause("wobble_again")))
+    diagnosis = found(rig, tmp_path)
+    assert diagnosis.answer.kind == "SET"
+    assert sorted(names(diagnosis)) == ["wobble", "wobble_again"]
+    assert "cannot be told apart by these runs" in diagnosis.answer.reason
+
+
+def test_what_no_cause_explains_is_answered_with_none(tmp_path: Path) -> None:
+    times = np.arange(600) / 100
+    stranger = 1e-3 * np.sign(np.sin(23 * times)) * np.sin(2 * times)
+    diagnosis = found(measured(4, stranger=stranger), tmp_path)
+    assert diagnosis.answer.kind == "NONE"
+    assert names(diagnosis) == []
+    assert "no known cause explains" in diagnosis.answer.reason
+    assert diagnosis.extended is None
+
+
+def test_a_sensor_s_cause_is_a_fault_of_the_data(tmp_path: Path) -> None:
+    diagnosis = found(measured(5, {"scale": 0.05}), tmp_path)
+    assert diagnosis.answer.kind == "DATA_FAULT"
+    assert names(diagnosis) == ["scale"]
+
+
+def test_a_base_number_beyond_its_tolerance_is_a_cause(tmp_path: Path) -> None:
+    diagnosis = found(measured(6, {"stiffness": 0.05}), tmp_path)
+    assert names(diagnosis) == ["stiffness"]
+    inside = found(measured(6, {"stiffness": 0.002}), tmp_path)
+    assert inside.answer.kind == "CLEAN"
+
+
+def test_the_same_seed_gives_the_same_answer(tmp_path: Path) -> None:
+    told = []
+    for folder in ("a", "b"):
+        diagnosis = found(measured(7, {"creep": 0.1}), tmp_path / folder, seed=3)
+        words = diagnosis.as_json() | {"seconds": 0, "extended_model": ""}
+        told.append(json.dumps(words))
+    assert told[0] == told[1]
+
+
+def test_runs_that_cannot_be_judged_are_refused(tmp_path: Path) -> None:
+    rig = measured(8)
+    fitted = tuple(replace(run, role="train") for run in rig.runs)
+    with pytest.raises(InputError, match="0 with role held_out; a diagnosis needs at least 2"):
+        found(replace(rig, runs=fitted), tmp_path)
+
+
+def test_noise_that_remembers_is_no_cause(tmp_path: Path) -> None:
+    """Camera noise with a memory of 0.8 from sample to sample raises no alarm."""
+    alarms = 0
+    for seed in range(20):
+        rig = measured(100 + seed)
+        rng = np.random.default_rng(seed)
+        runs = []
+        for run in rig.runs:
+            noise = remembering(rng, len(run.times) + len(run.rest))
+            clean = rig.predict([(len(runs), {})])[0]
+            values = clean + noise[: len(run.times), None]
+            runs.append(replace(run, values=values, rest=noise[len(run.times) :, None]))
+        alarms += found(replace(rig, runs=tuple(runs)), tmp_path).answer.kind != "CLEAN"
+    assert alarms <= 1
+
+
+def remembering(rng: np.random.Generator, count: int, memory: float = 0.8) -> np.ndarray:
+    noise = np.empty(count)
+    noise[0] = rng.standard_normal()
+    fresh = rng.standard_normal(count) * np.sqrt(1 - memory**2)
+    for k in range(1, count):
+        noise[k] = memory * noise[k - 1] + fresh[k]
+    return NOISE_M * noise
