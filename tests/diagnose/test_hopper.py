@@ -1,0 +1,74 @@
+"""The robot as a rig: an effect hidden in the twin's own data is found, and the file proves it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
+from workbench.diagnose import Diagnosis, HopperRig, diagnose
+from workbench.protocol import ModelFile, load
+from workbench.sim import Condition, make_robot, simulate
+
+RUNS = (
+    Asked("clamped", 13.0, 4.0),
+    Asked("clamped", 15.0, 4.0),
+    Asked("decay", 0.3, 4.0),
+    Asked("decay", 0.8, 4.0),
+    Asked("clamped", 14.5, 4.0, "held_out"),
+    Asked("decay", 1.0, 4.0, "held_out"),
+)
+DAMPING = 0.03  # [N m s^2/rad^2]
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    robot = truth(3, {"hinge_quadratic_damping": {"c": DAMPING}})
+    rig = HopperRig(runs_of(robot, 3, RUNS), DOCUMENT, SHAPE)
+    return diagnose(rig, tmp_path_factory.mktemp("answer"))
+
+
+def test_the_hidden_effect_is_found_with_its_size(found: Diagnosis) -> None:
+    assert found.answer.kind == "NAMED"
+    assert found.answer.causes == ("hinge_quadratic_damping",)
+    quantity = found.quantities["hinge_quadratic_damping"]["c"]
+    assert quantity.low < DAMPING < quantity.high
+    assert quantity.value == pytest.approx(DAMPING, rel=0.2)
+    assert quantity.unit == "N m s^2/rad^2"
+
+
+def test_the_extension_is_proved_on_runs_held_out(found: Diagnosis) -> None:
+    assert found.held_out == ("clamped_14.5", "decay_1")
+    assert found.errors.rmse > 1.1 * found.errors.noise_floor
+    assert found.removed > 0.7
+
+
+def test_the_extended_model_is_a_file_that_the_twin_uses(found: Diagnosis) -> None:
+    assert found.extended is not None
+    model = load(found.extended.source, ModelFile).content
+    assert model.effects[0].name == "hinge_quadratic_damping"
+    assert model.effects[0].diagnosis == "diagnosis"
+    assert model.effects[0].standard_errors["c"] > 0
+    pulled = Condition("decay", np.zeros(240), pull=0.8)
+    bare, extended = (
+        simulate(make_robot(model.values(), SHAPE, model.increments, effects), pulled).motion
+        for effects in ({}, model.quantities())
+    )
+    swing = [np.ptp(motion["top_x_m"][-60:]) for motion in (bare, extended)]
+    assert swing[1] < swing[0]
+
+
+def test_the_answer_tells_rivals_and_what_these_runs_do_not_excite(found: Diagnosis) -> None:
+    words = found.as_json()
+    assert words["answer"] == "NAMED"
+    assert words["causes"][0]["sentence"].startswith("the beam damps more the faster it bends")
+    assert 0.9 < words["causes"][0]["confidence"] <= 1
+    assert words["rmse_mm"]["extended"] < words["rmse_mm"]["base"]
+    assert "hinge_quadratic_damping" not in [rival["effect"] for rival in words["rivals"]]
+
+
+def test_only_as_much_of_a_hop_is_compared_as_its_start_foretells() -> None:
+    hop = Asked("hop", 17.0, 6.0)
+    rig = HopperRig(runs_of(truth(4, {}), 4, [hop, Asked("decay", 0.4, 2.0)]), DOCUMENT, SHAPE)
+    assert 1.0 <= rig.runs[0].times[-1] <= 4.0
+    assert rig.runs[1].times[-1] > 1.8
