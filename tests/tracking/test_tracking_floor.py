@@ -67,6 +67,15 @@ def test_places_where_the_foot_stood_on_something_do_not_tilt_the_floor() -> Non
     assert floor.slope_x_rad == pytest.approx(0.015, abs=2e-3)
 
 
+def test_a_standing_foot_that_is_hidden_for_one_sample_still_tells_the_floor() -> None:
+    run = hops(0.02)
+    hidden = run.valid.copy()
+    hidden[::7] = False
+    floor = fit_floor(TimeSeries(run.times, run.values, run.names, hidden))
+    assert floor is not None
+    assert floor.slope_x_rad == pytest.approx(0.02, abs=0.005)
+
+
 def test_a_foot_that_stays_tells_no_floor() -> None:
     assert fit_floor(hops(hops=3)) is None
     run = hops()

@@ -124,6 +124,7 @@ def _places(motion: TimeSeries) -> NDArray[np.float64]:
     over = 2 * _SPEED_OVER
     way = np.linalg.norm(foot[over:] - foot[:-over], axis=1)
     speed[_SPEED_OVER:-_SPEED_OVER] = way / (t[over:] - t[:-over])
+    speed[np.isnan(foot).any(axis=1)] = np.nan  # hidden itself, seen before and after
     least = max(2, round(_STANDING_S / float(np.median(np.diff(t)))))
     stretches = runs(np.nan_to_num(speed, nan=np.inf) < _STANDING_M_S)
     stood = [np.median(foot[a:b], axis=0) for a, b in stretches if b - a >= least]
