@@ -12,7 +12,7 @@ from workbench.diagnose.rig import Cause, Rig, Unknown
 __all__ = ["Layout"]
 
 _OWN_REACH = 8.0  # deviations that a number of one run may lie off
-_EDGE = 1.05  # of its tolerance that a number of the base may use
+_EDGE = 1.5  # tolerances: clutter moves a number that lies at its edge a little beyond
 _LARGEST = 1e6
 
 

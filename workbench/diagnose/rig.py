@@ -33,8 +33,8 @@ class Unknown:
             unique within the run.
         unit: SI.
         stated: what the model says; zero for a quantity of a cause.
-        tolerance: how far the truth may lie from it, in the same unit. A number of the base does
-            not leave it; one of a run has it as its standard deviation; one of a cause may be
+        tolerance: how far the truth may lie from it, in the same unit. A number of the base
+            stays near it; one of a run has it as its standard deviation; one of a cause may be
             larger, but is expected to be of this size.
         low: least that is physically possible.
         high: greatest that is.
