@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 
-from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 
-from workbench.errors import InputError
-from workbench.protocol import Document, ModelFile, parse
+from workbench.diagnose.rig import Effects
+from workbench.protocol import Document, ModelFile, rounded, write_changed
 
-__all__ = ["write_extension"]
-
-_DIGITS = 6
+__all__ = ["entries", "write_extension"]
 
 
 def write_extension(
     path: Path,
     stated: Document[ModelFile],
     values: Mapping[str, float],
-    effects: Mapping[str, Mapping[str, tuple[float, float]]],
+    effects: Effects,
     diagnosis: str,
 ) -> Document[ModelFile]:
     """Write the stated model with its refitted values and new effects, and return it as read back.
@@ -35,36 +32,26 @@ def write_extension(
     Raises:
         InputError: when the file exists; a model that runs refer to is never changed.
     """
-    if path.exists():
-        raise InputError(f"{path}: exists; a model is never changed, give another --out")
-    yaml = YAML()
-    yaml.width = 10_000
-    tree = yaml.load(stated.text)
-    tree["name"] = path.stem
-    for name, value in values.items():
-        entry = tree["parameters"][name]
-        was = entry["value"]
-        entry["value"] = _rounded(value)
-        entry["source"] = f"refitted by {diagnosis}; was {was:g}: {entry['source']}"
-    tree["effects"] = [
-        *(tree.get("effects") or []),
-        *(
-            {
-                "name": name,
-                "parameters": {key: _rounded(value) for key, (value, _) in quantities.items()},
-                "standard_errors": {key: _rounded(error) for key, (_, error) in quantities.items()},
-                "diagnosis": diagnosis,
-            }
-            for name, quantities in effects.items()
-        ),
+
+    def change(tree: CommentedMap) -> None:
+        tree["name"] = path.stem
+        for name, value in values.items():
+            entry = tree["parameters"][name]
+            entry["source"] = f"refitted by {diagnosis}; was {entry['value']:g}: {entry['source']}"
+            entry["value"] = rounded(value)
+        tree["effects"] = [*(tree.get("effects") or []), *entries("name", effects, diagnosis)]
+
+    return write_changed(path, stated, "model", change)
+
+
+def entries(key: str, effects: Effects, diagnosis: str) -> list[dict[str, object]]:
+    """Return what a file says of the causes that a diagnosis found, each under its key."""
+    return [
+        {
+            key: name,
+            "parameters": {quantity: rounded(value) for quantity, (value, _) in found.items()},
+            "standard_errors": {quantity: rounded(error) for quantity, (_, error) in found.items()},
+            "diagnosis": diagnosis,
+        }
+        for name, found in effects.items()
     ]
-    stream = io.StringIO()
-    yaml.dump(tree, stream)
-    document = parse(path, stream.getvalue(), ModelFile)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(stream.getvalue(), encoding="utf-8")
-    return document
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")

@@ -15,6 +15,7 @@ from workbench.diagnose.rig import Asked, Cause, Effects, Observed, Unknown
 from workbench.errors import InputError
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
+from workbench.identify.problem import LEAD_S
 from workbench.motion import ROTOR_ANGLE
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import (
@@ -55,7 +56,6 @@ _RELEASES = {
 """Effect -> the base number whose tolerance it leaves."""
 
 _STEP = 1e-4  # of a base number, as a share
-_LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
 _LAG_S = 0.05
 _DELAY_S = 0.01
 _GAIN = 1e-3  # how well a supply repeats a speed, as a share
@@ -127,7 +127,9 @@ class HopperRig:
         """Write the extended model file and return the rig of what is read back from it."""
         own = {name: value for name, value in values.items() if name in UNITS}
         places = {name: value for name, value in values.items() if name not in UNITS}
-        written = write_extension(path.with_suffix(".yaml"), self.document, own, effects, diagnosis)
+        written = write_extension(
+            path.with_name(f"{path.name}.yaml"), self.document, own, effects, diagnosis
+        )
         return HopperRig(self.measured, written, self.shape, places, self.threads)
 
     def own(self, run: int) -> Sequence[Unknown]:
@@ -231,7 +233,7 @@ class HopperRig:
     def _condition(self, k: int, values: Mapping[str, float], until: float) -> Condition:
         run = self.measured[k]
         end = min(float(self.runs[k].times[-1]), until)
-        times = sample_times(end + 2 * _LEAD_S) - _LEAD_S
+        times = sample_times(end + 2 * LEAD_S) - LEAD_S
         if not run.driven:
             pull = run.pull * (1 + values.get("pull", 0.0))
             height = max(run.height + values.get("height", 0.0), 0.0)
@@ -248,7 +250,7 @@ class HopperRig:
         times = seen.times[seen.times <= until]
         if motion is None or len(motion) < 2:
             return np.full((len(times), len(seen.channels)), _FAR_M)
-        lead = _LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
+        lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
         curve = CubicSpline(motion.times, motion.select(seen.channels).values)(at)
         for axis, name in enumerate(seen.channels):

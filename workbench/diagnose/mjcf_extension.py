@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 
+from workbench.diagnose.extension import entries
 from workbench.diagnose.rig import Cause, Effects
-from workbench.errors import FileFault, FileFaults, InputError, did_you_mean
-from workbench.protocol import Document, RigFile
+from workbench.errors import FileFault, FileFaults, did_you_mean
+from workbench.protocol import Document, RigFile, rounded, write_changed
 
 __all__ = ["found_values", "write_extended"]
-
-_DIGITS = 6
 
 
 def found_values(file: Document[RigFile], causes: Sequence[Cause]) -> dict[str, float]:
@@ -64,34 +62,18 @@ def write_extended(
     Raises:
         InputError: when the file exists.
     """
-    if path.exists():
-        raise InputError(f"{path}: exists; a rig is never changed, give another --out")
-    yaml = YAML()
-    yaml.width = 10_000
-    tree = yaml.load(stated.text)
-    tree.yaml_set_start_comment(f"extended by {diagnosis}")
-    for entry, value in zip(tree.get("parameters") or [], values, strict=True):
-        if value is not None:
-            entry["value"] = _rounded(value)
-    tree["model"] = _moved(stated.path, tree["model"], path)
-    for run in tree["runs"]:
-        run["data"] = _moved(stated.path, run["data"], path)
-    tree["found"] = [
-        *(tree.get("found") or []),
-        *(
-            {
-                "cause": cause,
-                "parameters": {key: _rounded(value) for key, (value, _) in quantities.items()},
-                "standard_errors": {key: _rounded(error) for key, (_, error) in quantities.items()},
-                "diagnosis": diagnosis,
-            }
-            for cause, quantities in effects.items()
-        ),
-    ]
-    stream = io.StringIO()
-    yaml.dump(tree, stream)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(stream.getvalue(), encoding="utf-8")
+
+    def change(tree: CommentedMap) -> None:
+        tree.yaml_set_start_comment(f"extended by {diagnosis}")
+        for entry, value in zip(tree.get("parameters") or [], values, strict=True):
+            if value is not None:
+                entry["value"] = rounded(value)
+        tree["model"] = _moved(stated.path, tree["model"], path)
+        for run in tree["runs"]:
+            run["data"] = _moved(stated.path, run["data"], path)
+        tree["found"] = [*(tree.get("found") or []), *entries("cause", effects, diagnosis)]
+
+    write_changed(path, stated, "rig", change)
 
 
 def _moved(before: Path, named: str, after: Path) -> str:
@@ -101,7 +83,3 @@ def _moved(before: Path, named: str, after: Path) -> str:
         return Path(os.path.relpath(target, after.parent.resolve())).as_posix()
     except ValueError:  # on another drive
         return target.as_posix()
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}")

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
 
-from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap
 
-from workbench.errors import InputError
 from workbench.identify.identification import Estimate
-from workbench.protocol import Document, ModelFile, parse
+from workbench.protocol import Document, ModelFile, rounded, write_changed
 
 __all__ = ["write_model"]
-
-_DIGITS = 6
 
 
 def write_model(
@@ -44,37 +40,26 @@ def write_model(
     Raises:
         InputError: when the file exists; a model that runs refer to is never changed.
     """
-    if path.exists():
-        raise InputError(f"{path}: exists; a model is never changed, give another --out")
-    yaml = YAML()
-    yaml.width = 10_000
-    tree = yaml.load(stated.text)
-    tree["name"] = path.stem
-    if increments is not None and increments != stated.content.increments:
-        tree["increments"] = increments
-    for name, value in values.items():
-        entry = tree["parameters"][name]
-        source = f"identified {day.isoformat()} from {_told(runs)}"
-        estimate = estimates.get(name)
-        if estimate is None:
-            source += "; only in combination with others, see not_determined"
-        else:
-            source += f", 90 % {estimate.low:.{_DIGITS}g} to {estimate.high:.{_DIGITS}g}"
-            entry["tolerance"] = _rounded(estimate.half_width, 2)
-        entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"
-        entry["value"] = _rounded(value, _DIGITS)
-    stream = io.StringIO()
-    yaml.dump(tree, stream)
-    document = parse(path, stream.getvalue(), ModelFile)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(stream.getvalue(), encoding="utf-8")
-    return document
+
+    def change(tree: CommentedMap) -> None:
+        tree["name"] = path.stem
+        if increments is not None and increments != stated.content.increments:
+            tree["increments"] = increments
+        for name, value in values.items():
+            entry = tree["parameters"][name]
+            source = f"identified {day.isoformat()} from {_told(runs)}"
+            estimate = estimates.get(name)
+            if estimate is None:
+                source += "; only in combination with others, see not_determined"
+            else:
+                source += f", 90 % {estimate.low:.6g} to {estimate.high:.6g}"
+                entry["tolerance"] = rounded(estimate.half_width, 2)
+            entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"
+            entry["value"] = rounded(value)
+
+    return write_changed(path, stated, "model", change)
 
 
 def _told(runs: Sequence[str]) -> str:
     shown = ", ".join(runs[:3]) + (f" and {len(runs) - 3} more" if len(runs) > 3 else "")
     return f"{len(runs)} run(s) ({shown})"
-
-
-def _rounded(value: float, digits: int) -> float:
-    return float(f"{value:.{digits}g}")

@@ -13,6 +13,7 @@ from workbench.protocol.library import load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
 from workbench.protocol.release import PlannedRelease
+from workbench.protocol.rewrite import rounded, write_changed
 from workbench.protocol.rig import (
     ChannelEffect,
     InputEffect,
@@ -80,6 +81,8 @@ __all__ = [
     "load_shape",
     "make_plan",
     "parse",
+    "rounded",
     "value_fault",
     "with_calibration",
+    "write_changed",
 ]
