@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
+from scipy.special import softmax
 
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
@@ -65,13 +65,13 @@ def decide(refits: Refits, layout: Layout) -> Answer:
     left, before = best.beyond, refits.base.left
     if _left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
-            "NONE", (), best, {}, _rivals(refits, layout, ()),
+            "NONE", (), best, {}, _rivals(refits, layout, best, ()),
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
             f"left of {before:.2f}, and no known cause explains them",
         )  # fmt: skip
     confidence = _confidence(refits, alike)
     causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
-    rivals = _rivals(refits, layout, causes)
+    rivals = _rivals(refits, layout, best, causes)
     sure = refits.worth(best) > LEAST_WORTH
     if len(alike) > 1 or not sure:
         reason = (
@@ -100,31 +100,25 @@ def _best(refits: Refits) -> Hypothesis | None:
 
 def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
-    gained = simpler.cost - one.cost
-    pairs = zip(one.fit.residuals, simpler.fit.residuals, strict=True)
-    apart = sum(float(np.sum((a - b) ** 2)) for a, b in pairs)
-    size = float(np.sqrt(apart / one.near.samples))
+    gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
 
 def _alike(refits: Refits, best: Hypothesis) -> list[Hypothesis]:
     """Return the hypotheses with as many causes that are not clearly worse."""
-    same = refits.singles if len(best.causes) == 1 else refits.pairs
+    same = refits.with_as_many(len(best.causes))
     return [one for one in same if one.cost - best.cost < APART]
 
 
 def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
     """Return the share of each cause in all hypotheses, weighed by what they are worth."""
-    same = refits.singles if len(alike[0].causes) == 1 else refits.pairs
-    costs = np.array([one.cost for one in same])
-    weights = np.exp(-(costs - costs.min()))
-    weights /= weights.sum()
+    same = refits.with_as_many(len(alike[0].causes))
+    weights = softmax([-one.cost for one in same])
     found: dict[str, float] = {}
-    for one in alike:
-        weight = float(weights[list(same).index(one)])
-        for name in one.causes:
-            found[name] = found.get(name, 0.0) + weight
+    for one, weight in zip(same, weights, strict=True):
+        for name in one.causes if one in alike else ():
+            found[name] = found.get(name, 0.0) + float(weight)
     return found
 
 
@@ -156,10 +150,10 @@ def _named(refits: Refits) -> tuple[Rival, ...]:
     )  # fmt: skip
 
 
-def _rivals(refits: Refits, layout: Layout, causes: tuple[str, ...]) -> tuple[Rival, ...]:
+def _rivals(
+    refits: Refits, layout: Layout, best: Hypothesis, causes: tuple[str, ...]
+) -> tuple[Rival, ...]:
     """Return what was not taken, with the reason in words."""
-    best = _best(refits)
-    assert best is not None
     found: dict[str, Rival] = {}
     for one in refits.singles:
         name = one.causes[0]

@@ -168,12 +168,10 @@ def _roles(rig: Rig) -> tuple[list[int], list[int]]:
 def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:
     """Return the quantities of each cause in the best hypothesis that has it."""
     found: dict[str, dict[str, Found]] = {}
-    every = sorted((*refits.singles, *refits.pairs), key=lambda one: one.cost)
+    same = refits.with_as_many(len(answer.best.causes))
     for cause in answer.causes:
-        same = [one for one in every if len(one.causes) == len(answer.best.causes)]
-        holder = next((one for one in same if cause in one.causes), None)
-        if holder is not None:
-            found[cause] = _found(layout, holder, cause)
+        holder = next(one for one in same if cause in one.causes)
+        found[cause] = _found(layout, holder, cause)
     return found
 
 

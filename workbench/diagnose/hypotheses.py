@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import Fit, Prior, fit, prior_of, renewed
 
 __all__ = ["Hypothesis", "Refits", "refit_all"]
 
@@ -74,6 +74,10 @@ class Refits:
     threshold: float
     doubt: float
 
+    def with_as_many(self, causes: int) -> tuple[Hypothesis, ...]:
+        """Return the singles or the pairs, best first."""
+        return self.singles if causes == 1 else self.pairs
+
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
@@ -119,11 +123,12 @@ class _Search:
         Where that leads nowhere the misfit was too large for a neighbourhood, and the windows grow
         once more, the causes released from the first second on.
         """
+        layout = self.problem.layout
         first = self._fit(score.causes, score.z, self.base.fit.linear)
         poor = first.left > max(_POOR, _POOR * self.base.left)
         if poor and self.retries < _RETRIES:
             self.retries += 1
-            self._fit(score.causes, self._in_windows(score.causes), None)
+            self._fit(score.causes, _in_windows(self.problem, prior_of(layout, score.causes)), None)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -151,22 +156,23 @@ class _Search:
             self.best[causes] = judged
         return judged
 
-    def _in_windows(self, causes: tuple[str, ...]) -> NDArray[np.float64]:
-        layout = self.problem.layout
-        z, prior = np.zeros(len(layout)), prior_of(layout, causes)
-        for until in (w for w in _WINDOWS_S if w < _longest(self.problem)):
-            z = fit(self.problem, z, prior, until, enough=_ROUGH).z
-        return z
-
 
 def _base(problem: Problem) -> Hypothesis:
     layout = problem.layout
-    prior, z = prior_of(layout), np.zeros(len(layout))
-    for until in (w for w in _WINDOWS_S if w < _longest(problem)):
-        z = fit(problem, z, prior, until, enough=_ROUGH).z
+    prior = prior_of(layout)
+    z = _in_windows(problem, prior)
     linear = problem.linear(z, np.arange(len(layout)))
     found = fit(problem, z, prior, linear=linear, refresh=prior.free)
     return _judged(problem, (), found, None)
+
+
+def _in_windows(problem: Problem, prior: Prior) -> NDArray[np.float64]:
+    """Return where fits of ever more of each run lead, from what is stated."""
+    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
+    z = np.zeros(len(problem.layout))
+    for until in (window for window in _WINDOWS_S if window < longest):
+        z = fit(problem, z, prior, until, enough=_ROUGH).z
+    return z
 
 
 def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
@@ -179,28 +185,20 @@ def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score
         return []
     best = singles[0]
     own = best.near
-    alone = own.lowest(best.causes)
     added = [own.score((*best.causes, name)) for name in own.heard if name not in best.causes]
-    found = [one for one in added if alone - own.lowest(one.causes) > _MORE]
-    found = sorted(found, key=lambda one: own.lowest(one.causes))[:_ADDED]
+    found = [one for one in added if best.cost - one.cost > _MORE]
+    found = sorted(found, key=lambda one: one.cost)[:_ADDED]
     if best.beyond < _EXPLAINED:
         return found
     pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
-    others = [near.score(pair) for pair in pairs if near.lowest(pair) < best.cost - _MORE]
-    return [*found, *sorted(others, key=lambda one: -one.worth)[:_OTHERS]]
-
-
-def _longest(problem: Problem) -> float:
-    return max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
+    others = [one for one in map(near.score, pairs) if best.cost - one.cost > _MORE]
+    return [*found, *sorted(others, key=lambda one: one.cost)[:_OTHERS]]
 
 
 def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
     samples = problem.samples()
-    near = Neighbourhood(problem.layout, found.z, found.linear, samples)
-    size = 0.0
-    if base is not None:
-        pairs = zip(found.residuals, base.residuals, strict=True)
-        size = float(np.sqrt(sum(float(np.sum((a - b) ** 2)) for a, b in pairs) / samples))
+    near = Neighbourhood(problem.layout, found.linear, samples)
+    size = 0.0 if base is None else found.apart(base, samples)
     left, beyond = _left(problem, found.residuals), _left(problem, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 

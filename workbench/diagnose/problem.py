@@ -26,12 +26,14 @@ class Linear:
     """The runs in the neighbourhood of a point: gradients and curvatures by run.
 
     Args:
+        z: (u,) where the residuals are.
         runs: which ones, in this order.
         residuals: by run, (m_k,) whitened.
         jacobians: by run, (m_k, u): how the whitened prediction changes.
         curvatures: (r, u, u), J^T J by run.
     """
 
+    z: NDArray[np.float64]
     runs: tuple[int, ...]
     residuals: Vectors
     jacobians: Vectors
@@ -43,9 +45,9 @@ class Linear:
         pairs = zip(self.jacobians, self.residuals, strict=True)
         return np.array([jacobian.T @ residual for jacobian, residual in pairs])
 
-    def at(self, residuals: Vectors) -> Linear:
+    def at(self, z: NDArray[np.float64], residuals: Vectors) -> Linear:
         """Return the same neighbourhood with the residuals of another point in it."""
-        return Linear(self.runs, residuals, self.jacobians, self.curvatures)
+        return Linear(z, self.runs, residuals, self.jacobians, self.curvatures)
 
 
 class Problem:
@@ -64,30 +66,19 @@ class Problem:
         self.rig, self.layout, self.noise, self.runs = rig, layout, noise, tuple(runs)
         self.steps = layout.steps.copy()
         self.seen = {k: _seen(rig, noise, k) for k in range(len(rig.runs))}
-        self.simulated = 0
 
     def samples(self, until: float = np.inf) -> int:
         """Return how many values are compared."""
         return sum(int(self.seen[k][self._rows(k, until)].sum()) for k in self.runs)
 
-    def predictions(
-        self, places: Sequence[NDArray[np.float64]], until: float = np.inf
-    ) -> list[Vectors]:
-        """Return the predictions of all runs at many places, in one batch."""
-        asked = [(k, self.layout.values(z, k)) for z in places for k in self.runs]
-        self.simulated += len(asked)
-        found = self.rig.predict(asked, until)
-        count = len(self.runs)
-        return [found[i : i + count] for i in range(0, len(found), count)]
+    def predictions(self, z: NDArray[np.float64], until: float = np.inf) -> Vectors:
+        """Return what is predicted of each run, (n, c), in one batch."""
+        return self.rig.predict([(k, self.layout.values(z, k)) for k in self.runs], until)
 
     def residuals(self, z: NDArray[np.float64], until: float = np.inf) -> Vectors:
         """Return measured less predicted by run, (m_k,) whitened."""
-        return self.parted(self.predictions([z], until)[0], until)
-
-    def parted(self, predictions: Vectors, until: float = np.inf) -> Vectors:
-        """Return measured less predicted by run, (m_k,) whitened."""
         found = []
-        for k, predicted in zip(self.runs, predictions, strict=True):
+        for k, predicted in zip(self.runs, self.predictions(z, until), strict=True):
             rows = self._rows(k, until)
             apart = self.rig.runs[k].values[rows] - predicted
             found.append(whitened(apart, self.seen[k][rows], self.noise[k]).ravel())
@@ -112,7 +103,6 @@ class Problem:
                 there[i] += step
                 asked.append((k, layout.values(there, k)))
                 moved.append((k, int(i), step))
-        self.simulated += len(asked)
         found = self.rig.predict(asked, until, coarse=True)
         jacobians: dict[int, NDArray[np.float64]] = {}
         base: NDArray[np.float64] = np.empty(0)
@@ -127,7 +117,7 @@ class Problem:
         self._adapt(jacobians)
         matrices = [jacobians[k] for k in self.runs]
         curvatures = np.array([matrix.T @ matrix for matrix in matrices])
-        return Linear(self.runs, self.residuals(z, until), matrices, curvatures)
+        return Linear(z, self.runs, self.residuals(z, until), matrices, curvatures)
 
     def _step(self, i: int, z: NDArray[np.float64]) -> float:
         """Return the step of a difference, away from a bound."""

@@ -73,7 +73,7 @@ def errors_of(
     problem = Problem(rig, layout, noise, runs)
     prior = Prior(np.ones(len(layout)), np.flatnonzero(np.isin(layout.run, runs)))
     found = fit(problem, np.zeros(len(layout)) if z is None else z, prior)
-    predictions = problem.predictions([found.z])[0]
+    predictions = problem.predictions(found.z)
     by_run, floors = {}, []
     for k, predicted in zip(runs, predictions, strict=True):
         run = rig.runs[k]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.problem import Linear
-from workbench.diagnose.solve import CLUTTER, Prior, Step, prior_of, step_from
+from workbench.diagnose.solve import CLUTTER, Prior, prior_of, step_from
 
 __all__ = ["Neighbourhood", "Score"]
 
@@ -32,6 +32,7 @@ class Score:
 
     Args:
         causes: their names.
+        cost: the lowest that is expected with them.
         worth: how far the cost falls when they are released from their clutter.
         size: root mean square of what they explain beyond base and own numbers, in noise
             deviations.
@@ -39,6 +40,7 @@ class Score:
     """
 
     causes: tuple[str, ...]
+    cost: float
     worth: float
     size: float
     z: NDArray[np.float64]
@@ -49,15 +51,13 @@ class Neighbourhood:
 
     Args:
         layout: of the unknowns.
-        z: (u,) of the fit; causes that it released are not zero there.
-        linear: with the columns of all causes.
+        linear: where the fit ended, with the columns of all causes; those that it released are not
+            zero there.
         samples: compared.
     """
 
-    def __init__(
-        self, layout: Layout, z: NDArray[np.float64], linear: Linear, samples: int
-    ) -> None:
-        self.layout, self.z, self.linear, self.samples = layout, z, linear, samples
+    def __init__(self, layout: Layout, linear: Linear, samples: int) -> None:
+        self.layout, self.z, self.linear, self.samples = layout, linear.z, linear, samples
         self.curvature, self.gradient = linear.curvatures.sum(0), linear.gradients.sum(0)
         self._left = self._beyond_base()
         self.clutter = self._clutter()
@@ -68,22 +68,16 @@ class Neighbourhood:
 
     def lowest(self, causes: tuple[str, ...]) -> float:
         """Return the lowest cost that is expected with some causes released."""
-        prior = prior_of(self.layout, causes, self.clutter)
-        step = self._step(prior)
-        here = float(prior.precision[prior.free] @ self.z[prior.free] ** 2) / 2
-        return self.cost + here - step.gain
+        return self._released(causes)[0]
 
     def score(self, causes: tuple[str, ...]) -> Score:
         """Return what some causes together are worth."""
-        prior = prior_of(self.layout, causes, self.clutter)
-        step = self._step(prior)
-        here = float(prior.precision[prior.free] @ self.z[prior.free] ** 2) / 2
-        worth = self._nothing - (self.cost + here - step.gain)
-        return Score(causes, worth, self.size(causes, step.z), step.z)
+        cost, z = self._released(causes)
+        return Score(causes, cost, self._nothing - cost, self.size(causes, z), z)
 
     def unexplained(self, causes: tuple[str, ...]) -> list[NDArray[np.float64]]:
         """Return the residuals by run that are expected once all clutter has adapted."""
-        move = self._step(prior_of(self.layout, causes, self.clutter)).z - self.z
+        move = self._released(causes)[1] - self.z
         pairs = zip(self.linear.residuals, self.linear.jacobians, strict=True)
         return [residual - jacobian @ move for residual, jacobian in pairs]
 
@@ -100,10 +94,9 @@ class Neighbourhood:
     def spread(self, causes: tuple[str, ...]) -> NDArray[np.float64]:
         """Return the covariance of the released quantities, noise and clutter included."""
         prior = prior_of(self.layout, causes, self.clutter)
-        free = prior.free
-        matrix = self.curvature[np.ix_(free, free)] + np.diag(prior.precision[free])
-        own = np.searchsorted(free, self.layout.quantities(causes))
-        return np.linalg.inv(matrix)[np.ix_(own, own)]
+        own = np.searchsorted(prior.free, self.layout.quantities(causes))
+        inverse = np.linalg.inv(prior.added_to(self.curvature))
+        return np.asarray(inverse[np.ix_(own, own)], dtype=np.float64)
 
     def threshold(self, seed: int = 0) -> float:
         """Return what the best cause is worth in noise alone, once in a hundred times.
@@ -119,42 +112,20 @@ class Neighbourhood:
             greatest = np.maximum(greatest, worth)
         return float(np.percentile(greatest, _LEVEL))
 
-    def left_out(self, causes: tuple[str, ...]) -> NDArray[np.float64]:
-        """Return how much better each run is foretold by a fit of all others, (r,) of the cost.
-
-        Own numbers of the run left out adapt to it; what is shared does not.
-        """
-        return self._foretold(()) - self._foretold(causes)
-
-    def _foretold(self, causes: tuple[str, ...]) -> NDArray[np.float64]:
-        layout, linear = self.layout, self.linear
-        prior = prior_of(layout, causes, self.clutter)
-        costs = []
-        for row, run in enumerate(linear.runs):
-            curvature = self.curvature - linear.curvatures[row]
-            gradient = self.gradient - linear.gradients[row]
-            there = step_from(layout, self.z, curvature, gradient, prior).z
-            own = Prior(prior.precision, layout.own(run))
-            there[own.free] = self.z[own.free]
-            left = linear.residuals[row] - linear.jacobians[row] @ (there - self.z)
-            step = step_from(
-                layout, there, linear.curvatures[row], linear.jacobians[row].T @ left, own
-            )
-            costs.append(float(left @ left) / 2 - step.gain)
-        return np.array(costs)
-
-    def _step(self, prior: Prior) -> Step:
-        return step_from(self.layout, self.z, self.curvature, self.gradient, prior)
+    def _released(self, causes: tuple[str, ...]) -> tuple[float, NDArray[np.float64]]:
+        """Return the lowest cost that is expected with some causes released, and where it is."""
+        prior = prior_of(self.layout, causes, self.clutter)
+        step = step_from(self.layout, self.z, self.curvature, self.gradient, prior)
+        return self.cost + prior.cost(self.z) - step.gain, step.z
 
     def _beyond_base(self) -> NDArray[np.float64]:
         """Return the curvature of all quantities after base and own numbers adapted."""
         prior = prior_of(self.layout)
         free, total = prior.free, self.curvature
         self._quantities = self.layout.quantities(tuple(self.layout.of_cause))
-        inner = total[np.ix_(free, free)] + np.diag(prior.precision[free])
         cross = total[np.ix_(free, self._quantities)]
         left = total[np.ix_(self._quantities, self._quantities)]
-        return left - cross.T @ np.linalg.solve(inner, cross)
+        return left - cross.T @ np.linalg.solve(prior.added_to(total), cross)
 
     def _clutter(self) -> NDArray[np.float64]:
         """Return how large each quantity may be unasked, (u,) deviations; zero where it is silent.
@@ -179,10 +150,8 @@ class Neighbourhood:
 
     def _noise_gradients(self, seed: int) -> NDArray[np.float64]:
         """Return gradients as noise alone makes them, (draws, u)."""
-        most = self._step(prior_of(self.layout, self.heard, self.clutter)).z - self.z
         blocks = []
-        for jacobian, residual in zip(self.linear.jacobians, self.linear.residuals, strict=True):
-            left = residual - jacobian @ most
+        for jacobian, left in zip(self.linear.jacobians, self.unexplained(self.heard), strict=True):
             edges = np.arange(0, len(left), 3 * _BLOCK)
             blocks.append(np.add.reduceat(jacobian * left[:, None], edges, axis=0))
         every = np.concatenate(blocks)
@@ -191,7 +160,6 @@ class Neighbourhood:
 
     def _forms(self, prior: Prior, drawn: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return half of g^T (N + P)^-1 g for each drawn gradient."""
-        free = prior.free
-        matrix = self.curvature[np.ix_(free, free)] + np.diag(prior.precision[free])
-        some = drawn[:, free]
-        return np.einsum("ij,ij->i", some, np.linalg.solve(matrix, some.T).T) / 2
+        some = drawn[:, prior.free]
+        solved = np.linalg.solve(prior.added_to(self.curvature), some.T)
+        return np.einsum("ij,ji->i", some, solved) / 2

@@ -27,7 +27,7 @@ ENOUGH = 0.5
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
 _ROUNDS = 8
-_HALVINGS = 4
+_CUTS = 4
 _NO_WAY = 0.1  # share of the expected gain
 _TRUST = 3.0  # times: a step is believed while the true gain is a third of the expected one
 
@@ -43,6 +43,14 @@ class Prior:
 
     precision: NDArray[np.float64]
     free: NDArray[np.int_]
+
+    def added_to(self, curvature: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the curvature (u, u) with what is expected, of those that may move, (f, f)."""
+        return curvature[np.ix_(self.free, self.free)] + np.diag(self.precision[self.free])
+
+    def cost(self, z: NDArray[np.float64]) -> float:
+        """Return half the squares of how far unknowns (u,) are from what is expected."""
+        return float(self.precision[self.free] @ z[self.free] ** 2) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +71,27 @@ class Fit:
     """Where a fit ended.
 
     Args:
-        z: (u,) scaled unknowns.
-        residuals: by run, (m_k,) whitened.
+        linear: the neighbourhood used last, with the residuals where the fit ended.
         cost: half the sum of squares, priors included.
-        linear: the neighbourhood used last.
     """
 
-    z: NDArray[np.float64]
-    residuals: list[NDArray[np.float64]]
-    cost: float
     linear: Linear
+    cost: float
+
+    @property
+    def z(self) -> NDArray[np.float64]:
+        """Return the scaled unknowns, (u,)."""
+        return self.linear.z
+
+    @property
+    def residuals(self) -> list[NDArray[np.float64]]:
+        """Return measured less predicted by run, (m_k,) whitened."""
+        return self.linear.residuals
+
+    def apart(self, other: Fit, samples: int) -> float:
+        """Return the root mean square over samples by which the predictions of two fits differ."""
+        pairs = zip(self.residuals, other.residuals, strict=True)
+        return float(np.sqrt(sum(float(np.sum((a - b) ** 2)) for a, b in pairs) / samples))
 
 
 def prior_of(
@@ -118,9 +137,8 @@ def step_from(
         prior: of the unknowns.
     """
     free = prior.free
-    weight = prior.precision[free]
-    matrix = curvature[np.ix_(free, free)] + np.diag(weight)
-    slope = gradient[free] - weight * z[free]
+    matrix = prior.added_to(curvature)
+    slope = gradient[free] - prior.precision[free] * z[free]
     move = cho_solve(cho_factor(matrix), slope)
     low, high = layout.low[free] - z[free], layout.high[free] - z[free]
     if np.any(move < low - 1e-9) or np.any(move > high + 1e-9):
@@ -164,23 +182,23 @@ def fit(
     fresh = linear is None
     if linear is None:
         linear = problem.linear(z, columns, until)
-    else:
-        linear = linear.at(problem.residuals(z, until))
+    elif not np.array_equal(linear.z, z):
+        linear = linear.at(z, problem.residuals(z, until))
     cost = _cost(linear.residuals, z, prior)
     for _ in range(rounds):
         step = step_from(layout, z, linear.curvatures.sum(0), linear.gradients.sum(0), prior)
         if step.gain < enough:
             break
-        there, residuals, less = _believed(problem, z, step, prior, until, cost)
+        linear, less = _believed(problem, linear, step, prior, until, cost)
         gained = cost - less
         tell(f"{less:.1f}, expected {cost - step.gain:.1f}")
-        z, cost, linear = there, less, linear.at(residuals)
+        z, cost = linear.z, less
         if fresh and gained < max(enough, _NO_WAY * step.gain):
             break  # fresh derivatives foretell what is not there: the cost is rough
         fresh = gained * _TRUST < step.gain
         if fresh:
             linear = renewed(problem, z, columns, until, linear)
-    return Fit(z, linear.residuals, cost, linear)
+    return Fit(linear, cost)
 
 
 def renewed(
@@ -198,29 +216,28 @@ def renewed(
         mixed[:, columns] = new[:, columns]
         matrices.append(mixed)
     curvatures = np.array([matrix.T @ matrix for matrix in matrices])
-    return Linear(taken.runs, taken.residuals, matrices, curvatures)
+    return Linear(z, taken.runs, taken.residuals, matrices, curvatures)
 
 
 def _believed(
     problem: Problem,
-    z: NDArray[np.float64],
+    linear: Linear,
     step: Step,
     prior: Prior,
     until: float,
     cost: float,
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]], float]:
-    """Go along a step, half as far each time it does not pay."""
+) -> tuple[Linear, float]:
+    """Go along a step, a third as far each time it does not pay; stay where it never does."""
     share = 1.0
-    for _ in range(_HALVINGS):
-        there = z + share * (step.z - z)
+    for _ in range(_CUTS):
+        there = linear.z + share * (step.z - linear.z)
         residuals = problem.residuals(there, until)
         less = _cost(residuals, there, prior)
         if less < cost:
-            return there, residuals, less
+            return linear.at(there, residuals), less
         share /= 3
-    return z, problem.residuals(z, until), cost
+    return linear, cost
 
 
 def _cost(residuals: list[NDArray[np.float64]], z: NDArray[np.float64], prior: Prior) -> float:
-    squares = sum(float(part @ part) for part in residuals)
-    return (squares + float(prior.precision[prior.free] @ z[prior.free] ** 2)) / 2
+    return sum(float(part @ part) for part in residuals) / 2 + prior.cost(z)
