@@ -1,7 +1,7 @@
 """Four parameters from clamped runs and ring-downs: ours beside the peer and the thesis.
 
     python benchmarks/identify.py [--quick] [--seed 0]
-    python benchmarks/identify.py --repeats 100 [--increments 40] [--log FILE]
+    python benchmarks/identify.py --repeats 100 [--increments 40] [--log FILE] [--processes 1]
 
 The first prints one table of methods on the same data: five clamped runs and three ring-downs of a
 robot whose parameters are off by up to 30 %, every coordinate with 0.3 mm of noise. All start from
@@ -39,10 +39,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=0, help="robots drawn, ours only")
     parser.add_argument("--increments", type=int, default=16, help="of the true beam")
     parser.add_argument("--log", type=Path, help="file of one JSON line a repeat, to go on from")
+    parser.add_argument("--processes", type=int, default=2, help="repeats done at a time")
     given = parser.parse_args()
     seconds = QUICK_RUN_S if given.quick else RUN_S
     if given.repeats:
-        print_repeats(given.repeats, Setting(given.increments, seconds), given.log)
+        print_repeats(given.repeats, Setting(given.increments, seconds), given.log, given.processes)
     else:
         print_methods(drawn(given.seed, given.increments), seconds, given.quick)
 

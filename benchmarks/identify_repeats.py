@@ -1,4 +1,4 @@
-"""How often our intervals cover the truth: many drawn robots, one fit each, two at a time.
+"""How often our intervals cover the truth: many drawn robots, one fit each, some at a time.
 
 A repeat is one line of JSON. With a log file they are kept, and a later call does only those that
 are missing.
@@ -23,7 +23,6 @@ from workbench.timeseries import TimeSeries
 
 __all__ = ["Setting", "as_measured", "print_repeats"]
 
-PROCESSES = 2
 LEAST_SHARE, MOST_SHARE = 0.80, 0.98  # of the repeats that a 90 % interval must cover
 BARS = {name: 0.01 if name.endswith("stiffness") else 0.10 for name in NAMES}
 BAR_S = 180.0  # of one fit on two cores
@@ -109,7 +108,9 @@ def repeat(seed: int, setting: Setting) -> Repeat:
     return _told(found, seed, setting, dict(truth.values), time.perf_counter() - begin)
 
 
-def print_repeats(count: int, setting: Setting, log: Path | None = None) -> None:
+def print_repeats(
+    count: int, setting: Setting, log: Path | None = None, processes: int = 2
+) -> None:
     """Do the repeats that the log lacks, print each as it ends, then the counts."""
     known = [one for one in _kept(log) if one.setting == setting and one.seed < count]
     missing = sorted(set(range(count)) - {one.seed for one in known})
@@ -121,7 +122,7 @@ def print_repeats(count: int, setting: Setting, log: Path | None = None) -> None
     print(f"{'seed':>5}{head}{'beam':>6}{'misfit':>8}{'s':>7}")
     for one in known:
         _print_repeat(one)
-    for one in _done(missing, setting):
+    for one in _done(missing, setting, processes):
         known.append(one)
         _print_repeat(one)
         if log is not None:
@@ -130,10 +131,10 @@ def print_repeats(count: int, setting: Setting, log: Path | None = None) -> None
     _print_counts(known)
 
 
-def _done(seeds: Sequence[int], setting: Setting) -> Iterator[Repeat]:
+def _done(seeds: Sequence[int], setting: Setting, processes: int) -> Iterator[Repeat]:
     """Return the repeats in the order in which they end."""
     fresh = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(PROCESSES, mp_context=fresh) as pool:
+    with ProcessPoolExecutor(processes, mp_context=fresh) as pool:
         for future in as_completed([pool.submit(repeat, seed, setting) for seed in seeds]):
             yield future.result()
 

@@ -156,8 +156,9 @@ class _Fitter:
             bounds=(-reach, reach),
             loss="soft_l1" if whole else "linear",
             f_scale=ROBUST,
-            ftol=1e-5 if whole else 1e-3,
+            ftol=1e-7 if whole else 1e-3,
             xtol=1e-7,
+            x_scale="jac",  # a share of k weighs a thousand times what a lag does
             max_nfev=25 if whole else 8,
         )
         self.evaluations += int(found.nfev)
