@@ -160,7 +160,10 @@ class _Search:
 def _base(problem: Problem) -> Hypothesis:
     layout = problem.layout
     prior = prior_of(layout)
-    z = _in_windows(problem, prior)
+    z = np.zeros(len(layout))
+    for until in _windows(problem):
+        z = fit(problem, z, prior, until, enough=_ROUGH).z
+        problem.look_again(z)
     linear = problem.linear(z, np.arange(len(layout)))
     found = fit(problem, z, prior, linear=linear, refresh=prior.free)
     return _judged(problem, (), found, None)
@@ -168,11 +171,15 @@ def _base(problem: Problem) -> Hypothesis:
 
 def _in_windows(problem: Problem, prior: Prior) -> NDArray[np.float64]:
     """Return where fits of ever more of each run lead, from what is stated."""
-    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
     z = np.zeros(len(problem.layout))
-    for until in (window for window in _WINDOWS_S if window < longest):
+    for until in _windows(problem):
         z = fit(problem, z, prior, until, enough=_ROUGH).z
     return z
+
+
+def _windows(problem: Problem) -> list[float]:
+    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
+    return [window for window in _WINDOWS_S if window < longest]
 
 
 def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:

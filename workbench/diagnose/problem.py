@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, whitened
 from workbench.diagnose.rig import Rig
+from workbench.tracking.glitches import spikes
 
 __all__ = ["Linear", "Problem"]
 
@@ -18,7 +19,7 @@ Vectors = list[NDArray[np.float64]]
 
 _WANTED = 0.3  # of the noise: what a finite difference of a base number moves the prediction by
 _LONGEST_STEP = 0.5  # of a tolerance
-_GLITCH = 8.0  # deviations from the samples beside it
+_GLITCH = 8.0  # deviations of the noise from the median of the samples around
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,16 @@ class Problem:
     ) -> None:
         self.rig, self.layout, self.noise, self.runs = rig, layout, noise, tuple(runs)
         self.steps = layout.steps.copy()
-        self.seen = {k: _seen(rig, noise, k) for k in range(len(rig.runs))}
+        self.seen = {k: self._steady(k, run.values) for k, run in enumerate(rig.runs)}
+
+    def look_again(self, z: NDArray[np.float64]) -> None:
+        """Find glitches once more, in what is left of the runs where a model follows them.
+
+        There the motion itself hides none; a glitch beside a gap is told from the way that the
+        robot went unseen.
+        """
+        for k, predicted in zip(self.runs, self.predictions(z), strict=True):
+            self.seen[k] = self._steady(k, self.rig.runs[k].values - predicted)
 
     def samples(self, until: float = np.inf) -> int:
         """Return how many values are compared."""
@@ -133,19 +143,16 @@ class Problem:
         moving = plain[size[plain] > 0]
         self.steps[moving] = np.clip(_WANTED / size[moving], 1e-6, _LONGEST_STEP)
 
+    def _steady(self, k: int, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which samples of a run count: seen, and no glitches alone or in pairs."""
+        run = self.rig.runs[k]
+        wild = [
+            spikes(run.times, np.where(seen, column, np.nan)[:, None], _GLITCH * sigma)
+            for column, seen, sigma in zip(
+                values.T, run.valid.T, self.noise[k].sigma, strict=True
+            )
+        ]
+        return run.valid & ~np.column_stack(wild)
+
     def _rows(self, k: int, until: float) -> NDArray[np.bool_]:
         return self.rig.runs[k].times <= until
-
-
-def _seen(rig: Rig, noise: Sequence[Noise], k: int) -> NDArray[np.bool_]:
-    """Return which samples count: seen, and not alone far off the line through their neighbours."""
-    run = rig.runs[k]
-    values = np.where(run.valid, run.values, np.nan)
-    middle = (values[2:] + values[:-2]) / 2
-    wide = (4 * (values[3:-1] + values[1:-3]) - values[4:] - values[:-4]) / 6
-    alone = np.zeros(run.valid.shape, dtype=bool)
-    with np.errstate(invalid="ignore"):
-        off = np.abs(values[2:-2] - wide) > _GLITCH * noise[k].sigma * np.sqrt(1 + 34 / 36)
-        off &= np.abs(values[2:-2] - middle[1:-1]) > _GLITCH * noise[k].sigma
-    alone[2:-2] = off
-    return run.valid & ~alone

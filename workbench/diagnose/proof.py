@@ -72,7 +72,9 @@ def errors_of(
     layout = Layout(rig)
     problem = Problem(rig, layout, noise, runs)
     prior = Prior(np.ones(len(layout)), np.flatnonzero(np.isin(layout.run, runs)))
-    found = fit(problem, np.zeros(len(layout)) if z is None else z, prior)
+    begin = np.zeros(len(layout)) if z is None else z
+    problem.look_again(begin)
+    found = fit(problem, begin, prior)
     predictions = problem.predictions(found.z)
     by_run, floors = {}, []
     for k, predicted in zip(runs, predictions, strict=True):

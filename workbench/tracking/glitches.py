@@ -22,7 +22,9 @@ _BACK = 0.5  # of the first jump: how near the path comes to where it would have
 _ROUNDS = 5
 
 
-def spikes(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.bool_]:
+def spikes(
+    times: NDArray[np.float64], path: NDArray[np.float64], least: float = _FAR_M
+) -> NDArray[np.bool_]:
     """Tell samples far from the running median of five: (n,) True for one or two strays in a row.
 
     Far is 4 mm, or eight times the usual deviation where that is more, plus the way that the body
@@ -31,7 +33,8 @@ def spikes(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
 
     Args:
         times: (n,) increasing [s].
-        path: (n, 3) [m], NaN where not seen.
+        path: (n, d) [m] or another unit, NaN where not seen.
+        least: deviation that is never far, in that unit.
     """
     seen = np.flatnonzero(known(path))
     found = np.zeros(len(path), dtype=bool)
@@ -39,7 +42,7 @@ def spikes(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
         if len(seen) < _WINDOW:
             break
         apart = _length(path[seen] - _running_median(path[seen]))
-        far = apart > _far(apart) + _unseen_way(times[seen], path[seen])
+        far = apart > _far(apart, least) + _unseen_way(times[seen], path[seen])
         if not far.any():
             break
         found[seen[far]] = True
@@ -144,8 +147,8 @@ def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
 
 
-def _far(apart: NDArray[np.float64]) -> float:
-    return max(_FAR_M, _FAR_SCALES * 1.4826 * float(np.median(apart)))
+def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
+    return max(least, _FAR_SCALES * 1.4826 * float(np.median(apart)))
 
 
 def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:
