@@ -148,9 +148,7 @@ class Problem:
         run = self.rig.runs[k]
         wild = [
             spikes(run.times, np.where(seen, column, np.nan)[:, None], _GLITCH * sigma)
-            for column, seen, sigma in zip(
-                values.T, run.valid.T, self.noise[k].sigma, strict=True
-            )
+            for column, seen, sigma in zip(values.T, run.valid.T, self.noise[k].sigma, strict=True)
         ]
         return run.valid & ~np.column_stack(wild)
 
