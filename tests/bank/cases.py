@@ -45,6 +45,8 @@ _SPEED_WITHIN = 0.3
 _PULLS_N = (0.15, 0.3, 0.5, 0.8)
 _HOPS = (17.0, 18.0, 19.0)
 _SHORT_S, _LONG_S = 8.0, 10.0
+_REDUCED_S = 4.0
+_REDUCED = ("clamped-1", "clamped-3", "clamped-4", "clamped-5", "decay-1", "decay-3", "decay-4")
 _RAMP_S, _RAMP_STEPS = 0.5, 5
 _LAG_S = (0.04, 0.06)
 _ANGLE_RAD = 0.03
@@ -63,6 +65,7 @@ class Case:
         causes: names of effects or of causes outside the library.
         sizes: of the causes, in noise deviations.
         kind: of a sensor's fault, or of a trap.
+        reduced: to seven runs of four seconds.
     """
 
     seed: int
@@ -73,6 +76,7 @@ class Case:
     causes: tuple[str, ...] = ()
     sizes: tuple[float, ...] = ()
     kind: str = ""
+    reduced: bool = False
 
     @property
     def name(self) -> str:
@@ -178,8 +182,14 @@ def _runs_for(rng: np.random.Generator, *names: str) -> Protocols:
     return "S+D+H" if "hop" in shown else _any(rng)
 
 
-def plans(protocols: Protocols, rng: np.random.Generator) -> list[Plan]:
-    """Return the runs of a protocol set, two or three of them held out, with their own scatter."""
+def plans(protocols: Protocols, rng: np.random.Generator, reduced: bool = False) -> list[Plan]:
+    """Return the runs of a protocol set, two or three of them held out, with their own scatter.
+
+    Args:
+        protocols: which runs there are.
+        rng: of speeds, pulls and lengths.
+        reduced: whether only some of S+D remain, and of those the first seconds.
+    """
     speeds = _SPEEDS + _MORE_SPEEDS if protocols == "S" else _SPEEDS[:5]
     last = len(speeds) - (2 if protocols == "S" else 1)
     made = []
@@ -194,6 +204,9 @@ def plans(protocols: Protocols, rng: np.random.Generator) -> list[Plan]:
         for k, speed in enumerate(_HOPS):
             speed = round(speed + rng.uniform(-_SPEED_WITHIN, _SPEED_WITHIN), 2)
             made.append(_plan("hop", k, k == len(_HOPS) - 1, _driven("hop", speed, rng)))
+    if reduced:
+        few = [plan for plan in made if plan.name in _REDUCED]
+        return [one._replace(course=one.course._replace(duration=_REDUCED_S)) for one in few]
     return made
 
 

@@ -80,7 +80,7 @@ def make_case(case: Case) -> Made:
         ValueError: when the robot cannot do what is asked, or a tie is none.
     """
     robot, rng = robot_of(case), np.random.default_rng([case.seed, 2])
-    runs = plans(case.protocols, rng)
+    runs = plans(case.protocols, rng, case.reduced)
     effects, told = _amounts(case, robot, runs, rng)
     clutter = _clutter(case, effects, rng)
     jobs = [_job(case, robot, run, k, effects, clutter, rng) for k, run in enumerate(runs)]

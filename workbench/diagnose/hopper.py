@@ -28,6 +28,7 @@ from workbench.sim import (
     simulate,
     simulate_all,
 )
+from workbench.sim.effects.apply import observed
 from workbench.timeseries import TimeSeries
 
 __all__ = ["HopperRig"]
@@ -36,11 +37,8 @@ _BEAM = (
     "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
     "rotor_mass", "rotor_radius",
 )  # fmt: skip
-_GROUND = (
-    "foot_mass", "beam_root", "ground_stiffness", "ground_damping", "friction_slide",
-    "friction_stick",
-)  # fmt: skip
-_ON_GROUND = ("hop", "drop")
+_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
+_ON_FLOOR = ("hop", "drop")
 _RELEASES = {
     "hinge_stiffness": "hinge_stiffness",
     "root_stiffness": "root_stiffness",
@@ -63,6 +61,7 @@ _ANGLE_RAD = 5e-3
 _PULL, _HEIGHT_M = 0.03, 1e-3
 _PLACE_M = 3e-3  # how well a technician places T's marker, and the shape file the strip
 _RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
+_WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
 _DISTURBED = 0.01  # of what is known of a start
 _SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
 _LEAST_S, _MOST_S = 1.0, 4.0  # of a hop that are compared
@@ -104,7 +103,7 @@ class HopperRig:
         self.runs = tuple(_observed(run) for run in runs)
         self.runs = tuple(self._predictable(k) for k in range(len(runs)))
         modes = {run.mode for run in runs}
-        names = _BEAM + (_GROUND if modes & set(_ON_GROUND) else ())
+        names = _BEAM + (("beam_root", *_FLOOR) if modes & set(_ON_FLOOR) else ())
         self.base = tuple(
             _parameter(name, values[name], getattr(model.parameters, name).tolerance)
             for name in names
@@ -133,9 +132,15 @@ class HopperRig:
         return HopperRig(self.measured, written, self.shape, places, self.threads)
 
     def own(self, run: int) -> Sequence[Unknown]:
-        """Return what a run keeps to itself: delay, motor, release and places."""
+        """Return what a run keeps to itself: delay, stiffness, motor, release and places.
+
+        A strip is not equally stiff from run to run: it warms, and its clamp sits anew.
+        """
         measured = self.measured[run]
-        unknowns = [Unknown("delay", "s", 0.0, _DELAY_S, -0.1, 0.1, 1e-4)]
+        unknowns = [
+            Unknown("delay", "s", 0.0, _DELAY_S, -0.1, 0.1, 1e-4),
+            Unknown("stiffness", "1", 0.0, _WARMTH, -0.1, 0.1, 1e-5),
+        ]
         if measured.driven:
             unknowns += [
                 Unknown("lag", "s", _LAG_S, _LAG_S, 1e-3, 1.0, 1e-3),
@@ -155,13 +160,20 @@ class HopperRig:
     def predict(
         self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
     ) -> list[NDArray[np.float64]]:
-        """Simulate each run and return what the cameras should have seen."""
+        """Simulate each run and return what the cameras should have seen.
+
+        What a run's mode does not feel, and what only moves what is seen, is not simulated again.
+        """
         jobs: dict[tuple[object, ...], Job] = {}
         keys = []
         for k, values in asked:
-            job = self._robot(values, coarse), self._condition(k, values, until)
-            key = (k, *sorted((n, v) for n, v in values.items() if not _only_seen(n)))
-            jobs.setdefault(key, job)
+            felt = {name: v for name, v in values.items() if _felt(name, self.runs[k].mode)}
+            key = (k, *sorted(felt.items()))
+            if key not in jobs:
+                robot = self._robot(felt, coarse)
+                effects = {n: own for n, own in robot.effects.items() if not _seen_only(n)}
+                robot = replace(robot, effects=effects)
+                jobs[key] = robot, self._condition(k, felt, until)
             keys.append(key)
         motions = dict(zip(jobs, self._simulated(list(jobs.values())), strict=True))
         return [
@@ -176,10 +188,10 @@ class HopperRig:
         after tells of chance. Runs with a clamped foot foretell themselves to their end.
         """
         run = self.runs[k]
-        if run.mode not in _ON_GROUND:
+        if run.mode not in _ON_FLOOR:
             return run
-        own = self.own(k)[1].name
-        asked = [(k, {}), (k, {own: _DISTURBED * self.own(k)[1].tolerance})]
+        start = self.own(k)[-1 - len(self.measured[k].places)]
+        asked = [(k, {}), (k, {start.name: _DISTURBED * start.tolerance})]
         told, beside = self.predict(asked)
         apart = np.abs(beside - told) / np.array([_UNIT[unit] for unit in run.units])
         grown = np.maximum.accumulate(apart.max(axis=1))
@@ -217,6 +229,9 @@ class HopperRig:
 
     def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
+        for name in ("hinge_stiffness", "root_stiffness"):
+            stated = changed.get(name, self.robot.values[name])
+            changed[name] = stated * (1 + values.get("stiffness", 0.0))
         effects = {name: dict(given) for name, given in self.robot.effects.items()}
         for name, value in values.items():
             effect, dot, quantity = name.partition(".")
@@ -250,6 +265,9 @@ class HopperRig:
         times = seen.times[seen.times <= until]
         if motion is None or len(motion) < 2:
             return np.full((len(times), len(seen.channels)), _FAR_M)
+        robot = self._robot(values, coarse=False)
+        cameras = {n: own for n, own in robot.effects.items() if _seen_only(n)}
+        motion = observed(motion, replace(robot, effects=cameras))
         lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
         curve = CubicSpline(motion.times, motion.select(seen.channels).values)(at)
@@ -275,9 +293,20 @@ def _steps_for(job: Job) -> int | None:
     return None
 
 
-def _only_seen(name: str) -> bool:
-    """Tell whether an unknown only moves what was simulated, in time or place."""
-    return name == "delay" or name.startswith("place ") or name.endswith(" place")
+def _felt(name: str, mode: str) -> bool:
+    """Tell whether the motion of a run of this mode depends on an unknown."""
+    effect, dot, _ = name.partition(".")
+    if dot:
+        return mode in EFFECTS[effect].excited_by and not _seen_only(effect)
+    if name in _FLOOR:
+        return mode in _ON_FLOOR
+    return name != "delay" and not name.startswith("place ") and not name.endswith(" place")
+
+
+def _seen_only(effect: str) -> bool:
+    """Tell whether an effect acts on the cameras alone."""
+    one = EFFECTS[effect]
+    return one.alter is None and one.build is None and one.drive is None
 
 
 def _observed(run: MeasuredRun) -> Observed:

@@ -26,8 +26,11 @@ _ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
 _EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
 _BEHIND = 0.5  # share of the best worth below which no refit is tried
 _POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
-_RETRIES = 2  # fits in growing windows are dear
-_ROUNDS = 5
+_FAR = 1.0  # noise deviations that the base leaves: the minimum lies in no neighbourhood of it
+_RETRIES = 3  # fits in growing windows are dear
+_ROUNDS = 8
+_REFIT_ROUNDS = 5
+_FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
 
 
@@ -120,15 +123,17 @@ class _Search:
     def refit(self, score: Score) -> None:
         """Fit from where the neighbourhood of the base expects the minimum.
 
-        Where that leads nowhere the misfit was too large for a neighbourhood, and the windows grow
+        Where that leads nowhere, or the misfit is too large for a neighbourhood, the windows grow
         once more, the causes released from the first second on.
         """
-        layout = self.problem.layout
-        first = self._fit(score.causes, score.z, self.base.fit.linear)
-        poor = first.left > max(_POOR, _POOR * self.base.left)
-        if poor and self.retries < _RETRIES:
+        far = self.base.left > _FAR
+        if not far or self.retries == _RETRIES:
+            first = self._fit(score.causes, score.z, self.base.fit.linear)
+            far = first.left > max(_POOR, _POOR * self.base.left)
+        if far and self.retries < _RETRIES:
             self.retries += 1
-            self._fit(score.causes, _in_windows(self.problem, prior_of(layout, score.causes)), None)
+            prior = prior_of(self.problem.layout, score.causes)
+            self._fit(score.causes, _in_windows(self.problem, prior), None)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -150,7 +155,7 @@ class _Search:
         prior = prior_of(layout, causes)
         near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         refresh = quantities if linear is not None else prior.free
-        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_ROUNDS)
+        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_REFIT_ROUNDS)
         judged = _judged(self.problem, causes, found, self.base.fit)
         if causes not in self.best or judged.cost < self.best[causes].cost:
             self.best[causes] = judged
@@ -160,12 +165,15 @@ class _Search:
 def _base(problem: Problem) -> Hypothesis:
     layout = problem.layout
     prior = prior_of(layout)
-    z = np.zeros(len(layout))
+    z, rounds = np.zeros(len(layout)), _ROUNDS
     for until in _windows(problem):
-        z = fit(problem, z, prior, until, enough=_ROUGH).z
+        found = fit(problem, z, prior, until, enough=_ROUGH)
+        z = found.z
         problem.look_again(z)
+        twice = found.cost > problem.samples(until)  # what noise leaves
+        rounds = _FAR_ROUNDS if twice else _ROUNDS
     linear = problem.linear(z, np.arange(len(layout)))
-    found = fit(problem, z, prior, linear=linear, refresh=prior.free)
+    found = fit(problem, z, prior, linear=linear, refresh=prior.free, rounds=rounds)
     return _judged(problem, (), found, None)
 
 

@@ -25,6 +25,9 @@ CLUTTER = 0.05
 ENOUGH = 0.5
 """Of the cost: what noise alone moves it by."""
 
+_ROUGH = 0.01
+"""Share of the cost beyond noise: a model that is far off need not be fitted closer."""
+
 _FREE = 1e-8  # precision of a number whose size nobody knows
 _ROUNDS = 8
 _CUTS = 4
@@ -177,7 +180,7 @@ def fit(
         rounds: most steps.
         tell: is told each round.
     """
-    layout = problem.layout
+    layout, noise = problem.layout, problem.samples(until) / 2
     columns = prior.free if refresh is None else refresh
     fresh = linear is None
     if linear is None:
@@ -187,7 +190,7 @@ def fit(
     cost = _cost(linear.residuals, z, prior)
     for _ in range(rounds):
         step = step_from(layout, z, linear.curvatures.sum(0), linear.gradients.sum(0), prior)
-        if step.gain < enough:
+        if step.gain < max(enough, _ROUGH * (cost - noise)):
             break
         linear, less = _believed(problem, linear, step, prior, until, cost)
         gained = cost - less
