@@ -20,13 +20,14 @@ from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
 from workbench.errors import InputError
 
-__all__ = ["Diagnosis", "Found", "diagnose"]
+__all__ = ["Diagnosis", "Found", "diagnose", "told"]
 
 Tell = Callable[[str], None]
 
 _LEAST_TRAIN = 2
 _WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
 _DIGITS = 3
+_WRITTEN_OUT = 1e3, 1e6  # numbers between these need no power of ten
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class Diagnosis:
         proof: of the extension, where there is one.
         extended: its rig, as read back from the file.
         seconds: that it took.
+        seed: of its draws.
     """
 
     rig: Rig
@@ -72,6 +74,7 @@ class Diagnosis:
     proof: Proof | None
     extended: Rig | None
     seconds: float
+    seed: int
 
     @property
     def removed(self) -> float:
@@ -149,7 +152,7 @@ def diagnose(
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
-        time.perf_counter() - begin,
+        time.perf_counter() - begin, seed,
     )  # fmt: skip
 
 
@@ -207,8 +210,15 @@ def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
 def _worded(one: Found) -> str:
     """Return a value with its interval, shares in percent."""
     if one.unit == "1":
-        return (
-            f"{100 * one.value:.{_DIGITS}g} % ({100 * one.low:.{_DIGITS}g} to "
-            f"{100 * one.high:.{_DIGITS}g} %)"
-        )
-    return f"{one.value:.{_DIGITS}g} {one.unit} ({one.low:.{_DIGITS}g} to {one.high:.{_DIGITS}g})"
+        return f"{told(100 * one.value)} % ({told(100 * one.low)} to {told(100 * one.high)} %)"
+    return f"{told(one.value)} {one.unit} ({told(one.low)} to {told(one.high)})"
+
+
+def told(value: float) -> str:
+    """Return a number with three digits that count, written out unless it is very small or large.
+
+    Args:
+        value: in any unit.
+    """
+    rounded = float(f"{value:.{_DIGITS}g}")
+    return f"{rounded:.0f}" if _WRITTEN_OUT[0] <= abs(rounded) < _WRITTEN_OUT[1] else f"{rounded:g}"

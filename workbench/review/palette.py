@@ -1,14 +1,16 @@
 """The colours of a review, the same in the recording, the plots and the report.
 
-Orange and blue differ in lightness too, so that they survive a grey print and colour-blind eyes.
+Orange, blue and green differ in lightness too, so that they survive a grey print and colour-blind
+eyes.
 """
 
 from __future__ import annotations
 
-__all__ = ["PHASES", "REAL", "SHADES", "TWIN", "rgb"]
+__all__ = ["EXTENDED", "PHASES", "REAL", "SHADES", "TWIN", "rgb"]
 
 REAL = "#e8710a"
 TWIN = "#2b7be4"
+EXTENDED = "#0b8043"
 SHADES = {
     "floor": "#ffffff",
     "grid": "#d4d9df",
