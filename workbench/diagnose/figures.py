@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from workbench.diagnose.answer import LEAST_WORTH
@@ -19,8 +20,9 @@ __all__ = ["label", "score_figure", "spectrum_figure", "trace_figure"]
 
 _UNITS = ("m", "rad")  # that may end a channel's name
 _BAND = 2.0  # noise deviations to either side: 95 of 100 samples
-_SWINGS = 6.0  # that the close-up shows
+_SWINGS = 2.0  # that the close-up shows: in more, lines a noise apart fall together
 _NOISE = palette.SHADES["scale"]
+_TICKS = (1.0, 3.0)  # of each decade
 _MOST_BARS = 10
 _LEAST_SHOWN = 1.0  # of worth: less is as good as nothing
 _SHOWN = {"m": (1000.0, "mm"), "m/s": (1000.0, "mm/s")}
@@ -77,6 +79,9 @@ def spectrum_figure(traces: Sequence[Trace], densities: Sequence[Density]) -> Fi
             ax.set(xscale="log", yscale="log", title=_title(trace))
             ax.set_ylabel(f"left [{unit}/\N{SQUARE ROOT}Hz]")
             ax.xaxis.set_major_formatter("{x:g}")
+            ax.yaxis.set_major_locator(LogLocator(subs=_TICKS))
+            ax.yaxis.set_major_formatter("{x:g}")
+            ax.yaxis.set_minor_formatter(NullFormatter())
         legend(rows[0])
         rows[-1].set_xlabel("frequency [Hz]")
 
@@ -106,6 +111,8 @@ def score_figure(found: Diagnosis) -> Figure:
                 ax.barh(row, singles[causes], 0.62, color=color, alpha=0.45)
             if refitted.get(causes, 0.0) > _LEAST_SHOWN:
                 ax.plot([refitted[causes]], [row], "D", color=color, markersize=6)
+            ax.annotate(f"{best[causes]:.3g}", (1.0, row), xycoords=("axes fraction", "data"),
+                        xytext=(4, 0), textcoords="offset points", va="center")  # fmt: skip
         ax.axvline(threshold, color=palette.SHADES["amps"], linewidth=1.2)
         ax.annotate(f"threshold {threshold:.3g}", (threshold, 1.0), xytext=(4, 2), va="bottom",
                     xycoords=("data", "axes fraction"), textcoords="offset points",
@@ -115,7 +122,7 @@ def score_figure(found: Diagnosis) -> Figure:
         ax.set_ylim(len(shown) - 0.5, -0.6)
         ax.xaxis.set_major_formatter("{x:g}")
         ax.grid(visible=False, axis="y")
-        ax.set_xlabel("worth: by how much it makes the runs more likely (logarithm)")
+        ax.set_xlabel("worth: logarithm of how much more likely it makes the runs")
 
     return drawn(draw, 0.9 + 0.28 * max(len(shown), 1))
 
@@ -125,12 +132,12 @@ def _draw_close(ax: Axes, trace: Trace, window: NDArray[np.bool_]) -> None:
     times, measured = trace.times[window], factor * trace.measured[window]
     band = _BAND * factor * trace.sigma
     ax.fill_between(times, measured - band, measured + band, color=palette.REAL, alpha=0.25,
-                    linewidth=0, label="measured, with its noise")  # fmt: skip
-    ax.plot(times, measured, ".", color=palette.REAL, markersize=3)
+                    linewidth=0, label="measured")  # fmt: skip
+    ax.plot(times, measured, ".", color=palette.REAL, markersize=4)
     ax.plot(times, factor * trace.base[window], color=palette.TWIN, label="base")
     if trace.extended is not None:
         ax.plot(times, factor * trace.extended[window], color=palette.EXTENDED, label="extended")
-    ax.set(title=f"{_title(trace)}, where the base is worst", ylabel=f"[{unit}]")
+    ax.set(title=_title(trace), ylabel=f"[{unit}]")
 
 
 def _draw_left(ax: Axes, trace: Trace, window: NDArray[np.bool_]) -> None:

@@ -16,6 +16,7 @@ from workbench.diagnose.rig import Observed, Rig
 
 __all__ = ["Density", "RunLeft", "Trace", "density", "left_by_run", "worst_traces"]
 
+_ABOVE = 2.0  # times the density of the noise
 _SEGMENTS = 3  # of a run, without their overlaps: fewer tell frequencies, more calm the curve
 
 
@@ -87,10 +88,13 @@ class Density:
     noise: NDArray[np.float64]
 
     @property
-    def peak_hz(self) -> float:
-        """Return where what is left at last stands highest above the noise."""
-        left = self.before if self.after is None else self.after
-        return float(self.hz[np.argmax(left / self.noise)])
+    def peak_hz(self) -> float | None:
+        """Return where what is left at last stands highest above the noise, None where it does not.
+
+        Even noise alone reaches a little above its mean here and there.
+        """
+        above = (self.before if self.after is None else self.after) / self.noise
+        return float(self.hz[np.argmax(above)]) if above.max() > _ABOVE else None
 
 
 def left_by_run(found: Diagnosis) -> list[RunLeft]:

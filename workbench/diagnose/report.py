@@ -86,7 +86,7 @@ def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
     """Return the causes in sentences, or the reason for none, and the errors."""
     sentences = [cause["sentence"] for cause in words["causes"]]
     if words["answer"] == "SET" or not sentences:
-        sentences = [words["reason"]]
+        sentences = [_spoken(words["reason"])]
     rmse, unit = words["rmse_mm"], found.errors.unit
     gain = f"On runs that no fit has seen, the model errs by {told(rmse['base'])} {unit}"
     if found.proof is not None:
@@ -104,7 +104,8 @@ def _errors(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
         (name, *(told(errors.by_run[name]) for errors, _ in models.values()))
         for name in found.held_out
     ]
-    rows.append(("all of them", *(told(error) for _, error in models.values())))
+    if len(rows) > 1:
+        rows.append(("all of them", *(told(error) for _, error in models.values())))
     rows.append(("noise alone", *(told(rmse["noise_floor"]) for _ in models)))
     errors = table(rows, ("Run", *(f"{name} [{unit}]" for name in models)))
     if found.proof is None:
@@ -134,8 +135,8 @@ def _misfit(found: Diagnosis) -> Markup:
     traces = worst_traces(found, _MOST_CHANNELS)
     if traces:
         drawn = _drawn(trace_figure(traces), "traces", (
-            "The run held out that the base misses most. Bands: twice the noise, about the samples "
-            "above, about zero below. Below: measured less predicted; grey is what is shown above."
+            "The run held out that the base misses most, above where it misses it most. Below: "
+            "measured less predicted; grey is what is shown above. Bands: twice the noise."
         )) + _drawn(spectrum_figure(traces, [density(trace) for trace in traces]), "spectra", (
             "What is left of the same run over frequency. What stands above the grey is not noise."
         ))  # fmt: skip
@@ -174,7 +175,7 @@ def _scores(found: Diagnosis) -> Markup:
 def _rivals(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     silent = found.refits.base.near.silent
     rows = [
-        (_spoken(rival["effect"]), rival["why_not"])
+        (_spoken(rival["effect"]), _spoken(rival["why_not"]))
         for rival in words["rivals"]
         if rival["effect"] not in silent
     ]
@@ -193,17 +194,16 @@ def _silent(found: Diagnosis) -> Markup:
 
 def _unexplained(found: Diagnosis) -> Markup:
     base, best, limit = found.refits.base, found.answer.best, negligible(found.refits)
-    told_left = f"{told(base.left)} noise deviations of the misfit hang together in time."
+    told_left = f"{told(base.left)} noise deviations of the misfit hang together in time; "
     if best.causes:
-        told_left = (
-            f"Of {told(base.left)} noise deviations that hang together in time, "
-            f"{' with '.join(map(_spoken, best.causes))} leaves {told(best.left)}."
+        told_left += (
+            f"{' with '.join(map(_spoken, best.causes))} leaves {told(best.left)} of them; "
         )
-    told_left += f" Small errors of other causes explain all but {told(best.beyond)} of them, and "
+    told_left += f"small errors of all causes together leave {told(best.beyond)}. "
     told_left += (
-        f"that is more than the {told(limit)} that chance may leave: something else is at work."
+        f"Chance leaves {told(limit)} at most: something else is at work."
         if best.beyond > limit
-        else f"chance may leave {told(limit)}: nothing more can be told from these runs."
+        else f"Chance may leave {told(limit)}: there is nothing more to be told."
     )
     return _list([told_left, *_where_left(found)])
 
@@ -220,11 +220,9 @@ def _where_left(found: Diagnosis) -> Iterator[str]:
         size, run, channel = max(sizes)
         yield f"Most is left of {channel} in {run}: {told(size)} noise deviations (1 is noise)."
     for trace in worst_traces(found, 1):
-        one = density(trace)
-        yield (
-            f"Of {label(trace.channel)} in {trace.run} it stands highest above the noise at "
-            f"{told(one.peak_hz)} Hz."
-        )
+        hz = density(trace).peak_hz
+        if hz is not None:
+            yield f"{label(trace.channel)} of {trace.run} exceeds its noise most at {told(hz)} Hz."
 
 
 def _next_steps(found: Diagnosis, words: Mapping[str, Any]) -> Iterator[str]:
@@ -262,8 +260,9 @@ def _drawn(drawing: Figure, name: str, caption: str) -> Markup:
     return figure(as_svg(drawing, name), caption)
 
 
-def _spoken(cause: str) -> str:
-    return cause.replace("_", " ")
+def _spoken(text: str) -> str:
+    """Return text with the names of causes as words."""
+    return text.replace("_", " ")
 
 
 def _sentence(text: str) -> str:

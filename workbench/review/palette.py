@@ -1,7 +1,6 @@
 """The colours of a review, the same in the recording, the plots and the report.
 
-Orange, blue and green differ in lightness too, so that they survive a grey print and colour-blind
-eyes.
+Orange and blue differ in lightness too, so that they survive a grey print and colour-blind eyes.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ __all__ = ["EXTENDED", "PHASES", "REAL", "SHADES", "TWIN", "rgb"]
 
 REAL = "#e8710a"
 TWIN = "#2b7be4"
-EXTENDED = "#0b8043"
+EXTENDED = "#149a4c"
 SHADES = {
     "floor": "#ffffff",
     "grid": "#d4d9df",
