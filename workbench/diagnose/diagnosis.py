@@ -18,16 +18,15 @@ from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
+from workbench.diagnose.wording import digits
 from workbench.errors import InputError
 
-__all__ = ["Diagnosis", "Found", "diagnose", "told"]
+__all__ = ["Diagnosis", "Found", "diagnose"]
 
 Tell = Callable[[str], None]
 
 _LEAST_TRAIN = 2
 _WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
-_DIGITS = 3
-_WRITTEN_OUT = 1e3, 1e6  # numbers between these need no power of ten
 
 
 @dataclass(frozen=True)
@@ -210,15 +209,6 @@ def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
 def _worded(one: Found) -> str:
     """Return a value with its interval, shares in percent."""
     if one.unit == "1":
-        return f"{told(100 * one.value)} % ({told(100 * one.low)} to {told(100 * one.high)} %)"
-    return f"{told(one.value)} {one.unit} ({told(one.low)} to {told(one.high)})"
-
-
-def told(value: float) -> str:
-    """Return a number with three digits that count, written out unless it is very small or large.
-
-    Args:
-        value: in any unit.
-    """
-    rounded = float(f"{value:.{_DIGITS}g}")
-    return f"{rounded:.0f}" if _WRITTEN_OUT[0] <= abs(rounded) < _WRITTEN_OUT[1] else f"{rounded:g}"
+        value, low, high = (digits(100 * part) for part in (one.value, one.low, one.high))
+        return f"{value} % ({low} to {high} %)"
+    return f"{digits(one.value)} {one.unit} ({digits(one.low)} to {digits(one.high)})"

@@ -148,7 +148,8 @@ def density(trace: Trace) -> Density:
 
 
 def _held_out(found: Diagnosis) -> list[int]:
-    return [k for k, run in enumerate(found.rig.runs) if run.role == "held_out"]
+    fitted, names = found.refits.base.fit.linear.runs, found.held_out
+    return [k for k, run in enumerate(found.rig.runs) if run.name in names and k not in fitted]
 
 
 def _seen(found: Diagnosis, rig: Rig) -> dict[int, NDArray[np.bool_]]:

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 
 from workbench.bundle import sha256
 from workbench.diagnose.answer import Kind, negligible
-from workbench.diagnose.diagnosis import Diagnosis, told
+from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.figures import label, score_figure, spectrum_figure, trace_figure
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
+from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
 from workbench.review.page import figure, heat_table, table, write_page
 
@@ -45,7 +46,11 @@ _ROLES = {"train": "fitted", "held_out": "held out"}
 
 
 def write_diagnosis(
-    path: Path, found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]
+    path: Path,
+    found: Diagnosis,
+    files: Mapping[str, Path],
+    versions: Mapping[str, str],
+    next_run: str | None = None,
 ) -> Path:
     """Write a diagnosis as one HTML page and return its path; the same one gives the same bytes.
 
@@ -54,11 +59,11 @@ def write_diagnosis(
         found: the diagnosis.
         files: what it was made from, by what each is to it.
         versions: of what it was made with, by name.
+        next_run: in a sentence, what to measure next; None where nothing was proposed.
     """
     words = found.as_json()
-    held = set(found.held_out)
-    fitted = sum(run.name not in held for run in found.rig.runs)
-    about = f"{words['answer']}: {found.rig.name}, {fitted} runs fitted, {len(held)} held out"
+    fitted, held = len(found.refits.base.fit.linear.runs), len(found.held_out)
+    about = f"{words['answer']}: {found.rig.name}, {fitted} runs fitted, {held} held out"
     sections = [
         ("Error on the runs held out", _errors(found, words)),
         ("Size of the causes" if len(words["causes"]) > 1 else "Size of the cause", _causes(words)),
@@ -67,7 +72,7 @@ def write_diagnosis(
         ("Rivals, and why they fell", _rivals(found, words)),
         ("Not shown by these runs", _silent(found)),
         ("Still unexplained", _unexplained(found)),
-        ("What to do next", _list(_next_steps(found, words))),
+        ("What to do next", _list(_next_steps(found, next_run))),
         ("Made from", _provenance(found, files, versions)),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -88,10 +93,10 @@ def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
     if words["answer"] == "SET" or not sentences:
         sentences = [_spoken(words["reason"])]
     rmse, unit = words["rmse_mm"], found.errors.unit
-    gain = f"On runs that no fit has seen, the model errs by {told(rmse['base'])} {unit}"
+    gain = f"On runs that no fit has seen, the model errs by {digits(rmse['base'])} {unit}"
     if found.proof is not None:
-        gain += f" and the extended one by {told(rmse['extended'])} {unit}"
-    floor = f"noise alone makes {told(rmse['noise_floor'])} {unit}"
+        gain += f" and the extended one by {digits(rmse['extended'])} {unit}"
+    floor = f"noise alone makes {digits(rmse['noise_floor'])} {unit}"
     return " ".join(f"{_sentence(one)}." for one in (*sentences, f"{gain}; {floor}"))
 
 
@@ -101,12 +106,12 @@ def _errors(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     if found.proof is not None:
         models["Extended"] = (found.proof.extended, rmse["extended"])
     rows = [
-        (name, *(told(errors.by_run[name]) for errors, _ in models.values()))
+        (name, *(digits(errors.by_run[name]) for errors, _ in models.values()))
         for name in found.held_out
     ]
     if len(rows) > 1:
-        rows.append(("all of them", *(told(error) for _, error in models.values())))
-    rows.append(("noise alone", *(told(rmse["noise_floor"]) for _ in models)))
+        rows.append(("all of them", *(digits(error) for _, error in models.values())))
+    rows.append(("noise alone", *(digits(rmse["noise_floor"]) for _ in models)))
     errors = table(rows, ("Run", *(f"{name} [{unit}]" for name in models)))
     if found.proof is None:
         return errors
@@ -120,7 +125,7 @@ def _causes(words: Mapping[str, Any]) -> Markup:
     heads = ("Cause", "Confidence", "Quantity", "Value", "90 % interval", "Unit")
     rows = [
         (_spoken(cause["effect"]), f"{100 * cause['confidence']:.0f} %", quantity,
-         told(one["value"]), " to ".join(map(told, one["interval90"])), one["unit"])
+         digits(one["value"]), " to ".join(map(digits, one["interval90"])), one["unit"])
         for cause in words["causes"]
         for quantity, one in cause["parameters"].items()
     ]  # fmt: skip
@@ -138,7 +143,7 @@ def _misfit(found: Diagnosis) -> Markup:
             "The run held out that the base misses most, above where it misses it most. Below: "
             "measured less predicted; grey is what is shown above. Bands: twice the noise."
         )) + _drawn(spectrum_figure(traces, [density(trace) for trace in traces]), "spectra", (
-            "What is left of the same run over frequency. What stands above the grey is not noise."
+            "What is left of the same run over frequency. Well above the grey it is no noise."
         ))  # fmt: skip
     return drawn + _heat(left_by_run(found))
 
@@ -194,18 +199,16 @@ def _silent(found: Diagnosis) -> Markup:
 
 def _unexplained(found: Diagnosis) -> Markup:
     base, best, limit = found.refits.base, found.answer.best, negligible(found.refits)
-    told_left = f"{told(base.left)} noise deviations of the misfit hang together in time; "
+    left = f"{digits(base.left)} noise deviations of the misfit hang together in time; "
     if best.causes:
-        told_left += (
-            f"{' with '.join(map(_spoken, best.causes))} leaves {told(best.left)} of them; "
-        )
-    told_left += f"small errors of all causes together leave {told(best.beyond)}. "
-    told_left += (
-        f"Chance leaves {told(limit)} at most: something else is at work."
+        left += f"{' with '.join(map(_spoken, best.causes))} leaves {digits(best.left)} of them; "
+    left += f"small errors of all causes together leave {digits(best.beyond)}. "
+    left += (
+        f"Chance leaves {digits(limit)} at most: something else is at work."
         if best.beyond > limit
-        else f"Chance may leave {told(limit)}: there is nothing more to be told."
+        else f"Chance may leave {digits(limit)}: there is nothing more to be told."
     )
-    return _list([told_left, *_where_left(found)])
+    return _list([left, *_where_left(found)])
 
 
 def _where_left(found: Diagnosis) -> Iterator[str]:
@@ -218,17 +221,17 @@ def _where_left(found: Diagnosis) -> Iterator[str]:
     ]
     if sizes:
         size, run, channel = max(sizes)
-        yield f"Most is left of {channel} in {run}: {told(size)} noise deviations (1 is noise)."
+        yield f"Most is left of {channel} in {run}: {digits(size)} noise deviations (1 is noise)."
     for trace in worst_traces(found, 1):
         hz = density(trace).peak_hz
         if hz is not None:
-            yield f"{label(trace.channel)} of {trace.run} exceeds its noise most at {told(hz)} Hz."
+            yield f"{label(trace.channel)} of {trace.run} exceeds its noise most at {digits(hz)} Hz"
 
 
-def _next_steps(found: Diagnosis, words: Mapping[str, Any]) -> Iterator[str]:
+def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     """Yield what to do now, most urgent first."""
-    if words["next_protocol"] is not None:
-        yield f"Measure what tells most next: {words['next_protocol']}"
+    if next_run is not None:
+        yield next_run
     yield _ADVICE[found.answer.kind]
     for name in found.answer.causes:
         how = found.layout.causes[name].separated_by

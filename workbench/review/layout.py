@@ -47,7 +47,7 @@ def _scenes(comparison: Comparison) -> list[rrb.Spatial3DView]:
     together = "Real (orange) and twin (blue)"
     if comparison.extended is not None:
         names["Extended twin"] = "extended"
-        together = "Real (orange), twin (blue), extended twin (green)"
+        together = "All three"
     roots = list(names.values())
     # Solid feet in one place would flicker, so those of the twins are outlines here.
     outlined = [f"{root}/foot" for root in roots[1:]]

@@ -98,7 +98,7 @@ def _heated(value: float, hottest: float) -> Markup:
         return Markup("<td></td>")
     share = math.log(max(value, 1.0)) / math.log(max(hottest, math.e))
     red, green, blue = palette.rgb(palette.REAL)
-    return Markup('<td style="background: rgb({} {} {} / {:.2f})">{:.3g}</td>').format(
+    return Markup('<td style="background: rgb({} {} {} / {:.2f})">{:.2f}</td>').format(
         red, green, blue, _DEEPEST * min(share, 1.0), value
     )
 
