@@ -111,7 +111,10 @@ def test_the_tables_hold_the_numbers_of_the_answer(pages: dict[str, Page], kind:
 def test_the_page_tells_what_is_left_and_what_to_do(pages: dict[str, Page], kind: str) -> None:
     found, html = pages[kind]
     text = pages[kind].text
-    assert f"{digits(found.refits.base.left)} noise deviations of the misfit hang together" in text
+    assert (
+        f"{digits(found.refits.base.left)} noise deviations of the runs fitted hang together"
+        in text
+    )
     assert ("something else is at work" in text) == (kind == "NONE")
     advice = {
         "NAMED": "Look for the cause at the machine",
@@ -168,6 +171,29 @@ def test_a_proposed_run_is_the_first_thing_to_do(pages: dict[str, Page], tmp_pat
     write_diagnosis(path, pages["SET"].found, {}, {}, "Pull <harder>")
     html = path.read_text(encoding="utf-8")
     assert "<ul><li>Pull &lt;harder&gt;</li><li>Do not mend anything yet" in html
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        (0.5, 0.6, "run_3 speaks against the answer: the extension errs by 0.600 mm where"),
+        (0.5, 0.31, None),
+        (0.2, 0.21, None),  # both are below the noise
+        (1.5, 0.7, "run_3 is not understood: 0.700 mm are left of it where noise makes 0.310 mm"),
+    ],
+)
+def test_runs_held_out_that_speak_against_the_answer_are_a_warning(
+    pages: dict[str, Page], tmp_path: Path, before: float, after: float, words: str | None
+) -> None:
+    found = pages["SET"].found
+    assert found.proof is not None
+    assert "Warnings" not in pages["SET"].text
+    base = replace(found.errors, by_run={"run_3": before}, noise_floor=0.31)
+    extended = replace(found.proof.extended, by_run={"run_3": after})
+    doubted = replace(found, errors=base, proof=replace(found.proof, extended=extended))
+    html = write_diagnosis(tmp_path / "page.html", doubted, {}, {}).read_text(encoding="utf-8")
+    assert ('<ul class="warnings">' in html) == (words is not None)
+    assert words is None or words in html
 
 
 def test_what_is_left_is_the_error_over_the_noise(pages: dict[str, Page]) -> None:

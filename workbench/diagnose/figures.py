@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.answer import LEAST_WORTH
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.leftover import Density, Trace
+from workbench.diagnose.wording import digits
 from workbench.review import palette
 from workbench.review.drawing import drawn, legend
 
@@ -111,10 +112,10 @@ def score_figure(found: Diagnosis) -> Figure:
                 ax.barh(row, singles[causes], 0.62, color=color, alpha=0.45)
             if refitted.get(causes, 0.0) > _LEAST_SHOWN:
                 ax.plot([refitted[causes]], [row], "D", color=color, markersize=6)
-            ax.annotate(f"{best[causes]:.3g}", (1.0, row), xycoords=("axes fraction", "data"),
+            ax.annotate(digits(best[causes]), (1.0, row), xycoords=("axes fraction", "data"),
                         xytext=(4, 0), textcoords="offset points", va="center")  # fmt: skip
         ax.axvline(threshold, color=palette.SHADES["amps"], linewidth=1.2)
-        ax.annotate(f"threshold {threshold:.3g}", (threshold, 1.0), xytext=(4, 2), va="bottom",
+        ax.annotate(f"threshold {digits(threshold)}", (threshold, 1.0), xytext=(4, 2), va="bottom",
                     xycoords=("data", "axes fraction"), textcoords="offset points",
                     color=palette.SHADES["amps"])  # fmt: skip
         ax.set(xscale="log", xlim=(_LEAST_SHOWN, 2 * max([threshold, *best.values()])))

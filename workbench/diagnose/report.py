@@ -18,11 +18,12 @@ from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
-from workbench.review.page import figure, heat_table, table, write_page
+from workbench.review.page import figure, heat_table, table, warning_list, write_page
 
 __all__ = ["write_diagnosis"]
 
 _MOST_CHANNELS = 2  # that are drawn; the table has all
+_DOUBTFUL = 2.0  # times the noise: a run held out that errs more is not understood
 _HOTTEST = 10.0  # noise deviations that get the deepest colour
 _HEADLINES: dict[Kind, str] = {
     "NAMED": "Found: {causes}",
@@ -65,6 +66,7 @@ def write_diagnosis(
     fitted, held = len(found.refits.base.fit.linear.runs), len(found.held_out)
     about = f"{words['answer']}: {found.rig.name}, {fitted} runs fitted, {held} held out"
     sections = [
+        ("Warnings", warning_list(_warnings(found))),
         ("Error on the runs held out", _errors(found, words)),
         ("Size of the causes" if len(words["causes"]) > 1 else "Size of the cause", _causes(words)),
         ("The misfit", _misfit(found)),
@@ -98,6 +100,24 @@ def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
         gain += f" and the extended one by {digits(rmse['extended'])} {unit}"
     floor = f"noise alone makes {digits(rmse['noise_floor'])} {unit}"
     return " ".join(f"{_sentence(one)}." for one in (*sentences, f"{gain}; {floor}"))
+
+
+def _warnings(found: Diagnosis) -> Iterator[str]:
+    """Yield where the runs held out speak against the answer."""
+    base, unit = found.errors, found.errors.unit
+    last = base if found.proof is None else found.proof.extended
+    for name in found.held_out if found.answer.kind != "NONE" else ():
+        before, after = base.by_run[name], last.by_run[name]
+        if after > max(before, base.noise_floor):
+            yield (
+                f"{name} speaks against the answer: the extension errs by {digits(after)} {unit} "
+                f"where the base errs by {digits(before)} {unit}"
+            )
+        elif after > _DOUBTFUL * base.noise_floor:
+            yield (
+                f"{name} is not understood: {digits(after)} {unit} are left of it where noise "
+                f"makes {digits(base.noise_floor)} {unit}"
+            )
 
 
 def _errors(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
@@ -199,14 +219,14 @@ def _silent(found: Diagnosis) -> Markup:
 
 def _unexplained(found: Diagnosis) -> Markup:
     base, best, limit = found.refits.base, found.answer.best, negligible(found.refits)
-    left = f"{digits(base.left)} noise deviations of the misfit hang together in time; "
+    left = f"{digits(base.left)} noise deviations of the runs fitted hang together in time; "
     if best.causes:
         left += f"{' with '.join(map(_spoken, best.causes))} leaves {digits(best.left)} of them; "
     left += f"small errors of all causes together leave {digits(best.beyond)}. "
     left += (
         f"Chance leaves {digits(limit)} at most: something else is at work."
         if best.beyond > limit
-        else f"Chance may leave {digits(limit)}: there is nothing more to be told."
+        else f"Chance may leave {digits(limit)}: these runs tell nothing more."
     )
     return _list([left, *_where_left(found)])
 
