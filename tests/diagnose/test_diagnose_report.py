@@ -259,7 +259,7 @@ def test_lengths_are_drawn_in_millimetres_and_the_band_is_twice_the_noise() -> N
     assert left.get_ylabel() == "left [mm]"
     shown = near.lines[0]
     assert np.ptp(np.asarray(shown.get_xdata(), dtype=float)) == pytest.approx(2 / 7, abs=0.02)
-    band = near.collections[0].get_paths()[0].vertices
+    band = np.asarray(near.collections[0].get_paths()[0].vertices)
     first = band[np.isclose(band[:, 0], np.asarray(shown.get_xdata(), dtype=float)[0])][:, 1]
     assert np.ptp(first) == pytest.approx(4 * 1000 * NOISE_M)
     (spectrum,) = spectrum_figure([trace], [density(trace)]).axes
