@@ -6,8 +6,8 @@ Everything here is made from the bundle alone, so it can be made again from it a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
-from typing import Any, TypeVar
+from dataclasses import asdict, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from workbench.motion import (
 from workbench.protocol import (
     BenchFile,
     Cameras,
+    Document,
     ModelFile,
     MotorLine,
     ShapeFile,
@@ -34,7 +35,8 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.review import Comparison, Figure, Phase, write_recording, write_report
+from workbench.review import Comparison, Extended, Figure, Phase, write_recording, write_report
+from workbench.review.journal import sentence
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
@@ -50,7 +52,7 @@ from workbench.tracking import (
 )
 from workbench.twin import Command, Release, find_release, make_twin
 
-__all__ = ["pair", "settings"]
+__all__ = ["pair", "pair_extended", "settings"]
 
 _STILL: dict[Mode, str] = {
     "decay": "T never moves in this take; was it released while the cameras recorded, and is the "
@@ -68,6 +70,18 @@ _TOGETHER_S = 2.0
 _T = TypeVar("_T")
 
 
+class _Pair(NamedTuple):
+    """A run as tracked, and its twin as simulated."""
+
+    track: Track
+    twin: TimeSeries
+    command: Command
+    release: Release | None
+    model: ModelFile
+    shape: ShapeFile
+    outcome: str
+
+
 def pair(bundle: Bundle) -> Comparison:
     """Track the take, simulate its twin, compare, draw; write all of it into the bundle.
 
@@ -76,14 +90,8 @@ def pair(bundle: Bundle) -> Comparison:
         InputError: when a body or a file is missing, or the robot cannot be simulated.
         WorkbenchError: when what the mode begins with never happened in the take.
     """
-    cameras, calibration = settings(bundle)
-    model = load(bundle.document("model"), ModelFile).content
-    shape = load(bundle.document("shape"), ShapeFile).content
-    track = _track(bundle, cameras)
-    command = _command(bundle, calibration, track)
-    mode: Mode = bundle.manifest["mode"]
-    release = _release(bundle, track, command, model, shape)
-    twin, outcome = make_twin(mode, model, shape, command, track, release)
+    made = _made(bundle)
+    track, twin = made.track, made.twin
     made_from = {
         "take": track.take_sha256,
         "model": sha256(bundle.document("model")),
@@ -92,12 +100,60 @@ def pair(bundle: Bundle) -> Comparison:
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
     bundle.write_series("raw", track.raw, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
-    comparison = _compare(bundle, track, twin, command, release, model, shape, outcome)
-    _note(bundle, comparison, track, command, release, outcome)
-    bundle.note(_signals(bundle, track, twin, command))
+    comparison = _compare(bundle, *made)
+    _note(bundle, comparison, track, made.command, made.release, made.outcome)
+    bundle.note(_signals(bundle, track, twin, made.command))
     write_recording(comparison, bundle.view("recording"))
     write_report(comparison, bundle.view("report"))
     return comparison
+
+
+def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
+    """Compare a run with its twin and with that of an extended model; nothing is written.
+
+    The extended twin gets the same commands. Where the pull or height was found in the data, it is
+    found anew with the extended model.
+
+    Args:
+        bundle: of the run.
+        model: the extended one.
+
+    Raises:
+        TakeError, InputError, WorkbenchError: as `pair`, for either model.
+    """
+    made, extended = _made(bundle), model.content
+    track, command, shape = made.track, made.command, made.shape
+    mode: Mode = bundle.manifest["mode"]
+    release = _release(bundle, track, command, extended, shape)
+    motion, outcome = make_twin(mode, extended, shape, command, track, release)
+    comparison = _compare(bundle, *made)
+    return replace(
+        comparison,
+        extended=Extended(
+            extended.name,
+            motion,
+            _summary(mode, motion, command.duration),
+            misfit(track.motion, motion, command.duration),
+        ),
+        facts={
+            **comparison.facts,
+            "extended model": f"{extended.name} ({sha256(model.path)[:12]})",
+        },
+        warnings=(*comparison.warnings, *_unfinished("extended twin", motion, outcome)),
+    )
+
+
+def _made(bundle: Bundle) -> _Pair:
+    """Track the take and simulate its twin."""
+    cameras, calibration = settings(bundle)
+    model = load(bundle.document("model"), ModelFile).content
+    shape = load(bundle.document("shape"), ShapeFile).content
+    track = _track(bundle, cameras)
+    command = _command(bundle, calibration, track)
+    mode: Mode = bundle.manifest["mode"]
+    release = _release(bundle, track, command, model, shape)
+    twin, outcome = make_twin(mode, model, shape, command, track, release)
+    return _Pair(track, twin, command, release, model, shape, outcome)
 
 
 def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
@@ -184,8 +240,7 @@ def _compare(
     warnings = list(track.warnings)
     if release is not None and release.pull < 0:
         warnings.append("T was pulled backwards, and so is the twin's")
-    if outcome != "completed":
-        warnings.append(f"the twin {outcome} after {twin.times[-1]:.2f} s")
+    warnings += _unfinished("twin", twin, outcome)
     return Comparison(
         title=bundle.manifest["title"],
         run=bundle.manifest["id"],
@@ -212,6 +267,12 @@ def _compare(
     )
 
 
+def _unfinished(who: str, motion: TimeSeries, outcome: str) -> list[str]:
+    """Return a warning where a simulation ended early."""
+    done = outcome == "completed"
+    return [] if done else [f"the {who} {outcome} after {motion.times[-1]:.2f} s"]
+
+
 def _phases(mode: Mode, track: Track, command: Command) -> tuple[Phase, ...]:
     begin = float(track.motion.times[0])
     if mode not in DRIVEN:
@@ -234,34 +295,10 @@ def _log(bundle: Bundle, track: Track) -> tuple[tuple[float, str], ...]:
     sent = bundle.manifest.get("sent")
     zero = track.zero_in_take_s if sent is None else sent[0][0]
     return tuple(
-        (event["time_s"] - zero, _sentence(event))
+        (event["time_s"] - zero, sentence(event))
         for event in bundle.read_journal()
         if event["event"] != "reading"
     )
-
-
-def _sentence(event: Mapping[str, Any]) -> str:
-    """Tell a journal event in words; one that is not known here is told as it stands."""
-    match event:
-        case {"event": "asked", "run": run, "rest_s": rest, "steps": [[_, first], *_, [_, last]]}:
-            return f"asked for {run}: {rest} s rest, then {first} V to {last} V"
-        case {"event": "asked", "run": run, "rest_s": rest}:
-            return f"asked for {run}: {rest} s rest"
-        case {"event": "no_drive"}:
-            return "this mode has no drive: the supply was not opened"
-        case {"event": "prompt", "text": text, "answer": answer}:
-            return f"operator {answer}: {text}"
-        case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
-            return f"{model} {serial} prepared: limits set, output off"
-        case {"event": "cameras"}:
-            return "cameras record"
-        case {"event": "output_on", "volts": volts}:
-            return f"output on at {volts} V"
-        case {"event": "voltage", "read_back": volts}:
-            return f"{volts} V set and read back"
-        case {"event": "output_off", "confirmed": confirmed}:
-            return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
-    return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
 
 
 def _table(

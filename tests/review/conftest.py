@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from workbench.motion import misfit, rotor_angle, rotor_speed, summarize
-from workbench.review import Comparison, Figure, Phase
+from workbench.review import Comparison, Extended, Figure, Phase
 from workbench.timeseries import TimeSeries
 
 FIGURE = Figure(
@@ -102,3 +104,17 @@ def make_comparison(title: str = "Initial shape at 17 rad/s") -> Comparison:
 @pytest.fixture(scope="session")
 def comparison() -> Comparison:
     return make_comparison()
+
+
+@pytest.fixture(scope="session")
+def three() -> Comparison:
+    """The same run with the twin of an extended model, which is nearer to the robot."""
+    comparison = make_comparison()
+    motion = make_motion(150.0, 0.216, 0.0165, 16.9)
+    extended = Extended(
+        model="sloped",
+        motion=motion,
+        summary=summarize(motion, DURATION_S),
+        misfit=misfit(comparison.real, motion, DURATION_S),
+    )
+    return replace(comparison, extended=extended)

@@ -11,9 +11,10 @@ import typer
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig, load_rig
+from workbench.diagnose import Diagnosis, HopperRig, load_rig, write_diagnosis
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
+from workbench.engine import versions
 from workbench.errors import InputError
 from workbench.identify import measured_run
 
@@ -43,24 +44,29 @@ def diagnose(
     Example: workbench diagnose runs --out diagnoses/april
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
-    found = diagnose_rig(_rig(runs or [], rig, folder), target, target.name, tell, seed)
+    given, files = _rig(runs or [], rig, folder)
+    found = diagnose_rig(given, target, target.name, tell, seed)
+    report = write_diagnosis(target / f"{target.name}.html", found, files, versions())
     if as_json:
-        emit(found.as_json())
+        emit(found.as_json() | {"report": str(report)})
         return
     _print(found)
+    people.print(f"report: {report}", markup=False)
 
 
-def _rig(runs: list[Path], file: Path | None, folder: Path) -> Rig:
-    """Return the rig that a file describes, or the robot that made the runs."""
+def _rig(runs: list[Path], file: Path | None, folder: Path) -> tuple[Rig, dict[str, Path]]:
+    """Return the rig that a file describes, or the robot that made the runs, and their data."""
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
-        return load_rig(file)
+        described = load_rig(file)
+        return described, described.files
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
-    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
+    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
+    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content), files
 
 
 def _print(found: Diagnosis) -> None:
@@ -72,7 +78,9 @@ def _print(found: Diagnosis) -> None:
             f"{found.sentence(cause)}", markup=False,
         )  # fmt: skip
     rows = [[key.replace("_", " "), f"{value:.3f}"] for key, value in told.items()]
-    show_table(f"error on {', '.join(found.held_out)}", ["model", "rmse [mm]"], rows)
+    show_table(
+        f"error on {', '.join(found.held_out)}", ["model", f"rmse [{found.errors.unit}]"], rows
+    )
     if found.extended is not None:
         people.print(
             f"the extension removes {100 * found.removed:.0f} % of the removable error\n"

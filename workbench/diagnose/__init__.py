@@ -5,7 +5,8 @@
 tells what the cameras add, `problem` what is measured less what is predicted, `solve` finds minima,
 `screen` says what each cause is worth beside the clutter of all others, `hypotheses` refits the
 promising ones, `answer` decides. `extension` writes the extended model and `proof` judges the file
-on runs that no fit has seen. `diagnosis` is all of it in one call.
+on runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `figures` and
+`report` make the page that shows it.
 
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
@@ -15,5 +16,6 @@ and its name in `protocol/rig.py`.
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.mjcf import MjcfRig, load_rig
+from workbench.diagnose.report import write_diagnosis
 
-__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig"]
+__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig", "write_diagnosis"]

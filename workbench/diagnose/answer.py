@@ -10,7 +10,7 @@ from scipy.special import softmax
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
 
-__all__ = ["Answer", "Kind", "Rival", "decide"]
+__all__ = ["LEAST_WORTH", "Answer", "Kind", "Rival", "decide", "negligible"]
 
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
@@ -137,9 +137,14 @@ def _without_cause(refits: Refits) -> Answer:
     return Answer("CLEAN", (), base, {}, _named(refits), reason)
 
 
+def negligible(refits: Refits) -> float:
+    """Return how many noise deviations may be left by what has no practical size, and by chance."""
+    return float((_NOTHING_LEFT**2 + _SURE * refits.doubt) ** 0.5)
+
+
 def _left_over(refits: Refits, left: float) -> bool:
-    """Tell whether more is left than what has no practical size and chance together."""
-    return left**2 > _NOTHING_LEFT**2 + _SURE * refits.doubt
+    """Tell whether more is left than that."""
+    return left > negligible(refits)
 
 
 def _named(refits: Refits) -> tuple[Rival, ...]:

@@ -18,6 +18,7 @@ from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
+from workbench.diagnose.wording import digits
 from workbench.errors import InputError
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
@@ -26,7 +27,6 @@ Tell = Callable[[str], None]
 
 _LEAST_TRAIN = 2
 _WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
-_DIGITS = 3
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,7 @@ class Diagnosis:
         proof: of the extension, where there is one.
         extended: its rig, as read back from the file.
         seconds: that it took.
+        seed: of its draws.
     """
 
     rig: Rig
@@ -72,6 +73,7 @@ class Diagnosis:
     proof: Proof | None
     extended: Rig | None
     seconds: float
+    seed: int
 
     @property
     def removed(self) -> float:
@@ -149,7 +151,7 @@ def diagnose(
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
-        time.perf_counter() - begin,
+        time.perf_counter() - begin, seed,
     )  # fmt: skip
 
 
@@ -207,8 +209,6 @@ def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
 def _worded(one: Found) -> str:
     """Return a value with its interval, shares in percent."""
     if one.unit == "1":
-        return (
-            f"{100 * one.value:.{_DIGITS}g} % ({100 * one.low:.{_DIGITS}g} to "
-            f"{100 * one.high:.{_DIGITS}g} %)"
-        )
-    return f"{one.value:.{_DIGITS}g} {one.unit} ({one.low:.{_DIGITS}g} to {one.high:.{_DIGITS}g})"
+        value, low, high = (digits(100 * part) for part in (one.value, one.low, one.high))
+        return f"{value} % ({low} to {high} %)"
+    return f"{digits(one.value)} {one.unit} ({digits(one.low)} to {digits(one.high)})"

@@ -102,6 +102,14 @@ class MjcfRig:
         """Return the rig file."""
         return self.file.path
 
+    @property
+    def files(self) -> dict[str, Path]:
+        """Return what the rig file names: the MJCF file and the data of each run."""
+        folder, content = self.file.path.parent, self.file.content
+        named = {"MJCF": content.model}
+        named |= {seen.name: run.data for seen, run in zip(self.runs, content.runs, strict=True)}
+        return {what: folder / path for what, path in named.items()}
+
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
     ) -> MjcfRig:

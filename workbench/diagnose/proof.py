@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,17 +19,21 @@ __all__ = ["Errors", "Proof", "errors_of"]
 _MM = 1000.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Errors:
     """How far runs are from their prediction [mm], or in the channels' own unit where none is one.
 
     Args:
         by_run: root mean square by run.
         noise_floor: what the noise of the cameras makes of it.
+        unit: of both.
+        predicted: by run, (n, c) in the channels' units.
     """
 
     by_run: dict[str, float]
     noise_floor: float
+    unit: str
+    predicted: Mapping[str, NDArray[np.float64]]
 
     @property
     def rmse(self) -> float:
@@ -37,7 +41,7 @@ class Errors:
         return float(np.sqrt(np.mean(np.square(list(self.by_run.values())))))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Proof:
     """Base and extended model on the runs held out."""
 
@@ -76,7 +80,8 @@ def errors_of(
     problem.look_again(begin)
     found = fit(problem, begin, prior)
     predictions = problem.predictions(found.z)
-    by_run, floors = {}, []
+    names = [rig.runs[k].name for k in runs]
+    by_run, floors, units = {}, [], set()
     for k, predicted in zip(runs, predictions, strict=True):
         run = rig.runs[k]
         lengths = np.array([unit == "m" for unit in run.units])
@@ -86,4 +91,10 @@ def errors_of(
         apart = (run.values - predicted)[:, chosen][seen]
         by_run[run.name] = scale * float(np.sqrt(np.mean(apart**2)))
         floors.append(scale * float(np.sqrt(np.mean(noise[k].sigma[chosen] ** 2))))
-    return Errors(by_run, float(np.sqrt(np.mean(np.square(floors)))))
+        units |= {"mm"} if lengths.any() else set(run.units)
+    return Errors(
+        by_run,
+        float(np.sqrt(np.mean(np.square(floors)))),
+        " and ".join(sorted(units)),
+        dict(zip(names, predictions, strict=True)),
+    )

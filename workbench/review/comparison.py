@@ -13,7 +13,7 @@ from workbench.motion import DRIVEN, FOOT, TOP, Misfit, Mode, Summary, position
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Figure", "Phase"]
+__all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Extended", "Figure", "Phase"]
 
 FOOT_ERROR = "foot_error_mm"
 TOP_ERROR = "top_error_mm"
@@ -46,6 +46,23 @@ class Phase(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Extended:
+    """The twin of a model that a diagnosis extended.
+
+    Args:
+        model: its name.
+        motion: channels as the twin's.
+        summary: what it did.
+        misfit: root mean square distance to the robot.
+    """
+
+    model: str
+    motion: TimeSeries
+    summary: Summary | RingDown
+    misfit: Misfit
+
+
+@dataclass(frozen=True)
 class Comparison:
     """One run and its twin, ready to be shown.
 
@@ -65,6 +82,7 @@ class Comparison:
         misfit: root mean square distance between the two.
         supply: `set_voltage_V`, `voltage_V`, `current_A`, or None when nothing was recorded.
         floor_m: height of the floor against the foot at rest [m]; below zero before a drop.
+        extended: a third robot, the twin of an extended model.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
         warnings: what a reader must know before believing the numbers.
@@ -86,6 +104,7 @@ class Comparison:
     log: tuple[tuple[float, str], ...]
     warnings: tuple[str, ...]
     floor_m: float = 0.0
+    extended: Extended | None = None
 
     @property
     def driven(self) -> bool:
@@ -102,26 +121,39 @@ class Comparison:
         """Return the point whose path tells most: the foot where it hops, else T."""
         return FOOT if self.mode == "hop" else TOP
 
+    @property
+    def motions(self) -> tuple[TimeSeries, ...]:
+        """Return the motions of the robot, its twin and, where there is one, the extended twin."""
+        return (self.real, self.twin, *([self.extended.motion] if self.extended else []))
+
     def error(self) -> TimeSeries:
         """Return the distance between robot and twin over the robot's times.
 
         Measured in the hopping plane (x, z) like `motion.misfit`, whose root mean square this is.
         A sample is valid where both were seen.
         """
-        twin = self.twin.at(self.real.times)
+        return self._apart(self.twin)
+
+    def extended_error(self) -> TimeSeries | None:
+        """Return the same distance to the extended twin, None where there is none."""
+        return None if self.extended is None else self._apart(self.extended.motion)
+
+    def reach(self) -> tuple[float, float]:
+        """Return the least and the greatest x of all feet [m], zero where none was seen."""
+        paths = [position(motion, FOOT)[:, 0] for motion in self.motions]
+        x = np.concatenate([[0.0], *paths])
+        return float(np.nanmin(x)), float(np.nanmax(x))
+
+    def _apart(self, motion: TimeSeries) -> TimeSeries:
+        """Return the distance of the robot from another motion over the robot's times."""
+        other = motion.at(self.real.times)
         return TimeSeries.of(
             self.real.times,
             {
-                FOOT_ERROR: _distance_mm(self.real, twin, FOOT),
-                TOP_ERROR: _distance_mm(self.real, twin, TOP),
+                FOOT_ERROR: _distance_mm(self.real, other, FOOT),
+                TOP_ERROR: _distance_mm(self.real, other, TOP),
             },
         )
-
-    def reach(self) -> tuple[float, float]:
-        """Return the least and the greatest x of both feet [m], zero where none was seen."""
-        paths = [position(motion, FOOT)[:, 0] for motion in (self.real, self.twin)]
-        x = np.concatenate([[0.0], *paths])
-        return float(np.nanmin(x)), float(np.nanmax(x))
 
 
 def _distance_mm(

@@ -19,6 +19,7 @@ from workbench.review.scene import floor_height
 __all__ = ["layout"]
 
 _HEIGHT = 0.42  # of the scene: the robot, about 0.35 m, and a little floor
+_AIR = 1.05  # of the greatest error, to the end of its axis
 _ASPECT = 1.9  # width to height of what a 3-D view shows
 _DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
 
@@ -40,13 +41,19 @@ def layout(comparison: Comparison) -> rrb.Blueprint:
 
 
 def _scenes(comparison: Comparison) -> list[rrb.Spatial3DView]:
-    """Return the robot, the twin and both, all seen by the same eye."""
+    """Return each robot alone and all together, all seen by the same eye."""
     eye, floor = _eye(comparison), floor_height(comparison)
+    names = {"Real": "real", "Twin": "sim"}
+    together = "Real (orange) and twin (blue)"
+    if comparison.extended is not None:
+        names["Extended twin"] = "extended"
+        together = "All three"
+    roots = list(names.values())
+    # Solid feet in one place would flicker, so those of the twins are outlines here.
+    outlined = [f"{root}/foot" for root in roots[1:]]
     return [
-        _scene("Real", ["/real/**"], eye, floor),
-        _scene("Twin", ["/sim/**"], eye, floor),
-        # Two solid feet in one place would flicker, so the twin's is an outline here.
-        _scene("Real (orange) and twin (blue)", ["/real/**", "/sim/**"], eye, floor, ["sim/foot"]),
+        *(_scene(name, [f"/{root}/**"], eye, floor) for name, root in names.items()),
+        _scene(together, [f"/{root}/**" for root in roots], eye, floor, outlined),
     ]
 
 
@@ -79,7 +86,7 @@ def _scene(
 def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     """Look from the right and a little above, so that forward is to the right of the picture.
 
-    The eye stands still and sees the whole way of both robots: hops are seen against the floor.
+    The eye stands still and sees the whole way of all robots: hops are seen against the floor.
     """
     start, end = comparison.reach()
     room = 0.6 * comparison.figure.beam_length
@@ -111,8 +118,8 @@ def _traces(comparison: Comparison) -> list[rrb.Container]:
     ]
 
 
-def _evidence(comparison: Comparison) -> list[rrb.View]:
-    views: list[rrb.View] = [_curves("error_mm", "Distance from real to twin [mm]")]
+def _evidence(comparison: Comparison) -> list[rrb.View | rrb.Container]:
+    views: list[rrb.View | rrb.Container] = [_errors(comparison)]
     if comparison.supply is not None:
         views.append(_curves("supply", "Supply [V, A]"))
     views.append(rrb.TextDocumentView(origin="/notes", name="Notes"))
@@ -123,6 +130,20 @@ def _evidence(comparison: Comparison) -> list[rrb.View]:
         )
         views.append(rrb.TextLogView(origin="/log", name="Journal", columns=columns))
     return views
+
+
+def _errors(comparison: Comparison) -> rrb.View | rrb.Container:
+    """Return the distances to the twin and, on the same axis, to the extended one below."""
+    error, extended = comparison.error(), comparison.extended_error()
+    name = "Distance from real to {} [mm]"
+    if extended is None:
+        return _curves("error_mm", name.format("twin"))
+    both = [one.values[one.valid] for one in (error, extended)]
+    top = _AIR * max((float(part.max()) for part in both if part.size), default=1.0)
+    return rrb.Vertical(
+        _curves("error_mm", name.format("twin"), span=(0.0, top)),
+        _curves("extended_error_mm", name.format("extended twin"), False, (0.0, top)),
+    )
 
 
 def _phases(comparison: Comparison) -> list[rrb.View]:
@@ -142,11 +163,9 @@ def _curves(
 
 
 def _range(comparison: Comparison, channel: str) -> tuple[float, float] | None:
-    """Return the span of both motions with a little air; the viewer's own span includes zero."""
-    both = np.concatenate(
-        [m[channel][m.validity(channel)] for m in (comparison.real, comparison.twin)]
-    )
-    if len(both) == 0 or np.ptp(both) == 0:
+    """Return the span of all motions with a little air; the viewer's own span includes zero."""
+    seen = np.concatenate([m[channel][m.validity(channel)] for m in comparison.motions])
+    if len(seen) == 0 or np.ptp(seen) == 0:
         return None
-    air = 0.12 * np.ptp(both)
-    return float(both.min() - air), float(both.max() + air)
+    air = 0.12 * np.ptp(seen)
+    return float(seen.min() - air), float(seen.max() + air)

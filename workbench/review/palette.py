@@ -5,10 +5,11 @@ Orange and blue differ in lightness too, so that they survive a grey print and c
 
 from __future__ import annotations
 
-__all__ = ["PHASES", "REAL", "SHADES", "TWIN", "rgb"]
+__all__ = ["EXTENDED", "PHASES", "REAL", "SHADES", "TWIN", "rgb"]
 
 REAL = "#e8710a"
 TWIN = "#2b7be4"
+EXTENDED = "#149a4c"
 SHADES = {
     "floor": "#ffffff",
     "grid": "#d4d9df",

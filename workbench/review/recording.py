@@ -1,6 +1,7 @@
 """One rerun recording of a run beside its twin.
 
-`/real/**` and `/sim/**` hold the two robots, `/plots/**` the curves, `/phase`, `/log` and `/notes`
+`/real/**` and `/sim/**` hold the two robots, `/extended/**` a third one where a model was extended,
+`/plots/**` the curves, `/phase`, `/log` and `/notes`
 the story, all on the timeline `t` [s] whose zero is the rotor's first motion or the release. Every
 entity is sent as whole columns, styles once.
 
@@ -23,7 +24,7 @@ from workbench.review.comparison import FOOT_ERROR, TOP_ERROR, Comparison
 from workbench.review.layout import layout
 from workbench.review.notes import notes
 from workbench.review.palette import rgb
-from workbench.review.scene import draw_floor, draw_real, draw_twin
+from workbench.review.scene import draw_extended, draw_floor, draw_real, draw_twin
 from workbench.timeseries import TimeSeries
 
 __all__ = ["APPLICATION", "write_recording"]
@@ -37,6 +38,12 @@ _TRACES = {
     "top_z": TOP[2],
     "rotor_speed": ROTOR_SPEED,
 }
+_ROBOTS = (
+    ("real", "real", palette.REAL),
+    ("twin", "twin", palette.TWIN),
+    ("extended", "extended twin", palette.EXTENDED),
+)
+"""Entity, name and colour of the robots, in the order of a comparison's motions."""
 _SUPPLY = {
     "set_voltage_V": ("set voltage [V]", palette.SHADES["set_volts"]),
     "voltage_V": ("voltage [V]", palette.SHADES["volts"]),
@@ -58,6 +65,8 @@ def write_recording(comparison: Comparison, path: Path) -> None:
         draw_floor(stream, comparison)
         draw_real(stream, comparison.real, comparison.figure)
         draw_twin(stream, comparison.twin, comparison.figure)
+        if comparison.extended is not None:
+            draw_extended(stream, comparison.extended.motion, comparison.figure)
         _plot(stream, comparison)
         _tell(stream, comparison)
     finally:
@@ -67,11 +76,16 @@ def write_recording(comparison: Comparison, path: Path) -> None:
 
 def _describe(stream: rr.RecordingStream, comparison: Comparison) -> None:
     summaries = {"real": comparison.real_summary, "twin": comparison.twin_summary}
+    extended = comparison.extended
+    if extended is not None:
+        summaries["extended"] = extended.summary
     numbers: dict[str, Any] = {
         f"{who}_{name}": value
         for who, summary in summaries.items()
         for name, value in summary.as_json().items()
     }
+    if extended is not None:
+        numbers |= {"extended_model": extended.model, "extended_misfit_mm": extended.misfit.both_mm}
     stream.send_recording_name(comparison.title)
     stream.send_property(
         "run",
@@ -89,16 +103,16 @@ def _describe(stream: rr.RecordingStream, comparison: Comparison) -> None:
 
 
 def _plot(stream: rr.RecordingStream, comparison: Comparison) -> None:
-    for trace, channel in _TRACES.items():
-        for name, motion, color in (
-            ("real", comparison.real, palette.REAL),
-            ("twin", comparison.twin, palette.TWIN),
-        ):
-            _send_curve(stream, f"plots/{trace}/{name}", motion, channel, _line(name, color))
-    error = comparison.error()
-    for part, name, column in (("foot", "foot", FOOT_ERROR), ("top", "T", TOP_ERROR)):
-        style = _line(name, palette.SHADES[part])
-        _send_curve(stream, f"plots/error_mm/{part}", error, column, style)
+    robots = zip(_ROBOTS, comparison.motions, strict=False)  # the third one may be missing
+    for (name, label, color), motion in robots:
+        for trace, channel in _TRACES.items():
+            _send_curve(stream, f"plots/{trace}/{name}", motion, channel, _line(label, color))
+    errors = {"error_mm": comparison.error(), "extended_error_mm": comparison.extended_error()}
+    for plot, error in errors.items():
+        for part, name, column in (("foot", "foot", FOOT_ERROR), ("top", "T", TOP_ERROR)):
+            style = _line(name, palette.SHADES[part])
+            if error is not None:
+                _send_curve(stream, f"plots/{plot}/{part}", error, column, style)
     if comparison.supply is not None:
         for column, (name, color) in _SUPPLY.items():
             path = f"plots/supply/{column}"

@@ -14,7 +14,7 @@ from workbench.review.geometry import beam_points, beam_root, foot_pitch, pitch_
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["draw_floor", "draw_real", "draw_twin", "floor_height"]
+__all__ = ["draw_extended", "draw_floor", "draw_real", "draw_twin", "floor_height"]
 
 _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
@@ -65,11 +65,27 @@ def draw_twin(stream: rr.RecordingStream, twin: TimeSeries, figure: Figure) -> N
     Raises:
         ValueError: when the twin carries no hinge angles.
     """
-    _draw_parts(stream, "sim", twin, figure, palette.TWIN)
-    _send_strips(stream, "sim/beam", twin.times, beam_points(twin, figure))
+    _draw_simulated(stream, "sim", twin, figure, palette.TWIN)
+
+
+def draw_extended(stream: rr.RecordingStream, motion: TimeSeries, figure: Figure) -> None:
+    """Draw the extended twin like the twin, in its own colour.
+
+    Raises:
+        ValueError: when it carries no hinge angles.
+    """
+    _draw_simulated(stream, "extended", motion, figure, palette.EXTENDED)
+
+
+def _draw_simulated(
+    stream: rr.RecordingStream, root: str, motion: TimeSeries, figure: Figure, color: str
+) -> None:
+    """Draw a simulated robot, whose beam is known, under `root`."""
+    _draw_parts(stream, root, motion, figure, color)
+    _send_strips(stream, f"{root}/beam", motion.times, beam_points(motion, figure))
     stream.log(
-        "sim/beam",
-        rr.LineStrips3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.TWIN)),
+        f"{root}/beam",
+        rr.LineStrips3D.from_fields(radii=_LINE_RADIUS, colors=rgb(color)),
         static=True,
     )
 

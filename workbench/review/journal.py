@@ -1,0 +1,32 @@
+"""The events of a run's journal in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["sentence"]
+
+
+def sentence(event: Mapping[str, Any]) -> str:
+    """Tell a journal event in words; one that is not known here is told as it stands."""
+    match event:
+        case {"event": "asked", "run": run, "rest_s": rest, "steps": [[_, first], *_, [_, last]]}:
+            return f"asked for {run}: {rest} s rest, then {first} V to {last} V"
+        case {"event": "asked", "run": run, "rest_s": rest}:
+            return f"asked for {run}: {rest} s rest"
+        case {"event": "no_drive"}:
+            return "this mode has no drive: the supply was not opened"
+        case {"event": "prompt", "text": text, "answer": answer}:
+            return f"operator {answer}: {text}"
+        case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
+            return f"{model} {serial} prepared: limits set, output off"
+        case {"event": "cameras"}:
+            return "cameras record"
+        case {"event": "output_on", "volts": volts}:
+            return f"output on at {volts} V"
+        case {"event": "voltage", "read_back": volts}:
+            return f"{volts} V set and read back"
+        case {"event": "output_off", "confirmed": confirmed}:
+            return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
+    return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
