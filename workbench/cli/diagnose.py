@@ -11,10 +11,10 @@ import typer
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig, load_rig
+from workbench.diagnose import Diagnosis, HopperRig, load_rig, refused
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
-from workbench.errors import InputError
+from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
 
 __all__ = ["diagnose"]
@@ -43,11 +43,23 @@ def diagnose(
     Example: workbench diagnose runs --out diagnoses/april
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
-    found = diagnose_rig(_rig(runs or [], rig, folder), target, target.name, tell, seed)
+    try:
+        found = diagnose_rig(_rig(runs or [], rig, folder), target, target.name, tell, seed)
+    except DataFault as fault:
+        _refuse(fault, as_json)
+        return
     if as_json:
         emit(found.as_json())
         return
     _print(found)
+
+
+def _refuse(fault: DataFault, as_json: bool) -> None:
+    """Answer that the data are at fault, where nothing could be fitted."""
+    if as_json:
+        emit(refused(fault))
+        return
+    people.print(f"DATA_FAULT: {fault}", markup=False)
 
 
 def _rig(runs: list[Path], file: Path | None, folder: Path) -> Rig:

@@ -1,11 +1,16 @@
 """Diagnosis: what the simulation gets wrong, by which cause, how surely, and what is gained.
 
 `rig` is the contract between a mechanical system and the engine, `hopper` the robot as a rig,
-`mjcf` any MJCF model with a rig file. The engine: `layout` puts all unknowns in a row, `noise`
-tells what the cameras add, `problem` what is measured less what is predicted, `solve` finds minima,
-`screen` says what each cause is worth beside the clutter of all others, `hypotheses` refits the
-promising ones, `answer` decides. `extension` writes the extended model and `proof` judges the file
-on runs that no fit has seen. `diagnosis` is all of it in one call.
+`mjcf` any MJCF model with a rig file. The engine: `soundness` tells which runs can be trusted,
+`layout` puts all unknowns in a row, `noise` tells what the cameras add, `problem` what is measured
+less what is predicted, `solve` finds minima, `screen` says what each cause is worth beside the
+clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
+whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
+runs that no fit has seen. `diagnosis` is all of it in one call.
+
+What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
+`body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
+there that yields a sentence.
 
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
@@ -15,5 +20,6 @@ and its name in `protocol/rig.py`.
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.mjcf import MjcfRig, load_rig
+from workbench.diagnose.soundness import refused
 
-__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig"]
+__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig", "refused"]

@@ -10,7 +10,7 @@ from scipy.special import softmax
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
 
-__all__ = ["Answer", "Kind", "Rival", "decide"]
+__all__ = ["SUSPECTED", "Answer", "Kind", "Rival", "decide", "left_over"]
 
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
@@ -63,7 +63,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
         return _without_cause(refits)
     alike = _alike(refits, best)
     left, before = best.beyond, refits.base.left
-    if _left_over(refits, left) and left > _LEFT_SHARE * before:
+    if left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
             "NONE", (), best, {}, _rivals(refits, layout, best, ()),
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
@@ -124,7 +124,7 @@ def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
 
 def _without_cause(refits: Refits) -> Answer:
     base = refits.base
-    if _left_over(refits, base.beyond):
+    if left_over(refits, base.beyond):
         reason = (
             f"{base.beyond:.2f} noise deviations of the misfit hang together in time, and no known "
             "cause explains them"
@@ -137,7 +137,7 @@ def _without_cause(refits: Refits) -> Answer:
     return Answer("CLEAN", (), base, {}, _named(refits), reason)
 
 
-def _left_over(refits: Refits, left: float) -> bool:
+def left_over(refits: Refits, left: float) -> bool:
     """Tell whether more is left than what has no practical size and chance together."""
     return left**2 > _NOTHING_LEFT**2 + _SURE * refits.doubt
 

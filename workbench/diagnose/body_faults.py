@@ -148,7 +148,8 @@ def _jumps(run: MeasuredRun) -> Iterator[str]:
     noise = float(run.noise()[[run.channels.index(TOP[axis]) for axis in (0, 2)]].max())
     if size[worst] > max(_JUMP_M, _JUMP_TIMES * noise):
         yield (
-            f"T jumps by {1000 * size[worst]:.0f} mm at {run.motion.times[worst + _SIDE]:.2f} s, "
+            f"T jumps by {1000 * size[worst]:.0f} mm or more at "
+            f"{run.motion.times[worst + _SIDE]:.2f} s, "
             "from one picture to the next, and goes on there; did a marker slip, or were two "
             "bodies exchanged?"
         )

@@ -15,10 +15,11 @@ from workbench.diagnose.answer import Answer, decide
 from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
+from workbench.diagnose.one_run import with_carriers
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
-from workbench.diagnose.soundness import Soundness, soundness, with_faults
+from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
@@ -91,7 +92,7 @@ class Diagnosis:
         return {
             "answer": answer.kind,
             "reason": answer.reason,
-            "faults": [{"run": run, "evidence": text} for run, text in self.sound.evidence],
+            "faults": told(self.sound.evidence),
             "causes": [
                 {
                     "effect": name,
@@ -140,7 +141,8 @@ def diagnose(
     layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
     problem = Problem(rig, layout, noise, sound.train)
     refits = refit_all(problem, tell, seed)
-    answer = with_faults(decide(refits, layout), sound)
+    answer = with_carriers(decide(refits, layout), refits, problem)
+    answer = with_faults(answer, sound)
     tell("judge by the runs held out")
     errors = errors_of(rig, noise, held, refits.base.fit.z)
     quantities = _quantities(layout, refits, answer)

@@ -97,12 +97,11 @@ class _Line:
         return off + (self.droop > 0)
 
 
-def drive_faults(runs: Sequence[MeasuredRun], chosen: Sequence[int]) -> list[Fault]:
-    """Return those of the chosen runs that were not driven as they are said to be."""
+def drive_faults(runs: Sequence[MeasuredRun]) -> list[Fault]:
+    """Return the runs that were not driven as they are said to be."""
     faults: list[Fault] = []
     turning: list[_Spin] = []
-    for k in chosen:
-        run = runs[k]
+    for k, run in enumerate(runs):
         if not run.driven:
             continue
         faults += [Fault(k, text) for text in _late(run)]
@@ -128,7 +127,7 @@ def _spin(k: int, run: MeasuredRun) -> _Spin | None:
     begin = min(rises[-1] + _START_UP_S, stop - _LEAST_WINDOW_S)
     if begin < rises[-1] or stop - begin < _LEAST_WINDOW_S:
         return None
-    count = max(1, int((stop - begin) / _WINDOW_S))
+    count = int(np.ceil((stop - begin) / _WINDOW_S))
     edges = np.linspace(begin, stop, count + 1)
     part = run.motion.between(begin, stop)
     angle = np.where(part.validity(ROTOR_ANGLE), part[ROTOR_ANGLE], np.nan)
@@ -169,11 +168,12 @@ def _wrong_way(spin: _Spin) -> str:
             f"the rotor turns at {spin.speed:.2f} rad/s where {spin.said:+g} rad/s was commanded: "
             "the other way. Are the motor's wires or the camera axes turned round?"
         )
-    slow = np.flatnonzero(np.abs(spin.windows) < _STALLED * abs(spin.speed))
+    usual = float(spin.windows[np.argmax(np.abs(spin.windows))])
+    slow = np.flatnonzero(np.abs(spin.windows) < _STALLED * abs(usual))
     if len(slow):
         return (
-            f"the rotor turns at {spin.speed:.2f} rad/s, but in {len(slow)} of "
-            f"{len(spin.windows)} parts of the run at {spin.windows[slow[0]]:.2f} rad/s: it stalled"
+            f"the rotor turns at {usual:.2f} rad/s, but in {len(slow)} of {len(spin.windows)} "
+            f"parts of the run at {spin.windows[slow[0]]:.2f} rad/s: it stalled"
         )
     return ""
 

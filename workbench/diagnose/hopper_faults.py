@@ -18,6 +18,7 @@ __all__ = ["hopper_faults"]
 
 _FIRST_S = 0.05  # of a run: it has hardly moved
 _HOPPED_S = 1.0  # of a hop, until a foot that is free has moved
+_STILL = {"gain": -1.0}
 _UNPULLED = {"pull": -1.0}
 
 
@@ -28,23 +29,21 @@ def hopper_faults(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Fault]:
         rig: predicts what the model as stated does in each run.
         runs: as measured, in the rig's order.
     """
-    expected = _expected(rig, runs)
+    drive = drive_faults(runs)
+    misdriven = {fault.run for fault in drive}
+    expected = _expected(rig, runs, misdriven)
     bodies = body_faults(runs, expected)
     told = {fault.run for fault in bodies}  # whose drive or release would only show the same again
-    others = [k for k in range(len(runs)) if k not in told]
-    return [
-        *bodies,
-        *drive_faults(runs, others),
-        *release_faults(runs, expected, others),
-    ]
+    releases = release_faults(runs, expected, [k for k in range(len(runs)) if k not in told])
+    return [*bodies, *(fault for fault in drive if fault.run not in told), *releases]
 
 
-def _expected(rig: Rig, runs: Sequence[MeasuredRun]) -> list[Expected]:
-    held = rig.predict([(k, {}) for k in range(len(runs))], _FIRST_S)
+def _expected(rig: Rig, runs: Sequence[MeasuredRun], misdriven: set[int]) -> list[Expected]:
+    held = rig.predict([(k, _STILL if run.driven else {}) for k, run in enumerate(runs)], _FIRST_S)
     tops = [_top_from_foot(path, run) for path, run in zip(held, runs, strict=True)]
     pulled = [k for k, run in enumerate(runs) if run.mode == "decay"]
     free = dict(zip(pulled, rig.predict([(k, _UNPULLED) for k in pulled], _FIRST_S), strict=True))
-    hops = [k for k, run in enumerate(runs) if run.mode == "hop"]
+    hops = [k for k, run in enumerate(runs) if run.mode == "hop" and k not in misdriven]
     hopped = dict(zip(hops, rig.predict([(k, {}) for k in hops], _HOPPED_S), strict=True))
     return [
         Expected(

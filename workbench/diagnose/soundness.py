@@ -16,7 +16,7 @@ from workbench.diagnose.answer import Answer
 from workbench.diagnose.rig import Fault, Observed, Rig
 from workbench.errors import DataFault, InputError
 
-__all__ = ["Soundness", "soundness", "with_faults"]
+__all__ = ["Soundness", "refused", "soundness", "told", "with_faults"]
 
 _LEAST_TRAIN, _LEAST_HELD = 2, 1
 _MOST_FAULTY = 1 / 3  # of all runs: a set with more faults is not believed elsewhere either
@@ -73,10 +73,32 @@ def with_faults(answer: Answer, sound: Soundness) -> Answer:
     """
     if not sound.faults:
         return answer
-    told = "; ".join(f"{run} is left out: {text}" for run, text in sound.evidence)
+    left_out = "; ".join(f"{run} is left out: {text}" for run, text in sound.evidence)
     others = len(sound.train) + len(sound.held_out)
-    reason = f"{told}. The other {others} runs alone answer {answer.kind}: {answer.reason}"
+    reason = f"{left_out}. The other {others} runs alone answer {answer.kind}: {answer.reason}"
     return replace(answer, kind="DATA_FAULT", reason=reason)
+
+
+def refused(fault: DataFault) -> dict[str, object]:
+    """Return what the command line prints of runs of which too few are sound to fit anything."""
+    return {
+        "answer": "DATA_FAULT",
+        "reason": str(fault),
+        "faults": told(fault.evidence),
+        "causes": [],
+        "rivals": [],
+        "rmse_mm": {"noise_floor": None, "base": None, "extended": None},
+        "removable_removed": None,
+        "held_out_runs": [],
+        "extended_model": None,
+        "next_protocol": None,
+        "seconds": None,
+    }
+
+
+def told(evidence: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+    """Return the evidence of faults as the command line prints it."""
+    return [{"run": run, "evidence": text} for run, text in evidence]
 
 
 def _refusal(
@@ -88,8 +110,8 @@ def _refusal(
         if too_few
         else f"so the other {others} are not believed either"
     )
-    told = "; ".join(f"{name}: {text}" for name, text in evidence)
-    return f"{len(bad)} of {len(runs)} runs are not what they are said to be, and {why}. {told}"
+    texts = "; ".join(f"{name}: {text}" for name, text in evidence)
+    return f"{len(bad)} of {len(runs)} runs are not what they are said to be, and {why}. {texts}"
 
 
 def _require_roles(runs: Sequence[Observed]) -> None:
