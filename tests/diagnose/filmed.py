@@ -1,4 +1,4 @@
-"""A day in the laboratory: honest runs of the twin with all bodies filmed, and ways to spoil one."""
+"""A day in the laboratory: honest runs with all bodies filmed, and ways to spoil one."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ Array = NDArray[np.float64]
 Bodies = dict[str, Array]
 
 CLAMPED = (
-    Asked("clamped", 9.0, 3.5),
-    Asked("clamped", 13.0, 3.5),
-    Asked("clamped", 15.0, 3.5),
-    Asked("clamped", 17.0, 3.5),
-    Asked("decay", 0.3, 3.5),
-    Asked("decay", 0.6, 3.5),
-    Asked("decay", 0.9, 3.5),
+    Asked("clamped", 9.0, 3.0),
+    Asked("clamped", 13.0, 3.0),
+    Asked("clamped", 15.0, 3.0),
+    Asked("clamped", 17.0, 3.0),
+    Asked("decay", 0.3, 3.0),
+    Asked("decay", 0.6, 3.0),
+    Asked("decay", 0.9, 3.0),
 )
 FREE = (Asked("hop", 17.0, 3.0), Asked("hop", 18.0, 3.0), Asked("drop", 0.02, 2.0))
 _RADIUS_M, _NOISE_M = 0.035, 3e-4

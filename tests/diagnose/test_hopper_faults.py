@@ -40,22 +40,24 @@ def free() -> Runs:
 
 HONEST_EFFECTS = {
     "nothing": {},
-    "a motor 2 % fast": {"speed_scale": {"share": 0.02}},
-    "a motor 0.3 rad/s slow": {"speed_offset": {"offset": -0.3}},
+    "a fast, uneven motor": {
+        "speed_scale": {"share": 0.02}, "speed_ripple": {"cos_1": 0.08, "sin_2": 0.08},
+    },
+    "a slow motor that warms up": {
+        "speed_offset": {"offset": -0.3}, "speed_drift": {"rate": -0.01},
+    },
     "a motor that droops": {"motor_droop": {"slope": 30.0}},
     "a motor that droops far more than expected": {"motor_droop": {"slope": 100.0}},
-    "an uneven motor": {"speed_ripple": {"cos_1": 0.08, "sin_2": 0.08}},
-    "a motor that warms up": {"speed_drift": {"rate": -0.01}},
-    "a bent strip": {"rest_shape_drift": {"root": 0.06}},
-    "a leaning camera": {"camera_tilt": {"tilt": 0.1}},
-    "a wrong wand": {"length_scale": {"share": 0.05}},
-    "a marker off T": {"marker_offset": {"forward": 0.01}},
-    "a late camera": {"time_offset": {"late": 0.02}},
-    "play": {"root_play": {"gap": 0.02}},
-    "a slope": {"ground_slope": {"slope": 0.08}},
-    "dry friction": {"hinge_coulomb_friction": {"torque": 0.003}},
-    "a soft strip": {"hinge_stiffness": {"share": -0.15}},
-}
+    "cameras": {
+        "camera_tilt": {"tilt": 0.1}, "length_scale": {"share": 0.05},
+        "marker_offset": {"forward": 0.01}, "time_offset": {"late": 0.02},
+    },
+    "another beam": {
+        "rest_shape_drift": {"root": 0.06}, "root_play": {"gap": 0.02},
+        "hinge_coulomb_friction": {"torque": 0.003}, "hinge_stiffness": {"share": -0.15},
+    },
+}  # fmt: skip
+"""What the runs of one robot have alike, several times as large as is expected."""
 
 
 @pytest.mark.parametrize("effects", HONEST_EFFECTS.values(), ids=HONEST_EFFECTS)
@@ -64,7 +66,7 @@ def test_what_all_runs_have_alike_is_no_fault(effects: dict[str, dict[str, float
 
 
 @pytest.mark.parametrize(
-    "effects", [{}, {"motor_droop": {"slope": 30.0}}, {"speed_scale": {"share": 0.02}}]
+    "effects", [{"motor_droop": {"slope": 30.0}}, {"ground_slope": {"slope": 0.05}}]
 )
 def test_hops_and_drops_of_one_robot_show_no_fault(effects: dict[str, dict[str, float]]) -> None:
     assert faults(day(FREE, effects, seed=2)) == []
@@ -116,7 +118,7 @@ def backwards(run: MeasuredRun) -> MeasuredRun:
 
 def stalling(run: MeasuredRun) -> MeasuredRun:
     angle, times = run.motion[ROTOR_ANGLE].copy(), run.motion.times
-    angle[times > 2.4] = angle[times > 2.4][0]
+    angle[times > 1.9] = angle[times > 1.9][0]
     return replace(run, motion=run.motion.replaced({ROTOR_ANGLE: angle}))
 
 
@@ -169,7 +171,7 @@ def late_rotor(paths: Bodies, times: Array) -> None:
 
 
 def grows(paths: Bodies, times: Array) -> None:
-    swing = 0.03 * np.clip(times, 0, None) / 4 * np.sin(13 * times)
+    swing = 0.05 * np.clip(times, 0, None) / 3 * np.sin(13 * times)
     for body in ("top", "rotor"):
         paths[body][:, 0] += swing
 
@@ -179,7 +181,7 @@ def pulled(newton: float) -> Callable[[MeasuredRun], MeasuredRun]:
 
 
 LIES = {
-    "another speed": ("clamped_15", said(17.0), r"says 17 rad/s, but .* turned at 15\.\d\d rad/s"),
+    "another speed": ("clamped_15", said(17.0), r"says 17 rad/s, .* turned at 1[45]\.\d\d rad/s"),
     "a little less": ("clamped_15", said(15.6), r"says 15\.6 rad/s, .* \(-[34]\.\d %\)"),
     "a hop's speed": ("hop_17", said(15.0), r"says 15 rad/s, but the rotor turned at 1[67]"),
     "turns a minute": ("clamped_13", said(124.1), "revolutions a minute and rad/s .* exchanged"),
@@ -205,8 +207,8 @@ LIES = {
     "T and rotor": ("clamped_13", exchanged("top", "rotor"), "T rests 35.* from where it rests in"),
     "labels swapped on the way": ("clamped_13", exchanged("top", "rotor", 1.5), "T jumps by 3"),
     "labels swapped in a ring-down": ("decay_0.6", exchanged("top", "rotor", 1.5), "T jumps by 3"),
-    "a marker that slips": ("clamped_13", bodies(slips), r"T jumps by [4-6] mm or more at 1\.7"),
-    "a marker that slips in a hop": ("hop_17", bodies(slips), r"T jumps by [4-6] mm or more at 1\.7"),
+    "a marker that slips": ("clamped_13", bodies(slips), r"jumps by [4-6] mm or more at 1\.7"),
+    "a marker that slips in a hop": ("hop_17", bodies(slips), r"jumps by [4-6] mm or more at 1\.7"),
     "a marker moved before": ("clamped_13", bodies(slips_at_night), r"T rests [67]\.\d mm from"),
     "a late rotor": ("clamped_15", bodies(late_rotor), r"seen 3 picture\(s\) \(25 ms\) after T"),
     "another pull": ("decay_0.6", pulled(0.9), r"pulled by 0\.9 N, but .* as 0\.6\d* N would"),
@@ -215,7 +217,7 @@ LIES = {
     "a motor that ran": (
         "clamped_13", lambda run: replace(run, mode="decay", steps=(), pull=0.5), "the rotor turns",
     ),
-    "another height": ("drop_0.02", lambda run: replace(run, height=0.05), "the sheet says it fell"),
+    "another height": ("drop_0.02", lambda run: replace(run, height=0.05), "says it fell by 50 mm"),
 }  # fmt: skip
 
 

@@ -150,7 +150,7 @@ def test_where_many_runs_are_at_fault_the_others_are_not_believed() -> None:
     one_lies = replace(twice, told=(Fault(0, "a"), Fault(1, "b")))
     assert soundness(one_lies).train == (2, 4, 5, 6)
     many_lie = replace(twice, told=(Fault(0, "a"), Fault(1, "b"), Fault(4, "c")))
-    with pytest.raises(DataFault, match="3 of 8 runs .* so the other 5 are not believed either"):
+    with pytest.raises(DataFault, match=r"3 of 8 runs .* so the other 5 are not believed either"):
         soundness(many_lie)
 
 

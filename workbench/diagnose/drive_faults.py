@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -127,12 +127,13 @@ def _spin(k: int, run: MeasuredRun) -> _Spin | None:
     begin = min(rises[-1] + _START_UP_S, stop - _LEAST_WINDOW_S)
     if begin < rises[-1] or stop - begin < _LEAST_WINDOW_S:
         return None
-    count = int(np.ceil((stop - begin) / _WINDOW_S))
+    least = 2 if stop - begin > 2 * _LEAST_WINDOW_S else 1  # one window cannot show a stall
+    count = max(least, round((stop - begin) / _WINDOW_S))
     edges = np.linspace(begin, stop, count + 1)
     part = run.motion.between(begin, stop)
     angle = np.where(part.validity(ROTOR_ANGLE), part[ROTOR_ANGLE], np.nan)
     windows = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         inside = (part.times >= low) & (part.times < high) & np.isfinite(angle)
         if inside.sum() >= _LEAST_SAMPLES:
             windows.append(_speed(part.times[inside], angle[inside]))
@@ -236,7 +237,7 @@ def _late(run: MeasuredRun) -> Iterator[str]:
     still = times < times[0] + _REST_S if len(times) else seen[:0]
     if still.sum() < _TOGETHER or times[0] > -_REST_S / 2:
         return
-    rest = np.median(direction[still].real) + 1j * np.median(direction[still].imag)
+    rest = complex(np.median(np.real(direction[still])), np.median(np.imag(direction[still])))
     away = np.abs(np.angle(direction / rest)) > _AWAY_RAD
     began = _began(times, away)
     fine = np.linspace(0, _WINDOW_S, round(_WINDOW_S / _LATE_S) * 10)

@@ -159,8 +159,8 @@ def _at_fault(
         best,
         {name: answer.confidence.get(name, 0.0) for name in best.causes},
         (*rivals, *answer.rivals),
-        f"{_told(excluded, problem)}; the other runs exclude it, so the data of {' and '.join(names)} are at fault. "
-        "Leave it out, or find what was different in it",
+        f"{_told(excluded, problem)}; the other runs exclude it, so the data of "
+        f"{' and '.join(names)} are at fault. Leave it out, or find what was different in it",
     )
 
 
