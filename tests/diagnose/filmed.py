@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 Bodies = dict[str, Array]
 
 CLAMPED = (
-    Asked("clamped", 9.0, 3.0),
+    Asked("clamped", 11.0, 3.0),
     Asked("clamped", 13.0, 3.0),
     Asked("clamped", 15.0, 3.0),
     Asked("clamped", 17.0, 3.0),

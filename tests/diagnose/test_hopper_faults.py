@@ -202,7 +202,7 @@ LIES = {
     "x and z": ("clamped_13", axes([2, 1, 0], [1, 1, 1]), "if x and z are exchanged"),
     "a mirrored x": ("decay_0.6", axes([0, 1, 2], [-1, 1, 1]), "if forward is backward"),
     "a mirrored z": ("hop_17", axes([0, 1, 2], [1, 1, -1]), "if up is down"),
-    "x and y": ("clamped_9", axes([1, 0, 2], [1, 1, 1]), "forward and sideways are exchanged"),
+    "x and y": ("clamped_11", axes([1, 0, 2], [1, 1, 1]), "forward and sideways are exchanged"),
     "T and foot": ("clamped_13", exchanged("top", "foot"), "if foot and T are exchanged"),
     "T and rotor": ("clamped_13", exchanged("top", "rotor"), "T rests 35.* from where it rests in"),
     "labels swapped on the way": ("clamped_13", exchanged("top", "rotor", 1.5), "T jumps by 3"),
