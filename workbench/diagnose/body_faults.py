@@ -29,6 +29,7 @@ _FOOT_MOVES_M = 1e-3  # root mean square beyond what it is at rest
 _FOOT_STANDS_M = 5e-4
 _FOOT_SHOULD_M = 3e-3
 _MISPLACED_M = 0.06  # more than sag, tilt and slope together move T
+_MISNAMED_M = 0.025  # somewhat less than the rotor's arm
 _EXPLAINED = 1 / 3  # of that: what an exchange of axes or bodies must leave at most
 _OTHERWISE_M = 5e-3  # of T's place between runs of one robot
 _FELLOWS = 3
@@ -107,13 +108,21 @@ def _at_rest(run: MeasuredRun, body: tuple[str, str, str]) -> Array:
     return np.array([seen_median(column) for column in path.T])
 
 
+def _middle(run: MeasuredRun, body: tuple[str, str, str]) -> Array:
+    """Return where a body rests without a pull, (3,) [m]: in a ring-down, what it swings about."""
+    if run.mode != "decay":
+        return _at_rest(run, body)
+    path = position(run.motion.between(0.0, np.inf), body)
+    return np.array([seen_median(column) for column in path.T])
+
+
 def _exchanged(run: MeasuredRun, model: Expected) -> Iterator[str]:
     """Tell T so far off that exchanged axes or bodies explain it better than any beam."""
     if run.mode == "drop":
         return  # a hand holds the robot at any tilt
-    seen = _at_rest(run, TOP) - _at_rest(run, FOOT)
-    off = float(np.linalg.norm(seen[[0, 2]] - model.top))
-    if not off > _MISPLACED_M:
+    seen = _middle(run, TOP) - _at_rest(run, FOOT)
+    off = float(np.linalg.norm(seen[[0, 2]] - model.free))
+    if not off > _MISNAMED_M:
         return
     x, y, z = seen
     ways = {
@@ -124,12 +133,14 @@ def _exchanged(run: MeasuredRun, model: Expected) -> Iterator[str]:
         "up is down": (x, -z),
         "foot and T are exchanged": (-x, -z),
     }
+    if off < _MISPLACED_M:
+        ways = {}
     if ROTOR[0] in run.motion:
-        rotor = _at_rest(run, ROTOR) - _at_rest(run, FOOT)
+        rotor = _middle(run, ROTOR) - _at_rest(run, FOOT)
         ways["T and rotor are exchanged"] = (rotor[0], rotor[2])
-    left = {way: float(np.linalg.norm(np.array(place) - model.top)) for way, place in ways.items()}
-    best = min(left, key=lambda way: left[way])
-    if left[best] < _EXPLAINED * off:
+    left = {way: float(np.linalg.norm(np.array(place) - model.free)) for way, place in ways.items()}
+    best = min(left, key=lambda way: left[way], default="")
+    if best and left[best] < _EXPLAINED * off:
         yield (
             f"T rests {1000 * off:.0f} mm from where the model's does; if {best}, "
             f"{1000 * left[best]:.0f} mm are left. Look at axes and body names"

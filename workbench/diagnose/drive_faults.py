@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fminbound
 
+from workbench.diagnose.onset import late_by
 from workbench.diagnose.rig import Fault
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_angle
@@ -40,7 +41,7 @@ _MOST_OFFSET_RAD_S = 1.0
 _ALONE = 0.05  # of the speed: a motor may be off by so much where no other run vouches for it
 _LATE_S = 0.1
 _AWAY_RAD = 0.15
-_TOGETHER = 5  # samples: a glitch is shorter
+_LEAST_STILL = 5  # samples
 _REST_S = 0.3
 _LAG_S = 0.05
 _UNITS: Mapping[float, str] = {
@@ -235,24 +236,17 @@ def _late(run: MeasuredRun) -> Iterator[str]:
     seen = np.isfinite(angle)
     times, direction = run.motion.times[seen], np.exp(1j * angle[seen])
     still = times < times[0] + _REST_S if len(times) else seen[:0]
-    if still.sum() < _TOGETHER or times[0] > -_REST_S / 2:
+    if still.sum() < _LEAST_STILL or times[0] > -_REST_S / 2:
         return
     rest = complex(np.median(np.real(direction[still])), np.median(np.imag(direction[still])))
     away = np.abs(np.angle(direction / rest)) > _AWAY_RAD
-    began = _began(times, away)
     fine = np.linspace(0, _WINDOW_S, round(_WINDOW_S / _LATE_S) * 10)
     meant = np.abs(lagged_angle(fine, run.steps, _LAG_S, 1.0)) > _AWAY_RAD
-    if began is None or not meant.any():
+    if not meant.any():
         return
-    late = began - float(fine[int(np.argmax(meant))])
-    if abs(late) > _LATE_S:
+    late = late_by(times, away, float(fine[int(np.argmax(meant))]))
+    if late is not None and abs(late) > _LATE_S:
         yield (
             f"the rotor begins to turn {abs(late):.2f} s {'after' if late > 0 else 'before'} time "
             "zero; is its first motion in the take, and is the rest of the sheet right?"
         )
-
-
-def _began(times: Array, away: NDArray[np.bool_]) -> float | None:
-    """Return when something was away for the first time for longer than a glitch [s]."""
-    lasting = np.convolve(away, np.ones(_TOGETHER), "valid") == _TOGETHER
-    return float(times[int(np.argmax(lasting))]) if lasting.any() else None

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.body_faults import Expected
+from workbench.diagnose.onset import late_by
 from workbench.diagnose.rig import Fault
 from workbench.identify import MeasuredRun
 from workbench.motion import FOOT, RELEASED, ROTOR_ANGLE, TOP, position, seen_median
@@ -30,7 +31,7 @@ _TURNS_RAD = 1.0
 _LATE_S = 0.1
 _USUAL_S = 0.03  # from a release to a fifth of the way
 _WAY_SHARE = 0.2
-_TOGETHER = 5  # samples: a glitch is shorter
+_LEAST_SAMPLES = 15
 _REST_S = 0.3
 _LANDED_S = 0.5
 _FALL_APART_M, _FALL_APART = 0.01, 0.25
@@ -78,7 +79,7 @@ def _no_swing(run: MeasuredRun) -> Iterator[str]:
     after = run.motion.between(0.0, np.inf)
     path = position(after, TOP)[:, [0, 2]]
     seen = np.isfinite(path).all(axis=1)
-    if seen.sum() < 3 * _TOGETHER:
+    if seen.sum() < _LEAST_SAMPLES:
         return
     path = path[seen]
     way = np.linalg.norm(path - np.median(path, axis=0), axis=1)
@@ -100,16 +101,13 @@ def _late(run: MeasuredRun) -> Iterator[str]:
     path = position(run.motion, RELEASED[run.mode])
     seen = np.isfinite(path).all(axis=1)
     times, path = run.motion.times[seen], path[seen]
-    if len(times) < 3 * _TOGETHER or times[0] > -_REST_S:
+    if len(times) < _LEAST_SAMPLES or times[0] > -_REST_S:
         return
     rest = np.median(path[times < times[0] + _REST_S], axis=0)
     way = np.linalg.norm(path - rest, axis=1)
     far = max(float(np.percentile(way, 75)), _LEAST_SWING_M)
-    lasting = np.convolve(way > _WAY_SHARE * far, np.ones(_TOGETHER), "valid") == _TOGETHER
-    if not lasting.any():
-        return
-    late = float(times[int(np.argmax(lasting))]) - _USUAL_S
-    if abs(late) > _LATE_S:
+    late = late_by(times, way > _WAY_SHARE * far, _USUAL_S)
+    if late is not None and abs(late) > _LATE_S:
         yield (
             f"it is let go {abs(late):.2f} s {'after' if late > 0 else 'before'} time zero; does "
             "the take begin at rest, and did anybody touch the robot before?"
@@ -157,6 +155,6 @@ def _pulls(runs: Sequence[MeasuredRun], shares: dict[int, float]) -> Iterator[Fa
         if abs(share / usual - 1) > _PULL_APART and not alone:
             yield Fault(
                 k, f"the sheet says T was pulled by {runs[k].pull:g} N, but it was held as far out "
-                f"as {share / usual * runs[k].pull:.2g} N would hold it, by what the "
-                f"{'other ring-downs' if len(shares) > 1 else 'model'} tell",
+                f"as {share / usual * runs[k].pull:.2g} N would hold it, by "
+                f"{'the other ring-downs' if len(shares) > 1 else 'the model'}",
             )  # fmt: skip
