@@ -229,3 +229,14 @@ def test_a_run_that_is_not_what_it_is_said_to_be_is_told(
     assert named(found) == {name}
 
     assert re.search(evidence, told(found, name)), found
+
+
+def test_names_and_axes_exchanged_in_all_runs_are_told_of_all(clamped: Runs) -> None:
+    for lie, evidence in (
+        (exchanged("top", "rotor"), "T and rotor are exchanged"),
+        (axes([2, 1, 0], [1, 1, 1]), "x and z are exchanged"),
+        (bodies(late_rotor), "after T"),
+    ):
+        found = faults({name: lie(run) for name, run in clamped.items()})
+        assert len(named(found)) > len(clamped) / 3  # so none of them is diagnosed
+        assert all(evidence in text for _, text in found)
