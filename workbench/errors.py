@@ -4,6 +4,7 @@
     ├── InputError           2  a file or an argument is not acceptable
     │   ├── FileFaults       2  every fault of one YAML file, with line and column
     │   └── TakeError        2  an export that cannot be read
+    ├── DataFault            1  runs are not what they are said to be, and too few others are left
     ├── HardwareError        3  a device cannot be reached or does not answer rightly
     ├── SafetyStop           4  a limit or a protection ended the run
     └── Interrupted        130  the user stopped it, the output is off
@@ -18,6 +19,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 __all__ = [
+    "DataFault",
     "FileFault",
     "FileFaults",
     "HardwareError",
@@ -92,6 +94,19 @@ class FileFaults(InputError):
 
 class TakeError(InputError):
     """An export cannot be read; the message names file, line and cause."""
+
+
+class DataFault(WorkbenchError):
+    """Runs are not what they are said to be, and too few others are left to judge by.
+
+    Args:
+        message: in a sentence.
+        evidence: (run, what shows it) of each fault.
+    """
+
+    def __init__(self, message: str, evidence: Sequence[tuple[str, str]]) -> None:
+        self.evidence = tuple(evidence)
+        super().__init__(message)
 
 
 class HardwareError(WorkbenchError):

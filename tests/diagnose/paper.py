@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.rig import Asked, Cause, Effects, Observed, Unknown
+from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Unknown
 
 __all__ = ["NOISE_M", "PaperRig", "cause", "measured"]
 
@@ -60,10 +60,15 @@ class PaperRig:
     found: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     source: Path = Path("paper.json")
     name: str = "paper"
+    told: tuple[Fault, ...] = ()
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return the phase that each run starts at."""
         return [Unknown("phase", "rad", 0.0, 0.02, -1.0, 1.0, 1e-4)]
+
+    def faults(self) -> Sequence[Fault]:
+        """Return those that it was made with."""
+        return self.told
 
     def predict(
         self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False

@@ -11,11 +11,11 @@ import typer
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig, load_rig, write_diagnosis
+from workbench.diagnose import Diagnosis, HopperRig, load_rig, refused, write_diagnosis
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
 from workbench.engine import versions
-from workbench.errors import InputError
+from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
 
 __all__ = ["diagnose"]
@@ -45,13 +45,25 @@ def diagnose(
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     given, files = _rig(runs or [], rig, folder)
-    found = diagnose_rig(given, target, target.name, tell, seed)
+    try:
+        found = diagnose_rig(given, target, target.name, tell, seed)
+    except DataFault as fault:
+        _refuse(fault, as_json)
+        return
     report = write_diagnosis(target / f"{target.name}.html", found, files, versions())
     if as_json:
         emit(found.as_json() | {"report": str(report)})
         return
     _print(found)
     people.print(f"report: {report}", markup=False)
+
+
+def _refuse(fault: DataFault, as_json: bool) -> None:
+    """Answer that the data are at fault, where nothing could be fitted."""
+    if as_json:
+        emit(refused(fault))
+        return
+    people.print(f"DATA_FAULT: {fault}", markup=False)
 
 
 def _rig(runs: list[Path], file: Path | None, folder: Path) -> tuple[Rig, dict[str, Path]]:

@@ -1,12 +1,17 @@
 """Diagnosis: what the simulation gets wrong, by which cause, how surely, and what is gained.
 
 `rig` is the contract between a mechanical system and the engine, `hopper` the robot as a rig,
-`mjcf` any MJCF model with a rig file. The engine: `layout` puts all unknowns in a row, `noise`
-tells what the cameras add, `problem` what is measured less what is predicted, `solve` finds minima,
-`screen` says what each cause is worth beside the clutter of all others, `hypotheses` refits the
-promising ones, `answer` decides. `extension` writes the extended model and `proof` judges the file
-on runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `figures` and
-`report` make the page that shows it.
+`mjcf` any MJCF model with a rig file. The engine: `soundness` tells which runs can be trusted,
+`layout` puts all unknowns in a row, `noise` tells what the cameras add, `problem` what is measured
+less what is predicted, `solve` finds minima, `screen` says what each cause is worth beside the
+clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
+whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
+runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `figures` and `report`
+make the page that shows it.
+
+What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
+`body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
+there that yields a sentence.
 
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
@@ -17,5 +22,14 @@ from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.mjcf import MjcfRig, load_rig
 from workbench.diagnose.report import write_diagnosis
+from workbench.diagnose.soundness import refused
 
-__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig", "write_diagnosis"]
+__all__ = [
+    "Diagnosis",
+    "HopperRig",
+    "MjcfRig",
+    "diagnose",
+    "load_rig",
+    "refused",
+    "write_diagnosis",
+]

@@ -10,7 +10,16 @@ from scipy.special import softmax
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
 
-__all__ = ["LEAST_WORTH", "Answer", "Kind", "Rival", "decide", "negligible"]
+__all__ = [
+    "LEAST_WORTH",
+    "SUSPECTED",
+    "Answer",
+    "Kind",
+    "Rival",
+    "decide",
+    "left_over",
+    "negligible",
+]
 
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
@@ -63,7 +72,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
         return _without_cause(refits)
     alike = _alike(refits, best)
     left, before = best.beyond, refits.base.left
-    if _left_over(refits, left) and left > _LEFT_SHARE * before:
+    if left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
             "NONE", (), best, {}, _rivals(refits, layout, best, ()),
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
@@ -124,7 +133,7 @@ def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
 
 def _without_cause(refits: Refits) -> Answer:
     base = refits.base
-    if _left_over(refits, base.beyond):
+    if left_over(refits, base.beyond):
         reason = (
             f"{base.beyond:.2f} noise deviations of the misfit hang together in time, and no known "
             "cause explains them"
@@ -142,7 +151,7 @@ def negligible(refits: Refits) -> float:
     return float((_NOTHING_LEFT**2 + _SURE * refits.doubt) ** 0.5)
 
 
-def _left_over(refits: Refits, left: float) -> bool:
+def left_over(refits: Refits, left: float) -> bool:
     """Tell whether more is left than that."""
     return left > negligible(refits)
 

@@ -15,17 +15,17 @@ from workbench.diagnose.answer import Answer, decide
 from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
+from workbench.diagnose.one_run import with_carriers
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
+from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
 from workbench.diagnose.wording import digits
-from workbench.errors import InputError
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
 Tell = Callable[[str], None]
 
-_LEAST_TRAIN = 2
 _WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
 
 
@@ -60,6 +60,7 @@ class Diagnosis:
         extended: its rig, as read back from the file.
         seconds: that it took.
         seed: of its draws.
+        sound: which runs were trusted.
     """
 
     rig: Rig
@@ -74,6 +75,7 @@ class Diagnosis:
     extended: Rig | None
     seconds: float
     seed: int
+    sound: Soundness
 
     @property
     def removed(self) -> float:
@@ -92,6 +94,7 @@ class Diagnosis:
         return {
             "answer": answer.kind,
             "reason": answer.reason,
+            "faults": told(self.sound.evidence),
             "causes": [
                 {
                     "effect": name,
@@ -130,19 +133,23 @@ def diagnose(
         seed: of the draws; the same seed gives the same answer.
 
     Raises:
-        InputError: when there are too few runs to fit, or none to judge by.
+        InputError: when there are too few runs to fit, none to judge by, or a channel in none.
+        DataFault: when so many runs are at fault that the others cannot be judged.
     """
     begin = time.perf_counter()
-    train, held = _roles(rig)
-    layout, noise = Layout(rig), noise_of(rig.runs)
-    problem = Problem(rig, layout, noise, train)
+    tell("look for faults in the runs")
+    sound = soundness(rig)
+    held = sound.held_out
+    layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
+    problem = Problem(rig, layout, noise, sound.train)
     refits = refit_all(problem, tell, seed)
-    answer = decide(refits, layout)
+    answer = with_carriers(decide(refits, layout), refits, problem)
+    answer = with_faults(answer, sound)
     tell("judge by the runs held out")
     errors = errors_of(rig, noise, held, refits.base.fit.z)
     quantities = _quantities(layout, refits, answer)
     proof, extended = None, None
-    if answer.kind in ("NAMED", "SET", "DATA_FAULT"):
+    if answer.causes:
         values = _base_values(layout, answer.best)
         effects = _effects(layout, answer.best)
         out.mkdir(parents=True, exist_ok=True)
@@ -151,20 +158,8 @@ def diagnose(
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
-        time.perf_counter() - begin, seed,
+        time.perf_counter() - begin, seed, sound,
     )  # fmt: skip
-
-
-def _roles(rig: Rig) -> tuple[list[int], list[int]]:
-    train = [k for k, run in enumerate(rig.runs) if run.role == "train"]
-    held = [k for k, run in enumerate(rig.runs) if run.role == "held_out"]
-    if len(train) < _LEAST_TRAIN or not held:
-        raise InputError(
-            f"{len(train)} run(s) with role train and {len(held)} with role held_out; a diagnosis "
-            f"needs at least {_LEAST_TRAIN} to fit and one to judge by. Give more runs, or another "
-            "role to one of them"
-        )
-    return train, held
 
 
 def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
-from workbench.diagnose.rig import Asked, Cause, Effects, Observed, Unknown
+from workbench.diagnose.hopper_faults import hopper_faults
+from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Unknown
 from workbench.errors import InputError
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
@@ -156,6 +157,10 @@ class HopperRig:
             *(Unknown(f"place {name}", "m", 0.0, _RUN_PLACE_M, -0.01, 0.01, 1e-5)
               for name in measured.places),
         ]  # fmt: skip
+
+    def faults(self) -> Sequence[Fault]:
+        """Return the runs that are not what they are said to be, as drive and bodies show."""
+        return hopper_faults(self, self.measured)
 
     def predict(
         self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False

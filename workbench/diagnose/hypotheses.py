@@ -13,7 +13,7 @@ from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, Prior, fit, prior_of, renewed
 
-__all__ = ["Hypothesis", "Refits", "refit_all"]
+__all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
 
 Tell = Callable[[str], None]
 
@@ -214,23 +214,31 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
     samples = problem.samples()
     near = Neighbourhood(problem.layout, found.linear, samples)
     size = 0.0 if base is None else found.apart(base, samples)
-    left, beyond = _left(problem, found.residuals), _left(problem, near.unexplained(causes))
+    left = left_together(problem, problem.runs, found.residuals)
+    beyond = left_together(problem, problem.runs, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 
 
 def _doubt(problem: Problem) -> float:
-    """Return how far chance, and a memory known from few samples at rest, move `_left` squared."""
+    """Return how far chance, and a memory known from few samples at rest, move what is left."""
     rest = sum(len(run.rest) for run in problem.rig.runs)
     return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1)))
 
 
-def _left(problem: Problem, residuals: Sequence[NDArray[np.float64]]) -> float:
+def left_together(
+    problem: Problem, runs: Sequence[int], residuals: Sequence[NDArray[np.float64]]
+) -> float:
     """Return what is left and hangs together: the root of the covariance of neighbouring samples.
 
     Noise that was whitened adds nothing to it; what the model misses lasts longer than a sample.
+
+    Args:
+        problem: with what was seen.
+        runs: that count.
+        residuals: of each of those, (m_k,) whitened.
     """
     total, count = 0.0, 0
-    for k, residual in zip(problem.runs, residuals, strict=True):
+    for k, residual in zip(runs, residuals, strict=True):
         seen = problem.seen[k]
         rows = np.where(seen, residual.reshape(seen.shape), 0.0)
         total += float(np.sum(rows[1:] * rows[:-1]))

@@ -26,7 +26,7 @@ from workbench.diagnose.mjcf_numbers import (
     read_field,
     set_field,
 )
-from workbench.diagnose.rig import Asked, Effects, Observed, Unknown
+from workbench.diagnose.rig import Asked, Effects, Fault, Observed, Unknown
 from workbench.errors import InputError
 from workbench.protocol import Document, RigFile, RigInput, RigRun, load
 from workbench.sim import keep_engine_quiet
@@ -132,6 +132,10 @@ class MjcfRig:
     def own(self, run: int) -> Sequence[Unknown]:
         """Return where the joints of a run stood, and how fast they were, that data must tell."""
         return self._starts[run]
+
+    def faults(self) -> Sequence[Fault]:
+        """Return nothing: of a machine that it does not know, the engine's own checks tell."""
+        return ()
 
     def predict(
         self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False

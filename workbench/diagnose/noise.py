@@ -36,11 +36,18 @@ class Noise:
     memory: NDArray[np.float64]
 
 
-def noise_of(runs: Sequence[Observed]) -> list[Noise]:
-    """Return the noise of each run; channels of one name share what all runs' rest tells."""
+def noise_of(runs: Sequence[Observed], sound: Sequence[int] | None = None) -> list[Noise]:
+    """Return the noise of each run; channels of one name share what all runs' rest tells.
+
+    Args:
+        runs: all of them.
+        sound: those that tell noise; None takes all.
+    """
+    told = runs if sound is None else [runs[k] for k in sound]
     pooled: dict[str, tuple[float, float]] = {}
     for name in dict.fromkeys(channel for run in runs for channel in run.channels):
-        pooled[name] = _pooled(name, [run for run in runs if name in run.channels])
+        having = [run for run in told if name in run.channels]
+        pooled[name] = _pooled(name, having or [run for run in runs if name in run.channels])
     return [
         Noise(
             np.array([pooled[channel][0] for channel in run.channels]),

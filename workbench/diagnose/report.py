@@ -103,7 +103,9 @@ def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
 
 
 def _warnings(found: Diagnosis) -> Iterator[str]:
-    """Yield where the runs held out speak against the answer."""
+    """Yield which runs are at fault, and where those held out speak against the answer."""
+    for run, evidence in found.sound.evidence:
+        yield f"{run} is left out: {evidence}"
     base, unit = found.errors, found.errors.unit
     last = base if found.proof is None else found.proof.extended
     for name in found.held_out if found.answer.kind != "NONE" else ():

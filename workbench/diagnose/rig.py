@@ -15,7 +15,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Asked", "Cause", "Effects", "Observed", "Rig", "Unknown"]
+__all__ = ["Asked", "Cause", "Effects", "Fault", "Observed", "Rig", "Unknown"]
 
 Effects = Mapping[str, Mapping[str, tuple[float, float]]]
 """Cause -> quantity -> value and standard error, SI."""
@@ -109,6 +109,19 @@ class Observed:
     rest: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Fault:
+    """What shows, before any fit, that a run is not what it is said to be.
+
+    Args:
+        run: its index.
+        evidence: in a sentence, with what was said, what was measured and where to look.
+    """
+
+    run: int
+    evidence: str
+
+
 class Rig(Protocol):
     """A mechanical system with its runs."""
 
@@ -134,6 +147,10 @@ class Rig(Protocol):
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return what only one run knows: its start, its markers' places."""
+        ...
+
+    def faults(self) -> Sequence[Fault]:
+        """Return which runs are not what they are said to be, as far as no fit is needed for it."""
         ...
 
     def predict(

@@ -1,0 +1,192 @@
+"""Whether a cause rests on one run: each run is left out in turn, by algebra on what was fitted.
+
+A cause that is in the robot shows in every run that excites it. What one run alone carries is
+another thing: where the other runs exclude it, that run is at fault; where they say nothing of it,
+nobody knows yet. Nothing is simulated: the neighbourhood of the fit is kept by run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import expit
+from scipy.stats import chi2
+
+from workbench.diagnose.answer import SUSPECTED, Answer, Rival, left_over
+from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
+from workbench.diagnose.problem import Linear, Problem
+from workbench.diagnose.screen import Neighbourhood
+
+__all__ = ["Carrier", "carriers", "with_carriers"]
+
+_LEAST_OTHERS = 2  # runs that are left must be able to speak
+_CONFIRMED = 0.01  # chance by which runs without a cause would speak for it so much
+_TOLD = 1e-6  # of the variance: what a run adds less to, the difference says nothing of
+_EXCLUDED = 0.003  # chance by which runs that have a cause as well would disagree so much
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """A run that a cause rests on.
+
+    Args:
+        cause: its name.
+        run: index of the run.
+        worth: of the cause in all runs.
+        without: of the cause in all other runs.
+        excluded: whether the other runs exclude the cause as it was found.
+        confirmed: worth by which the others alone would confirm it. They are asked of this one
+            cause, not of the best of thirty, so it is less than what names a cause.
+    """
+
+    cause: str
+    run: int
+    worth: float
+    without: float
+    excluded: bool
+    confirmed: float
+
+
+def carriers(best: Hypothesis) -> list[Carrier]:
+    """Return the causes of a hypothesis that rest on one run, with that run."""
+    linear = best.fit.linear
+    if len(linear.runs) <= _LEAST_OTHERS:
+        return []
+    others = {k: _without(best.near, k) for k in linear.runs}
+    found = []
+    for cause in best.causes:
+        rest = tuple(name for name in best.causes if name != cause)
+        worth = _worth(best.near, rest, best.causes)
+        left = {k: _worth(near, rest, best.causes) for k, near in others.items()}
+        run = min(left, key=lambda k: left[k])
+        if worth > SUSPECTED > left[run]:
+            excluded = _excludes(others[run], best, cause)
+            confirmed = float(chi2.isf(_CONFIRMED, len(best.near.layout.of_cause[cause]))) / 2
+            found.append(Carrier(cause, run, worth, left[run], excluded, confirmed))
+    return found
+
+
+def _without(near: Neighbourhood, run: int) -> Neighbourhood:
+    """Return the same neighbourhood as seen by all other runs."""
+    linear = near.linear
+    kept = [at for at, k in enumerate(linear.runs) if k != run]
+    chosen = Linear(
+        linear.z,
+        tuple(linear.runs[at] for at in kept),
+        [linear.residuals[at] for at in kept],
+        [linear.jacobians[at] for at in kept],
+        linear.curvatures[kept],
+    )
+    share = sum(len(part) for part in chosen.residuals) / sum(map(len, linear.residuals))
+    return Neighbourhood(near.layout, chosen, round(share * near.samples))
+
+
+def _worth(near: Neighbourhood, rest: tuple[str, ...], causes: tuple[str, ...]) -> float:
+    return near.lowest(rest) - near.lowest(causes)
+
+
+def _excludes(others: Neighbourhood, best: Hypothesis, cause: str) -> bool:
+    """Tell whether what the other runs find of a cause cannot be what all runs find.
+
+    All runs are the others and one more, so the variance of the difference is the difference of
+    the variances (Hausman, Econometrica 46, 1978).
+    """
+    layout, causes = others.layout, best.causes
+    if cause not in others.heard:
+        return False
+    own = layout.of_cause[cause]
+    apart = others.score(causes).z[own] - best.near.score(causes).z[own]
+    at = np.flatnonzero(np.isin(layout.quantities(causes), own))
+    alone = others.spread(causes)[np.ix_(at, at)]
+    values, axes = np.linalg.eigh(alone - best.near.spread(causes)[np.ix_(at, at)])
+    told = values > _TOLD * np.trace(alone)
+    distance = float(np.sum((axes.T @ apart)[told] ** 2 / values[told]))
+    return bool(distance > chi2.isf(_EXCLUDED, max(int(told.sum()), 1)))
+
+
+def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
+    """Return an answer that names no cause which rests on one run.
+
+    Where the other runs exclude the cause, the data of that run are at fault and the cause is none
+    of the robot's. Where they do not confirm it, it is one of a set: it may be there. Where they
+    do, but would not have suspected it, it keeps its name with less confidence.
+    """
+    if answer.kind == "NONE":
+        return _with_source(answer, refits, problem)
+    found = carriers(answer.best)
+    if not found:
+        return answer
+    excluded = [one for one in found if one.excluded]
+    if excluded:
+        return _at_fault(answer, refits, excluded, problem)
+    confidence = dict(answer.confidence)
+    for one in found:
+        share = float(expit(one.without - one.confirmed))
+        rivals = confidence if len(answer.best.causes) == 1 else (one.cause,)
+        confidence |= {name: share * confidence[name] for name in rivals}
+    unsure = any(one.without < one.confirmed for one in found)
+    return replace(
+        answer, kind="SET" if unsure else answer.kind, confidence=confidence,
+        reason=f"{answer.reason}; but {_told(found, problem)}. Repeat that run, or make one like "
+        "it, to be sure",
+    )  # fmt: skip
+
+
+def _told(found: Sequence[Carrier], problem: Problem) -> str:
+    return "; ".join(
+        f"{one.cause} rests on {problem.rig.runs[one.run].name} alone: it is worth {one.worth:.1f} "
+        f"with it and {one.without:.1f} without" for one in found
+    )  # fmt: skip
+
+
+def _at_fault(
+    answer: Answer, refits: Refits, excluded: Sequence[Carrier], problem: Problem
+) -> Answer:
+    """Return the fault of the runs that carry what all others exclude."""
+    carried = {one.cause for one in excluded}
+    rest = tuple(name for name in answer.best.causes if name not in carried)
+    best = next((one for one in refits.singles if one.causes == rest), refits.base)
+    names = dict.fromkeys(problem.rig.runs[one.run].name for one in excluded)
+    rivals = tuple(
+        Rival(one.cause, f"it rests on {problem.rig.runs[one.run].name} alone, and the other runs "
+              "exclude it") for one in excluded
+    )  # fmt: skip
+    return Answer(
+        "DATA_FAULT",
+        best.causes,
+        best,
+        {name: answer.confidence.get(name, 0.0) for name in best.causes},
+        (*rivals, *answer.rivals),
+        f"{_told(excluded, problem)}; the other runs exclude it, so the data of "
+        f"{' and '.join(names)} are at fault. Leave it out, or find what was different in it",
+    )
+
+
+def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
+    """Return NONE with the run that all of what is left comes from, where it is one.
+
+    Where a known cause is worth something in that run only and the others exclude it, the data of
+    the run are at fault.
+    """
+    best = answer.best
+    runs = best.near.linear.runs
+    if len(runs) <= _LEAST_OTHERS:
+        return answer
+    left = {}
+    for k in runs:
+        near = _without(best.near, k)
+        left[k] = left_together(problem, near.linear.runs, near.unexplained(best.causes))
+    run = min(left, key=lambda k: left[k])
+    if left_over(refits, left[run]):
+        return answer
+    guess = carriers(refits.singles[0]) if refits.singles and not best.causes else []
+    excluded = [one for one in guess if one.excluded and one.run == run]
+    if excluded:
+        return _at_fault(answer, refits, excluded, problem)
+    return replace(
+        answer,
+        reason=f"{answer.reason}. All of it is in {problem.rig.runs[run].name}: the other runs "
+        f"leave {left[run]:.2f}. Look at that run first, and repeat it",
+    )
