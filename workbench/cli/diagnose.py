@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig, load_rig
+from workbench.diagnose import Diagnosis, Following, HopperRig, following, load_rig
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
 from workbench.errors import InputError
 from workbench.identify import measured_run
 
-__all__ = ["diagnose"]
+__all__ = ["diagnose", "next_object", "show_diagnosis", "show_next"]
 
 
 def diagnose(
@@ -38,32 +38,58 @@ def diagnose(
     """Find what the simulation gets wrong in runs, name the cause, write the extended model.
 
     Runs with role train are fitted, those held out judge: clamped sweeps and ring-downs tell of
-    the beam, hops and drops of the ground.
+    the beam, hops and drops of the ground. Where they leave several causes, or could not show some,
+    the runs that would tell best are written as a protocol, OUT/<name>-next.yaml.
 
     Example: workbench diagnose runs --out diagnoses/april
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
-    found = diagnose_rig(_rig(runs or [], rig, folder), target, target.name, tell, seed)
+    system, bundles = _rig(runs or [], rig, folder)
+    found = diagnose_rig(system, target, target.name, tell, seed)
+    proposed = following(found, bundles, target, target.name, tell) if bundles else None
     if as_json:
-        emit(found.as_json())
+        emit(found.as_json() | next_object(proposed))
         return
-    _print(found)
+    show_diagnosis(found)
+    show_next(found, proposed)
 
 
-def _rig(runs: list[Path], file: Path | None, folder: Path) -> Rig:
-    """Return the rig that a file describes, or the robot that made the runs."""
+def next_object(proposed: Following | None) -> dict[str, Any]:
+    """Return what the command line's object says of the next experiment."""
+    if proposed is None:
+        return {"next_protocol": None, "next_experiment": None}
+    told = proposed.proposal.as_json()
+    return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
+
+
+def _rig(runs: list[Path], file: Path | None, folder: Path) -> tuple[Rig, list[Bundle]]:
+    """Return the rig that a file describes, or the robot that made the runs, and its bundles."""
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
-        return load_rig(file)
+        return load_rig(file), []
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
-    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
+    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content), bundles
 
 
-def _print(found: Diagnosis) -> None:
+def show_next(found: Diagnosis, proposed: Following | None) -> None:
+    """Print what to run next; where a set stays and no run parts it, what else would."""
+    if proposed is not None:
+        people.print(
+            f"next: {proposed.sentence}\n      workbench run {proposed.protocol.path}", markup=False
+        )
+    elif found.answer.kind == "SET":
+        people.print("no run on the menu tells these apart; what would:", markup=False)
+        for name in found.answer.causes:
+            separated = found.layout.causes[name].separated_by
+            people.print(f"  {name}: {separated or 'nothing known'}", markup=False)
+
+
+def show_diagnosis(found: Diagnosis) -> None:
+    """Print the answer, its proof and what was not taken."""
     answer, told = found.answer, found.as_json()["rmse_mm"]
     people.print(f"{answer.kind}: {answer.reason}", markup=False)
     for cause in answer.causes:

@@ -7,6 +7,10 @@ tells what the cameras add, `problem` what is measured less what is predicted, `
 promising ones, `answer` decides. `extension` writes the extended model and `proof` judges the file
 on runs that no fit has seen. `diagnosis` is all of it in one call.
 
+What comes after: `standing` the causes that an answer leaves, `next_experiment` the runs that tell
+best which of them it is, `next_protocol` the menu of a bench and the file, `investigation` the loop
+of runs and diagnoses. `imagined` is a run of the robot that nobody has made yet.
+
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
 and its name in `protocol/rig.py`.
@@ -14,6 +18,25 @@ and its name in `protocol/rig.py`.
 
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
+from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.mjcf import MjcfRig, load_rig
+from workbench.diagnose.next_experiment import Proposal, minutes_of, propose
+from workbench.diagnose.next_protocol import MENU, Following, following
+from workbench.diagnose.rig import Trial
 
-__all__ = ["Diagnosis", "HopperRig", "MjcfRig", "diagnose", "load_rig"]
+__all__ = [
+    "MENU",
+    "Diagnosis",
+    "Following",
+    "HopperRig",
+    "MjcfRig",
+    "Proposal",
+    "Round",
+    "Trial",
+    "diagnose",
+    "following",
+    "investigate",
+    "load_rig",
+    "minutes_of",
+    "propose",
+]

@@ -2,16 +2,16 @@
 
 Each cause that stands foretells each run. As far as the others, adapting base, own numbers, their
 own quantities and all clutter within what the runs that exist allow, still miss it, the run tells
-them apart (T-optimality: Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule that will judge
-is the diagnosis' own, taken in the neighbourhood of each fit, so a run is worth the chance that
-it dismisses rivals, for each minute that it takes.
+them apart (T-optimality: Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule that judges is
+the diagnosis' own, taken in the neighbourhood of each fit, so a run is worth the chance that it
+dismisses rivals, for each minute that it takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import permutations, zip_longest
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.rig import Experimental, Observed, Rig, Trial
 from workbench.diagnose.screen import Neighbourhood
 from workbench.diagnose.solve import renewed
-from workbench.diagnose.standing import Standing, still_standing
+from workbench.diagnose.standing import names_standing, still_standing
 
 __all__ = ["Proposal", "Separation", "minutes_of", "propose"]
 
@@ -37,7 +37,7 @@ Assumed, not measured; a mode that is not named takes the first."""
 SET_UP_S = {"clamped": 180.0, "decay": 180.0}
 """Mode -> time to clamp the foot, once for all runs of a protocol."""
 
-_CLOSER = 8  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
+_CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
 _MOST_RUNS = 3  # in one proposal
 _LEAST_CHANCE = 0.1  # of dismissing a rival: a proposal below it is none
 _SILENT = 1e-9  # of the cost: what two rivals foretell alike
@@ -112,17 +112,37 @@ def propose(
         None where at most one cause stands, where the rig cannot tell what other runs would show,
         or where no run on the menu separates what stands.
     """
-    if not menu or not isinstance(found.rig, Experimental):
+    if not isinstance(found.rig, Experimental):
+        return None
+    menu = _telling(found, found.rig, menu)
+    if not menu:
         return None
     foretold = _Foretold(found, found.rig.with_trials(menu), menu)
     if len(foretold.standing) < 2:
         return None
-    tell(f"foretell {len(menu)} runs under each of {len(foretold.standing)} that stand")
+    tell(f"foretell {len(menu)} runs by each of {len(foretold.standing)} that stand")
     closer = foretold.promising()
     if not closer:
         return None
     tell(f"let the rivals adapt in {len(closer)} of them")
     return _Judged(foretold, closer).best()
+
+
+def _telling(found: Diagnosis, rig: Experimental, menu: Sequence[Trial]) -> list[Trial]:
+    """Return the trials of modes that can tell.
+
+    A mode that brings numbers nobody has fitted yet, as the ground does, is dear to simulate and
+    says little of what the other modes show as well; it counts where only some causes show in it.
+    """
+    modes = set()
+    for mode, trial in {trial.mode: trial for trial in menu}.items():
+        more = rig.with_trials([trial])
+        names, unseen = names_standing(found, Layout(more))
+        causes = [cause for cause in more.causes if cause.name in names]
+        shown = [not cause.shows_in or mode in cause.shows_in for cause in causes]
+        if any(shown) and (unseen or not all(shown) or len(more.base) == len(rig.base)):
+            modes.add(mode)
+    return [trial for trial in menu if trial.mode in modes]
 
 
 class _Foretold:
@@ -151,17 +171,18 @@ class _Foretold:
         tell at best.
         """
         apart = self._apart()
-        hardest = np.array([min(row.values(), default=0.0) for row in apart])
-        typical = np.array([np.median([*row.values(), 0.0]) for row in apart])
-        minutes = np.array([minutes_of([trial]) for trial in self.menu])
-        order = np.lexsort((-typical / minutes, -hardest / minutes))
-        modes = list(dict.fromkeys(trial.mode for trial in self.menu))
-        queues = [[int(t) for t in order if self.menu[t].mode == mode] for mode in modes]
-        longest = max(len(queue) for queue in queues)
-        turns = [queue[k] for k in range(longest) for queue in queues if k < len(queue)]
-        return [t for t in turns if max(apart[t].values(), default=0.0) > _SILENT][:_CLOSER]
+        worth = {
+            t: (min(row) / minutes_of([self.menu[t]]), float(np.median(row)))
+            for t, row in enumerate(apart)
+            if max(row) > _SILENT
+        }
+        order = sorted(worth, key=lambda t: worth[t], reverse=True)
+        modes = list(dict.fromkeys(self.menu[t].mode for t in order))
+        queues = [[t for t in order if self.menu[t].mode == mode] for mode in modes]
+        turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
+        return turns[:_CLOSER]
 
-    def _apart(self) -> list[dict[tuple[int, int], float]]:
+    def _apart(self) -> list[list[float]]:
         """Return half the squared distance of each pair's predictions, by trial; one batch."""
         asked = [
             (self.first + t, self.layout.values(one.z, self.first + t))
@@ -169,13 +190,11 @@ class _Foretold:
             for one in self.standing
         ]
         paths = iter(self.rig.predict(asked))
-        found: list[dict[tuple[int, int], float]] = []
+        found: list[list[float]] = []
         for t in range(len(self.menu)):
             run, noise = self.rig.runs[self.first + t], self.noise[self.first + t]
             told = [whitened(next(paths), run.valid, noise) for _ in self.standing]
-            found.append({
-                (i, j): float(np.sum((told[i] - told[j]) ** 2)) / 2 for i, j in self.pairs
-            })  # fmt: skip
+            found.append([float(np.sum((told[i] - told[j]) ** 2)) / 2 for i, j in self.pairs])
         return found
 
 
@@ -223,9 +242,10 @@ class _Judged:
         """Return what some of the trials are expected to tell, and the last of them."""
         standing = self.foretold.standing
         separations, shares = [], np.zeros(len(standing))
+        costs = {i: self._cost(i, i, chosen) for i in {first for first, _ in self.foretold.pairs}}
         for i, j in self.foretold.pairs:
             truth, rival = standing[i], standing[j]
-            own, other = self._cost(i, i, chosen), self._cost(i, j, chosen)
+            own, other = costs[i], self._cost(i, j, chosen)
             gained = max(other - own - (rival.cost - truth.cost), _SILENT)
             margin = other - own - rival.beaten_by(truth)
             chance = float(norm.cdf(margin / np.sqrt(2 * gained)))

@@ -19,7 +19,7 @@ from workbench.diagnose.hypotheses import Hypothesis
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.problem import Linear
 
-__all__ = ["Standing", "still_standing"]
+__all__ = ["Standing", "names_standing", "still_standing"]
 
 _MOST = 6
 _NEAR = 2 * APART  # of the cost: a named cause's rival that more runs could bring back
@@ -60,6 +60,18 @@ class Standing:
         return APART if self.causes else LEAST_WORTH
 
 
+def names_standing(found: Diagnosis, layout: Layout) -> tuple[set[str], bool]:
+    """Return the names of the causes that stand, and whether they are ones that no run shows.
+
+    Args:
+        found: the diagnosis.
+        layout: of its unknowns and those of trials.
+    """
+    if found.answer.kind == "CLEAN":
+        return set(layout.of_cause) - set(found.refits.base.near.heard), True
+    return {name for one, _ in _chosen(found) for name in one.causes}, False
+
+
 def still_standing(found: Diagnosis, layout: Layout) -> list[Standing]:
     """Return what a diagnosis leaves standing, the most likely first; at most one: nothing to tell.
 
@@ -93,8 +105,8 @@ def _chosen(found: Diagnosis) -> list[tuple[Hypothesis, float]]:
 def _unseen(found: Diagnosis, layout: Layout) -> list[Standing]:
     """Return the base, and beside it each cause that the runs do not excite, of a likely size."""
     base = _embedded(found.refits.base, found.layout, layout, 0.0)
-    heard = found.refits.base.near.heard
-    names = [name for name in layout.of_cause if name not in heard]
+    unseen, _ = names_standing(found, layout)
+    names = [name for name in layout.of_cause if name in unseen]
     return [base, *(_supposed(base, name, layout, 1 / len(names)) for name in names)]
 
 
@@ -128,9 +140,10 @@ def _places(before: Layout, layout: Layout) -> NDArray[np.int_]:
 
 
 def _condensed(linear: Linear, places: NDArray[np.int_], z: NDArray[np.float64]) -> Linear:
-    """Return a neighbourhood as one short run that curves and falls alike (QR), in more unknowns."""
+    """Return a neighbourhood, in more unknowns, as one short run of the same sums of squares."""
     rows = np.concatenate(linear.jacobians)
-    short = np.linalg.qr(np.column_stack([rows, np.concatenate(linear.residuals)]), mode="r")
+    both = np.column_stack([rows, np.concatenate(linear.residuals)])
+    short: NDArray[np.float64] = np.linalg.qr(both).R
     jacobian = np.zeros((len(short), len(z)))
     jacobian[:, places] = short[:, :-1]
     return Linear(z, (-1,), [short[:, -1]], [jacobian], np.array([jacobian.T @ jacobian]))
