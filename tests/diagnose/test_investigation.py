@@ -93,5 +93,7 @@ def test_the_loop_ends_where_nothing_is_proposed(tmp_path: Path) -> None:
         (tie, "no run that this bench can make tells apart what is left"),
         (clean, "nothing is left to find"),
     ):
-        turns = list(investigate(None, pytest.fail, lambda number, f=found: (f, None), 30.0))
+        made_runs: list[Proposal] = []
+        turns = list(investigate(None, made_runs.append, lambda number, f=found: (f, None), 30.0))
+        assert made_runs == []
         assert [one.ended for one in turns] == [words]

@@ -75,7 +75,9 @@ def test_what_a_rival_can_imitate_separates_nothing(tmp_path: Path) -> None:
     assert found.answer.kind == "SET"
     assert isinstance(found.rig, BenchRig)
     rig = found.rig.with_trials(swings(0.06))
-    straight, other = (rig.predict([(4, {f"{name}.amount": 0.5})])[0] for name in ("grown_0", "bent"))
+    straight, other = (
+        rig.predict([(4, {f"{name}.amount": 0.5})])[0] for name in ("grown_0", "bent")
+    )
     assert np.sqrt(np.sum((straight - other) ** 2)) / NOISE_M > 10
     assert propose(found, swings(0.06)) is None
 

@@ -59,7 +59,7 @@ def investigate(
     rounds = []
     for found in investigate_rounds(first, loop.run, loop.look, minutes, number, spent):
         rounds.append(found)
-        _show(found)
+        _show(found, as_json)
     if as_json:
         emit(_object(rounds))
 

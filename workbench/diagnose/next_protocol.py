@@ -27,7 +27,7 @@ from workbench.protocol import (
 )
 from workbench.protocol.library import builtin_folder
 
-__all__ = ["MENU", "Following", "bench_of", "following", "menu_of", "write_next"]
+__all__ = ["MENU", "Following", "bench_of", "following", "menu_of", "name_for", "write_next"]
 
 _REST_S, _DURATION_S = 2.0, 8.0
 _LONGEST_TITLE = 120
@@ -106,8 +106,8 @@ def following(
         return None
     first = bundles[0]
     model, shape = (
-        _named(first.document("model"), ModelFile, out),
-        _named(first.document("shape"), ShapeFile, out),
+        name_for(first.document("model"), ModelFile, out),
+        name_for(first.document("shape"), ShapeFile, out),
     )
     return Following(proposal, write_next(out / f"{name}-next.yaml", name, proposal, model, shape))
 
@@ -199,7 +199,7 @@ def _can(trial: Trial, bench: BenchFile, voltage_step: Decimal) -> bool:
     return True
 
 
-def _named(file: Path, schema: type[ModelFile] | type[ShapeFile], folder: Path) -> str:
+def name_for(file: Path, schema: type[ModelFile] | type[ShapeFile], folder: Path) -> str:
     """Return how a protocol in a folder names a file: built in by its name, else by its path."""
     name = load(file, schema).content.name
     built_in = builtin_folder() / f"{name}.yaml"
