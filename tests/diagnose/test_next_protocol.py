@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -96,9 +97,11 @@ def test_a_model_is_named_so_that_the_new_file_finds_the_very_same(tmp_path: Pat
     assert load_model(name, tmp_path / "out").text.endswith("# another\n")
 
 
-def test_the_sentence_tells_runs_minutes_and_the_hardest_pair(tmp_path: Path) -> None:
-    document = write_next(tmp_path / "n.yaml", "n", PROPOSAL, "thesis", "thesis-initial")
-    assert Following(PROPOSAL, document).sentence == (
-        "decay 0.4 N, drop 20 mm, clamped 13 rad/s, hop 17 rad/s (about 12 min) should set "
-        "air_drag and root_play at least 6.3 noise deviations apart; chance to dismiss a rival 93 %"
+def test_the_sentence_tells_runs_minutes_and_the_pairs_that_part(tmp_path: Path) -> None:
+    hopeless = Separation("root_play", "air_drag", 0.2, 0.03)
+    proposal = replace(PROPOSAL, separations=(hopeless, *PROPOSAL.separations))
+    document = write_next(tmp_path / "n.yaml", "n", proposal, "thesis", "thesis-initial")
+    assert Following(proposal, document).sentence == (
+        "decay 0.4 N, drop 20 mm, clamped 13 rad/s, hop 17 rad/s, about 12 min: chance to dismiss "
+        "what is not true 93 % (root_play 6.3 noise deviations off if air_drag is true)"
     )

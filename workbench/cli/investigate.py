@@ -159,11 +159,13 @@ def _proposal(one: Round[_Job]) -> Following | None:
     return None if one.proposed is None else one.proposed.following
 
 
-def _show(one: Round[_Job]) -> None:
-    people.print(
-        f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold"
-    )  # fmt: skip
-    show_diagnosis(one.found)
+def _show(one: Round[_Job], as_json: bool) -> None:
+    """Print a round; its tables would stand in the way of an object on stdout."""
+    people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
+    if as_json:
+        people.print(f"{one.found.answer.kind}: {one.found.answer.reason}", markup=False)
+    else:
+        show_diagnosis(one.found)
     show_next(one.found, _proposal(one))
     if one.ended is not None:
         people.print(f"ended: {one.ended}", markup=False)

@@ -132,17 +132,20 @@ def _telling(found: Diagnosis, rig: Experimental, menu: Sequence[Trial]) -> list
     """Return the trials of modes that can tell.
 
     A mode that brings numbers nobody has fitted yet, as the ground does, is dear to simulate and
-    says little of what the other modes show as well; it counts where only some causes show in it.
+    says little of what other modes show as well; it counts where a cause shows in no other.
     """
-    modes = set()
-    for mode, trial in {trial.mode: trial for trial in menu}.items():
-        more = rig.with_trials([trial])
-        names, unseen = names_standing(found, Layout(more))
-        causes = [cause for cause in more.causes if cause.name in names]
-        shown = [not cause.shows_in or mode in cause.shows_in for cause in causes]
-        if any(shown) and (unseen or not all(shown) or len(more.base) == len(rig.base)):
-            modes.add(mode)
-    return [trial for trial in menu if trial.mode in modes]
+    modes = {trial.mode: trial for trial in menu}
+    every = rig.with_trials(list(modes.values()))
+    names = names_standing(found, Layout(every))
+    standing = [cause for cause in every.causes if cause.name in names]
+    shown = {
+        mode: {one.name for one in standing if not one.shows_in or mode in one.shows_in}
+        for mode in modes
+    }
+    plain = {m for m, trial in modes.items() if len(rig.with_trials([trial]).base) == len(rig.base)}
+    plainly = {name for mode in plain for name in shown[mode]}
+    telling = {mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)}
+    return [trial for trial in menu if trial.mode in telling]
 
 
 class _Foretold:

@@ -31,6 +31,8 @@ __all__ = ["MENU", "Following", "bench_of", "following", "menu_of", "name_for", 
 
 _REST_S, _DURATION_S = 2.0, 8.0
 _LONGEST_TITLE = 120
+_LIKELY = 0.5  # chance from which a pair is told of
+_PAIRS = 3
 
 _AMOUNTS: dict[str, tuple[float, ...]] = {
     "clamped": (6.0, 7.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 20.0),
@@ -73,13 +75,17 @@ class Following:
 
     @property
     def sentence(self) -> str:
-        """Return it in words."""
-        told, hardest = self.proposal, self.proposal.separations[0]
-        runs = ", ".join(_worded(trial) for trial in told.trials)
+        """Return it in words: the runs, and the pairs that they tell apart, the hardest first."""
+        proposal = self.proposal
+        runs = ", ".join(_worded(trial) for trial in proposal.trials)
+        told = [one for one in proposal.separations if one.chance >= _LIKELY]
+        pairs = "; ".join(
+            f"{one.rival} {one.distance:.1f} noise deviations off if {one.truth} is true"
+            for one in told[:_PAIRS]
+        )
         return (
-            f"{runs} (about {told.minutes:.0f} min) should set {hardest.truth} and "
-            f"{hardest.rival} at least {hardest.distance:.1f} noise deviations apart; chance to "
-            f"dismiss a rival {100 * told.chance:.0f} %"
+            f"{runs}, about {proposal.minutes:.0f} min: chance to dismiss what is not true "
+            f"{100 * proposal.chance:.0f} %" + (f" ({pairs})" if pairs else "")
         )
 
 

@@ -1,7 +1,7 @@
 """The causes that a diagnosis leaves standing, each a model fitted to the runs that exist.
 
-Where an answer is CLEAN, what stands is every cause that those runs do not excite: it may be there,
-of the size of its tolerance, and nobody would have seen it.
+Where an answer is CLEAN, what stands is every cause that those runs can hardly show: it may be
+there, of the size of its tolerance, and be no more than clutter beyond what the base imitates.
 """
 
 from __future__ import annotations
@@ -60,16 +60,22 @@ class Standing:
         return APART if self.causes else LEAST_WORTH
 
 
-def names_standing(found: Diagnosis, layout: Layout) -> tuple[set[str], bool]:
-    """Return the names of the causes that stand, and whether they are ones that no run shows.
+def names_standing(found: Diagnosis, layout: Layout) -> set[str]:
+    """Return the names of the causes that stand.
+
+    Those of the numerics are no matter of an experiment where nothing points to them.
 
     Args:
         found: the diagnosis.
         layout: of its unknowns and those of trials.
     """
-    if found.answer.kind == "CLEAN":
-        return set(layout.of_cause) - set(found.refits.base.near.heard), True
-    return {name for one, _ in _chosen(found) for name in one.causes}, False
+    if found.answer.kind != "CLEAN":
+        return {name for one, _ in _chosen(found) for name in one.causes}
+    near = found.refits.base.near
+    shown = {name for name in near.heard if np.any(near.clutter[near.layout.of_cause[name]] < 1)}
+    numerics = {name for name, cause in layout.causes.items() if cause.group == "numerics"}
+    released = set(layout.releases) & set(near.heard)
+    return set(layout.of_cause) - shown - released - numerics
 
 
 def still_standing(found: Diagnosis, layout: Layout) -> list[Standing]:
@@ -103,9 +109,9 @@ def _chosen(found: Diagnosis) -> list[tuple[Hypothesis, float]]:
 
 
 def _unseen(found: Diagnosis, layout: Layout) -> list[Standing]:
-    """Return the base, and beside it each cause that the runs do not excite, of a likely size."""
+    """Return the base, and beside it each cause that the runs hardly show, of a likely size."""
     base = _embedded(found.refits.base, found.layout, layout, 0.0)
-    unseen, _ = names_standing(found, layout)
+    unseen = names_standing(found, layout)
     names = [name for name in layout.of_cause if name in unseen]
     return [base, *(_supposed(base, name, layout, 1 / len(names)) for name in names)]
 
