@@ -40,6 +40,7 @@ SET_UP_S = {"clamped": 180.0, "decay": 180.0}
 _CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
 _MOST_RUNS = 3  # in one proposal
 _LEAST_CHANCE = 0.1  # of dismissing a rival: a proposal below it is none
+_FURTHEST = 100.0  # noise deviations: farther than that no neighbourhood foretells how far
 _SILENT = 1e-9  # of the cost: what two rivals foretell alike
 
 
@@ -50,7 +51,8 @@ class Separation:
     Args:
         truth: what is taken as true.
         rival: what is refitted to it.
-        distance: that remains between the two predictions, in noise deviations of all samples.
+        distance: that remains between the two predictions, in noise deviations of all samples; 100
+            means that or more, for a neighbourhood foretells no farther.
         chance: that the next diagnosis dismisses the rival.
     """
 
@@ -253,7 +255,9 @@ class _Judged:
             margin = other - own - rival.beaten_by(truth)
             chance = float(norm.cdf(margin / np.sqrt(2 * gained)))
             separations.append(
-                Separation(truth.name, rival.name, float(np.sqrt(2 * gained)), chance)
+                Separation(
+                    truth.name, rival.name, min(float(np.sqrt(2 * gained)), _FURTHEST), chance
+                )
             )
             shares[i] += chance / sum(first == i for first, _ in self.foretold.pairs)
         trials = tuple(self.foretold.menu[self.trials[k]] for k in chosen)
