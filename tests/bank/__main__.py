@@ -41,7 +41,8 @@ def diagnose_case(folder: Path) -> dict[str, object]:
     told = _command("ingest", str(folder / "sheet.yaml"), "--runs", str(runs), "--json")
     bundles = told["bundles"]
     assert isinstance(bundles, list)
-    return _command("diagnose", *map(str, bundles), "--out", str(folder / "answer"), "--json")
+    out = str(folder / "answer")
+    return _command("diagnose", *map(str, bundles), "--out", out, "--no-next", "--json")
 
 
 def run_case(case: Case, work: Path) -> dict[str, object]:

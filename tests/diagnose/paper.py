@@ -61,6 +61,7 @@ class PaperRig:
     source: Path = Path("paper.json")
     name: str = "paper"
     told: tuple[Fault, ...] = ()
+    sizes: tuple[float, ...] = SIZES_M
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return the phase that each run starts at."""
@@ -81,7 +82,7 @@ class PaperRig:
             amounts = {n: v["amount"] for n, v in self.found.items()} | {
                 name.partition(".")[0]: value for name, value in values.items() if "." in name
             }
-            path = oscillation(times, SIZES_M[k], stated | dict(values), amounts)
+            path = oscillation(times, self.sizes[k], stated | dict(values), amounts)
             found.append(path[:, None])
         return found
 

@@ -15,6 +15,7 @@ from workbench.cli.diagnose import diagnose
 from workbench.cli.doctor import doctor
 from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
+from workbench.cli.investigate import investigate
 from workbench.cli.live import live
 from workbench.cli.modes import modes
 from workbench.cli.resonances import resonances
@@ -44,6 +45,7 @@ for verb in (
     identify,
     resonances,
     diagnose,
+    investigate,
     simulate,
     modes,
     review,

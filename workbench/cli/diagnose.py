@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
-from workbench.diagnose import Diagnosis, HopperRig, load_rig, refused, write_diagnosis
+from workbench.diagnose import (
+    Diagnosis,
+    Following,
+    HopperRig,
+    following,
+    load_rig,
+    refused,
+    write_diagnosis,
+)
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
 from workbench.engine import versions
 from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
 
-__all__ = ["diagnose"]
+__all__ = ["data_files", "diagnose", "next_object", "next_sentence", "show_diagnosis", "show_next"]
 
 
 def diagnose(
@@ -33,29 +42,37 @@ def diagnose(
         Path | None, typer.Option(help="Folder of the answer; by default diagnoses/<time>.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Of all draws: the same seed, the same answer.")] = 0,
+    look_ahead: Annotated[
+        bool, typer.Option("--next/--no-next", help="Look for the runs that would tell more.")
+    ] = True,
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
     """Find what the simulation gets wrong in runs, name the cause, write the extended model.
 
     Runs with role train are fitted, those held out judge: clamped sweeps and ring-downs tell of
-    the beam, hops and drops of the ground.
+    the beam, hops and drops of the ground. Where they leave several causes, or could not show some,
+    the runs that would tell best are written as a protocol, OUT/<name>-next.yaml.
 
     Example: workbench diagnose runs --out diagnoses/april
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
-    given, files = _rig(runs or [], rig, folder)
+    given, files, bundles = _rig(runs or [], rig, folder)
     try:
         found = diagnose_rig(given, target, target.name, tell, seed)
     except DataFault as fault:
         _refuse(fault, as_json)
         return
-    report = write_diagnosis(target / f"{target.name}.html", found, files, versions())
+    look_ahead = look_ahead and bool(bundles)
+    proposed = following(found, bundles, target, target.name, tell) if look_ahead else None
+    page = target / f"{target.name}.html"
+    write_diagnosis(page, found, files, versions(), next_sentence(proposed))
     if as_json:
-        emit(found.as_json() | {"report": str(report)})
+        emit(found.as_json() | next_object(proposed) | {"report": str(page)})
         return
-    _print(found)
-    people.print(f"report: {report}", markup=False)
+    show_diagnosis(found)
+    show_next(found, proposed)
+    people.print(f"report: {page}", markup=False)
 
 
 def _refuse(fault: DataFault, as_json: bool) -> None:
@@ -66,22 +83,58 @@ def _refuse(fault: DataFault, as_json: bool) -> None:
     people.print(f"DATA_FAULT: {fault}", markup=False)
 
 
-def _rig(runs: list[Path], file: Path | None, folder: Path) -> tuple[Rig, dict[str, Path]]:
-    """Return the rig that a file describes, or the robot that made the runs, and their data."""
+def next_object(proposed: Following | None) -> dict[str, Any]:
+    """Return what the command line's object says of the next experiment."""
+    if proposed is None:
+        return {"next_protocol": None, "next_experiment": None}
+    told = proposed.proposal.as_json()
+    return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
+
+
+def next_sentence(proposed: Following | None) -> str | None:
+    """Return what to run next and the command that does, None where nothing is proposed."""
+    if proposed is None:
+        return None
+    return f"{proposed.sentence}: workbench run {proposed.protocol.path}"
+
+
+def _rig(
+    runs: list[Path], file: Path | None, folder: Path
+) -> tuple[Rig, dict[str, Path], list[Bundle]]:
+    """Return the rig that a file describes, or the robot that made the runs; data; bundles."""
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
         described = load_rig(file)
-        return described, described.files
+        return described, described.files, []
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = Bundle.find_all(runs, folder)
     stated, shape = same_robot(bundles)
-    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
-    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content), files
+    rig_of_runs = HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
+    return rig_of_runs, data_files(bundles, shape.path), bundles
 
 
-def _print(found: Diagnosis) -> None:
+def data_files(bundles: Sequence[Bundle], shape: Path) -> dict[str, Path]:
+    """Return the files that a diagnosis of bundles was made from, by what a page calls them."""
+    return {"shape": shape} | {bundle.path.name: bundle.take() for bundle in bundles}
+
+
+def show_next(found: Diagnosis, proposed: Following | None) -> None:
+    """Print what to run next; where a set stays and no run parts it, what else would."""
+    if proposed is not None:
+        people.print(
+            f"next: {proposed.sentence}\n      workbench run {proposed.protocol.path}", markup=False
+        )
+    elif found.answer.kind == "SET":
+        people.print("no run on the menu tells these apart; what would:", markup=False)
+        for name in found.answer.causes:
+            separated = found.layout.causes[name].separated_by
+            people.print(f"  {name}: {separated or 'nothing known'}", markup=False)
+
+
+def show_diagnosis(found: Diagnosis) -> None:
+    """Print the answer, its proof and what was not taken."""
     answer, told = found.answer, found.as_json()["rmse_mm"]
     people.print(f"{answer.kind}: {answer.reason}", markup=False)
     for cause in answer.causes:

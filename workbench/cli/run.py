@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
-from workbench.bench import load_bench, make_bench
+from workbench.bench import Operator, load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.cli.output import (
     JsonFlag,
@@ -37,7 +37,7 @@ from workbench.protocol import (
 )
 from workbench.twin import check_twin
 
-__all__ = ["describe", "run"]
+__all__ = ["describe", "experiment_of", "operator_of", "run"]
 
 T = TypeVar("T")
 
@@ -59,19 +59,22 @@ def run(
     """
     asked, lab = load(protocol, Protocol), load_bench(bench)
     device = make_bench(lab.content)
-    experiment = _experiment(asked, lab, device.voltage_step)
+    experiment = experiment_of(asked, lab, device.voltage_step)
     if dry_run:
         _print_plan(experiment, as_json)
         return
-    virtual = experiment.bench.content.virtual is not None
-    operator = QuietOperator() if virtual else TerminalOperator()
     done: list[Bundle] = []
-    for bundle in carry_out(experiment, device, runs, operator, tell):
+    for bundle in carry_out(experiment, device, runs, operator_of(lab.content), tell):
         done.append(bundle)
         if not as_json:
             _print_bundle(bundle)
     if as_json:
         emit(_report(done))
+
+
+def operator_of(bench: BenchFile) -> Operator:
+    """Return who answers the prompts of a bench: nobody has to where it is virtual."""
+    return TerminalOperator() if bench.virtual is None else QuietOperator()
 
 
 def describe(bundle: Bundle) -> dict[str, Any]:
@@ -81,9 +84,10 @@ def describe(bundle: Bundle) -> dict[str, Any]:
     return {"bundle": str(bundle.path)} | {key: facts.get(key) for key in (*keys, "warnings")}
 
 
-def _experiment(
+def experiment_of(
     asked: Document[Protocol], lab: Document[BenchFile], voltage_step: Decimal
 ) -> Experiment:
+    """Return a protocol as a bench would carry it out, with the robot that either names."""
     own, other = (asked.path.parent, lab.path.parent)
     model = _first(load_model, (asked.content.model, own), (lab.content.model, other))
     shape = _first(load_shape, (asked.content.shape, own), (lab.content.shape, other))

@@ -13,6 +13,10 @@ What shows that a run of the robot is not what it is said to be stands in `drive
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
 there that yields a sentence.
 
+What comes after: `standing` the causes that an answer leaves, `next_experiment` the runs that tell
+best which of them it is, `next_protocol` the menu of a bench and the file, `investigation` the loop
+of runs and diagnoses. `imagined` is a run of the robot that nobody has made yet.
+
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`
 and its name in `protocol/rig.py`.
@@ -20,16 +24,29 @@ and its name in `protocol/rig.py`.
 
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
+from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.mjcf import MjcfRig, load_rig
+from workbench.diagnose.next_experiment import Proposal, minutes_of, propose
+from workbench.diagnose.next_protocol import MENU, Following, following
 from workbench.diagnose.report import write_diagnosis
+from workbench.diagnose.rig import Trial
 from workbench.diagnose.soundness import refused
 
 __all__ = [
+    "MENU",
     "Diagnosis",
+    "Following",
     "HopperRig",
     "MjcfRig",
+    "Proposal",
+    "Round",
+    "Trial",
     "diagnose",
+    "following",
+    "investigate",
     "load_rig",
+    "minutes_of",
+    "propose",
     "refused",
     "write_diagnosis",
 ]

@@ -16,6 +16,7 @@ __all__ = [
     "Answer",
     "Kind",
     "Rival",
+    "alike",
     "decide",
     "left_over",
     "negligible",
@@ -70,7 +71,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
     best = _best(refits)
     if best is None:
         return _without_cause(refits)
-    alike = _alike(refits, best)
+    same = alike(refits, best, APART)
     left, before = best.beyond, refits.base.left
     if left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
@@ -78,11 +79,11 @@ def decide(refits: Refits, layout: Layout) -> Answer:
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
             f"left of {before:.2f}, and no known cause explains them",
         )  # fmt: skip
-    confidence = _confidence(refits, alike)
+    confidence = _confidence(refits, same)
     causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
     rivals = _rivals(refits, layout, best, causes)
     sure = refits.worth(best) > LEAST_WORTH
-    if len(alike) > 1 or not sure:
+    if len(same) > 1 or not sure:
         reason = (
             f"{', '.join(causes)} cannot be told apart by these runs"
             if sure
@@ -114,19 +115,19 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
 
-def _alike(refits: Refits, best: Hypothesis) -> list[Hypothesis]:
-    """Return the hypotheses with as many causes that are not clearly worse."""
+def alike(refits: Refits, best: Hypothesis, reach: float) -> list[Hypothesis]:
+    """Return the hypotheses with as many causes as the best that cost less than so much more."""
     same = refits.with_as_many(len(best.causes))
-    return [one for one in same if one.cost - best.cost < APART]
+    return [one for one in same if one.cost - best.cost < reach]
 
 
-def _confidence(refits: Refits, alike: list[Hypothesis]) -> dict[str, float]:
+def _confidence(refits: Refits, likely: list[Hypothesis]) -> dict[str, float]:
     """Return the share of each cause in all hypotheses, weighed by what they are worth."""
-    same = refits.with_as_many(len(alike[0].causes))
+    same = refits.with_as_many(len(likely[0].causes))
     weights = softmax([-one.cost for one in same])
     found: dict[str, float] = {}
     for one, weight in zip(same, weights, strict=True):
-        for name in one.causes if one in alike else ():
+        for name in one.causes if one in likely else ():
             found[name] = found.get(name, 0.0) + float(weight)
     return found
 

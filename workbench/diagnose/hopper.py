@@ -12,7 +12,8 @@ from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
 from workbench.diagnose.hopper_faults import hopper_faults
-from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Unknown
+from workbench.diagnose.imagined import imagined_run
+from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Trial, Unknown
 from workbench.errors import InputError
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
@@ -131,6 +132,12 @@ class HopperRig:
             path.with_name(f"{path.name}.yaml"), self.document, own, effects, diagnosis
         )
         return HopperRig(self.measured, written, self.shape, places, self.threads)
+
+    def with_trials(self, trials: Sequence[Trial]) -> HopperRig:
+        """Return the rig with runs that nobody has made yet after its own."""
+        imagined = [imagined_run(trial, self.measured[0].start_angle) for trial in trials]
+        runs = (*self.measured, *imagined)
+        return HopperRig(runs, self.document, self.shape, self.places, self.threads)
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return what a run keeps to itself: delay, stiffness, motor, release and places.

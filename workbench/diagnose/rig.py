@@ -10,12 +10,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Asked", "Cause", "Effects", "Fault", "Observed", "Rig", "Unknown"]
+__all__ = [
+    "Asked",
+    "Cause",
+    "Effects",
+    "Experimental",
+    "Fault",
+    "Observed",
+    "Rig",
+    "Trial",
+    "Unknown",
+]
 
 Effects = Mapping[str, Mapping[str, tuple[float, float]]]
 """Cause -> quantity -> value and standard error, SI."""
@@ -122,6 +132,23 @@ class Fault:
     evidence: str
 
 
+@dataclass(frozen=True)
+class Trial:
+    """A run that nobody has made yet.
+
+    Args:
+        mode: what would be done.
+        amount: how much of it: a speed [rad/s], a pull [N] or a height [m], by the mode.
+        duration: how long the system would move [s].
+        rest: still time before [s].
+    """
+
+    mode: str
+    amount: float
+    duration: float
+    rest: float
+
+
 class Rig(Protocol):
     """A mechanical system with its runs."""
 
@@ -183,4 +210,17 @@ class Rig(Protocol):
     @property
     def source(self) -> Path:
         """Return the file that the model stands in."""
+        ...
+
+
+@runtime_checkable
+class Experimental(Rig, Protocol):
+    """A rig that can tell what runs would show that nobody has made yet."""
+
+    def with_trials(self, trials: Sequence[Trial]) -> Rig:
+        """Return the rig with more runs after its own: one a trial, all of it seen, values zero.
+
+        They have no samples at rest. Base and causes are those of all runs together, so they may
+        be more than before.
+        """
         ...

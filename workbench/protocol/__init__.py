@@ -12,6 +12,7 @@ from workbench.protocol.files import Document, load, parse
 from workbench.protocol.library import load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
+from workbench.protocol.quantity import parse_quantity
 from workbench.protocol.release import PlannedRelease
 from workbench.protocol.rewrite import rounded, write_changed
 from workbench.protocol.rig import (
@@ -81,6 +82,7 @@ __all__ = [
     "load_shape",
     "make_plan",
     "parse",
+    "parse_quantity",
     "rounded",
     "value_fault",
     "with_calibration",

@@ -1,0 +1,196 @@
+"""`workbench investigate`: the closed loop of runs and diagnoses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from workbench.bench import Bench, load_bench, make_bench
+from workbench.bundle import Bundle
+from workbench.cli.diagnose import (
+    data_files,
+    next_object,
+    next_sentence,
+    show_diagnosis,
+    show_next,
+)
+from workbench.cli.identify import same_robot
+from workbench.cli.output import JsonFlag, emit, people, tell
+from workbench.cli.run import experiment_of, operator_of
+from workbench.diagnose import (
+    Diagnosis,
+    Following,
+    HopperRig,
+    Round,
+    Trial,
+    following,
+    minutes_of,
+    write_diagnosis,
+)
+from workbench.diagnose import diagnose as diagnose_rig
+from workbench.diagnose import investigate as investigate_rounds
+from workbench.engine import carry_out, versions
+from workbench.errors import InputError
+from workbench.identify import measured_run
+from workbench.protocol import BenchFile, Document, PlannedRun, Protocol, load, parse_quantity
+
+__all__ = ["investigate"]
+
+
+def investigate(
+    protocol: Annotated[Path, typer.Argument(help="Protocol file of the first runs.")],
+    bench: Annotated[str, typer.Option(help="Bench file, or `virtual`.")] = "virtual",
+    budget: Annotated[
+        str, typer.Option(help="Bench time that may be spent, handling included.")
+    ] = "30 min",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of runs and rounds; by default by the protocol.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of all draws: the same seed, the same answer.")] = 0,
+    as_json: JsonFlag = False,
+) -> None:
+    """Run, diagnose, propose, run, until one cause stands, nothing is left or the time is over.
+
+    The first protocol needs runs of both roles, as for `workbench diagnose`. Bundles are kept in
+    OUT/runs and the rounds beside them: called again, it goes on from the runs that are there.
+
+    Example: workbench investigate protocols/free-decay.yaml --bench virtual --budget 30min
+    """
+    minutes = _minutes(budget)
+    lab = load_bench(bench)
+    loop = _Loop(lab, make_bench(lab.content), out or Path("investigations") / protocol.stem, seed)
+    first = loop.first(load(protocol, Protocol))
+    number, spent = loop.rounds_before() + 1, loop.minutes_before()
+    needed = spent + (0.0 if first is None else first.minutes)
+    if needed > minutes:
+        raise InputError(
+            f"{protocol} takes about {needed:.0f} min of bench time with all handling, and the "
+            f"budget is {minutes:g} min; give a larger --budget"
+        )
+    rounds = []
+    for found in investigate_rounds(first, loop.run, loop.look, minutes, number, spent):
+        rounds.append(found)
+        _show(found, as_json)
+    if as_json:
+        emit(_object(rounds))
+
+
+def _minutes(budget: str) -> float:
+    try:
+        return parse_quantity(budget, "time")[0] / 60
+    except ValueError as error:
+        raise InputError(f"--budget: {error}") from None
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What the loop can run: a protocol, those of its runs that are still to be made.
+
+    Args:
+        protocol: as read.
+        done: numbers of the runs that exist.
+        minutes: that the others take on the bench.
+        following: what proposed it; None for the first.
+    """
+
+    protocol: Document[Protocol]
+    done: frozenset[int]
+    minutes: float
+    following: Following | None = None
+
+
+class _Loop:
+    """The runs of one investigation, on one bench.
+
+    Args:
+        lab: the bench's file.
+        bench: its devices.
+        out: folder of runs and rounds.
+        seed: of the diagnoses.
+    """
+
+    def __init__(self, lab: Document[BenchFile], bench: Bench, out: Path, seed: int) -> None:
+        self.lab, self.bench, self.out, self.seed = lab, bench, out, seed
+        self.runs = out / "runs"
+
+    def complete(self) -> list[Bundle]:
+        """Return the bundles of the runs that were made, in order."""
+        bundles = Bundle.find_all([self.runs], self.runs) if any(self.runs.glob("*/")) else []
+        return [one for one in bundles if one.manifest["status"] == "complete"]
+
+    def first(self, protocol: Document[Protocol]) -> _Job | None:
+        """Return what is still to be run of the first protocol, None where all of it is there."""
+        named = [b for b in self.complete() if b.manifest["protocol"] == protocol.path.name]
+        done = frozenset(int(bundle.manifest["number"]) for bundle in named)
+        plan = experiment_of(protocol, self.lab, self.bench.voltage_step).plan
+        left = [run for run in plan.runs if run.number not in done]
+        return _Job(protocol, done, _minutes_of(left)) if left else None
+
+    def rounds_before(self) -> int:
+        """Return how many rounds earlier calls came to."""
+        return len(list(self.out.glob("round-*")))
+
+    def minutes_before(self) -> float:
+        """Return the bench time that the runs of earlier calls took [min]."""
+        facts = [bundle.manifest for bundle in self.complete()]
+        return minutes_of([Trial(f["mode"], 0.0, f["duration_s"], f["rest_s"]) for f in facts])
+
+    def run(self, job: _Job) -> None:
+        """Make the runs of a protocol that do not exist yet."""
+        asked = experiment_of(job.protocol, self.lab, self.bench.voltage_step)
+        items = [
+            item
+            for item in asked.plan.items
+            if not (isinstance(item, PlannedRun) and item.number in job.done)
+        ]
+        asked = replace(asked, plan=replace(asked.plan, items=tuple(items)))
+        for bundle in carry_out(asked, self.bench, self.runs, operator_of(self.lab.content), tell):
+            people.print(f"made {bundle.path}", markup=False)
+
+    def look(self, number: int) -> tuple[Diagnosis, _Job | None]:
+        """Diagnose all runs that exist and propose the next."""
+        bundles = self.complete()
+        stated, shape = same_robot(bundles)
+        name, folder = f"round-{number}", self.out / f"round-{number}"
+        folder.mkdir(parents=True)
+        rig = HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
+        found = diagnose_rig(rig, folder, name, tell, self.seed)
+        proposed = following(found, bundles, folder, name, tell)
+        files = data_files(bundles, shape.path)
+        page = folder / f"{name}.html"
+        write_diagnosis(page, found, files, versions(), next_sentence(proposed))
+        tell(f"report: {page}")
+        if proposed is None:
+            return found, None
+        minutes = proposed.proposal.minutes
+        return found, _Job(proposed.protocol, frozenset(), minutes, proposed)
+
+
+def _minutes_of(runs: Sequence[PlannedRun]) -> float:
+    return minutes_of([Trial(run.mode, 0.0, run.duration, run.rest) for run in runs])
+
+
+def _proposal(one: Round[_Job]) -> Following | None:
+    return None if one.proposed is None else one.proposed.following
+
+
+def _show(one: Round[_Job], as_json: bool) -> None:
+    """Print a round; its tables would stand in the way of an object on stdout."""
+    people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
+    if as_json:
+        people.print(f"{one.found.answer.kind}: {one.found.answer.reason}", markup=False)
+    else:
+        show_diagnosis(one.found)
+    show_next(one.found, _proposal(one))
+    if one.ended is not None:
+        people.print(f"ended: {one.ended}", markup=False)
+
+
+def _object(rounds: Sequence[Round[_Job]]) -> dict[str, Any]:
+    """Return the last diagnosis with all rounds."""
+    told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
+    return told[-1] | {"rounds": told}
