@@ -10,8 +10,9 @@ import json
 import multiprocessing
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import asdict, dataclass
+from itertools import count as counted
 from pathlib import Path
 
 import numpy as np
@@ -99,10 +100,17 @@ def as_measured(take: Take) -> MeasuredRun:
     return MeasuredRun(take.name, take.mode, series, take.steps, start, take.pull)
 
 
-def repeat(seed: int, setting: Setting) -> Repeat:
-    """Draw a robot, film it, fit it from the stated values on one thread."""
+def repeat(seed: int, setting: Setting) -> Repeat | str:
+    """Draw a robot, film it, fit it from the stated values on one thread.
+
+    Returns:
+        Why not, for a robot that falls in one of its runs.
+    """
     truth = drawn(seed, setting.increments)
-    runs = [as_measured(take) for take in taken(truth, setting.run_s, threads=1)]
+    try:
+        runs = [as_measured(take) for take in taken(truth, setting.run_s, threads=1)]
+    except RuntimeError as error:
+        return str(error)
     begin = time.perf_counter()
     found = identify(runs, *thesis_files(), NAMES, threads=1)
     return _told(found, seed, setting, dict(truth.values), time.perf_counter() - begin)
@@ -112,8 +120,7 @@ def print_repeats(
     count: int, setting: Setting, log: Path | None = None, processes: int = 2
 ) -> None:
     """Do the repeats that the log lacks, print each as it ends, then the counts."""
-    known = [one for one in _kept(log) if one.setting == setting and one.seed < count]
-    missing = sorted(set(range(count)) - {one.seed for one in known})
+    known = [one for one in _kept(log) if one.setting == setting][:count]
     print(
         f"{count} robots of {setting.increments} increments, parameters off by up to 30 %, "
         f"runs of {setting.run_s:g} s; {len(known)} of them in the log already"
@@ -122,7 +129,12 @@ def print_repeats(
     print(f"{'seed':>5}{head}{'beam':>6}{'misfit':>8}{'s':>7}")
     for one in known:
         _print_repeat(one)
-    for one in _done(missing, setting, processes):
+    before = {one.seed for one in known}
+    seeds = (seed for seed in counted() if seed not in before)
+    for one in _done(seeds, count - len(known), setting, processes):
+        if isinstance(one, str):
+            print(f"{one}; another one is drawn", flush=True)
+            continue
         known.append(one)
         _print_repeat(one)
         if log is not None:
@@ -131,12 +143,21 @@ def print_repeats(
     _print_counts(known)
 
 
-def _done(seeds: Sequence[int], setting: Setting, processes: int) -> Iterator[Repeat]:
-    """Return the repeats in the order in which they end."""
+def _done(
+    seeds: Iterator[int], wanted: int, setting: Setting, processes: int
+) -> Iterator[Repeat | str]:
+    """Return repeats in the order in which they end, and why a robot gave none."""
     fresh = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=fresh) as pool:
-        for future in as_completed([pool.submit(repeat, seed, setting) for seed in seeds]):
-            yield future.result()
+        running: set[Future[Repeat | str]] = set()
+        while wanted:
+            while len(running) < min(processes, wanted):
+                running.add(pool.submit(repeat, next(seeds), setting))
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                result = future.result()
+                wanted -= isinstance(result, Repeat)
+                yield result
 
 
 def _told(

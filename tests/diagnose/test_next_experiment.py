@@ -37,7 +37,7 @@ def test_the_trial_that_separates_is_chosen(tied: Diagnosis) -> None:
     assert {(one.truth, one.rival) for one in proposal.separations} == {
         ("grown_1", "grown_2"), ("grown_2", "grown_1"),
     }  # fmt: skip
-    assert proposal.minutes == minutes_of(proposal.trials)
+    assert proposal.minutes == minutes_of(2 * proposal.trials)  # one run names no cause
 
 
 def test_a_trial_that_separates_nothing_is_no_proposal(tied: Diagnosis) -> None:

@@ -27,7 +27,7 @@ from workbench.diagnose.screen import Neighbourhood
 from workbench.diagnose.solve import renewed
 from workbench.diagnose.standing import names_standing, still_standing
 
-__all__ = ["Proposal", "Separation", "minutes_of", "propose"]
+__all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose"]
 
 Tell = Callable[[str], None]
 
@@ -36,6 +36,9 @@ HANDLING_S = {"clamped": 60.0, "decay": 90.0, "hop": 90.0, "drop": 90.0}
 Assumed, not measured; a mode that is not named takes the first."""
 SET_UP_S = {"clamped": 180.0, "decay": 180.0}
 """Mode -> time to clamp the foot, once for all runs of a protocol."""
+
+TIMES = 2
+"""How often a proposed run is to be made: what one run alone shows is not named (decision 12)."""
 
 _CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
 _MOST_RUNS = 3  # in one proposal
@@ -67,8 +70,8 @@ class Proposal:
     """Runs that should be made next.
 
     Args:
-        trials: the runs.
-        minutes: that they take on a bench.
+        trials: the runs; each is to be made `TIMES` times.
+        minutes: that all of it takes on a bench.
         separations: of each pair that they could tell apart, the hardest first.
         chance: that they dismiss a rival of what is true.
     """
@@ -263,7 +266,8 @@ class _Judged:
         trials = tuple(self.foretold.menu[self.trials[k]] for k in chosen)
         separations.sort(key=lambda one: one.distance)
         chance = float(shares @ [one.weight for one in standing])
-        return Proposal(trials, minutes_of(trials), tuple(separations), chance), chosen[-1]
+        minutes = minutes_of(TIMES * trials)
+        return Proposal(trials, minutes, tuple(separations), chance), chosen[-1]
 
     def _cost(self, i: int, j: int, chosen: list[int]) -> float:
         """Return the lowest cost of one that stands once trials showed what another foretells."""

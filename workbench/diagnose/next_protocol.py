@@ -11,7 +11,7 @@ from pathlib import Path
 from workbench.bench import make_bench
 from workbench.bundle import Bundle
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.next_experiment import Proposal, propose
+from workbench.diagnose.next_experiment import TIMES, Proposal, propose
 from workbench.diagnose.rig import Trial
 from workbench.errors import FileFaults, InputError
 from workbench.protocol import (
@@ -83,10 +83,9 @@ class Following:
             f"{one.rival} {one.distance:.1f} noise deviations off if {one.truth} is true"
             for one in told[:_PAIRS]
         )
-        return (
-            f"{runs}, about {proposal.minutes:.0f} min: chance to dismiss what is not true "
-            f"{100 * proposal.chance:.0f} %" + (f" ({pairs})" if pairs else "")
-        )
+        likely = f"chance to dismiss what is not true {100 * proposal.chance:.0f} %"
+        told = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
+        return told + (f" ({pairs})" if pairs else "")
 
 
 def following(
@@ -190,7 +189,7 @@ def _steps(trials: Sequence[Trial]) -> list[str]:
             key, factor, unit = _KEYS[mode]
             lines.append(
                 f"  - run: {{mode: {mode}, {key}: {factor * trial.amount:g} {unit}, "
-                f"rest: {trial.rest:g} s, duration: {trial.duration:g} s}}"
+                f"rest: {trial.rest:g} s, duration: {trial.duration:g} s, repeats: {TIMES}}}"
             )
     return lines
 
