@@ -103,5 +103,6 @@ def test_the_sentence_tells_runs_minutes_and_the_pairs_that_part(tmp_path: Path)
     document = write_next(tmp_path / "n.yaml", "n", proposal, "thesis", "thesis-initial")
     assert Following(proposal, document).sentence == (
         "decay 0.4 N, drop 20 mm, clamped 13 rad/s, hop 17 rad/s, each 2 times, about 12 min: "
-        "chance to dismiss what is not true 93 % (root_play 6.3 noise deviations off if air_drag is true)"
+        "chance to dismiss what is not true 93 % "
+        "(root_play 6.3 noise deviations off if air_drag is true)"
     )

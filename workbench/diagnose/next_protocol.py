@@ -84,8 +84,8 @@ class Following:
             for one in told[:_PAIRS]
         )
         likely = f"chance to dismiss what is not true {100 * proposal.chance:.0f} %"
-        told = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
-        return told + (f" ({pairs})" if pairs else "")
+        sentence = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
+        return sentence + (f" ({pairs})" if pairs else "")
 
 
 def following(
