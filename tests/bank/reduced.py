@@ -28,5 +28,5 @@ CASES = (
     _case(9, "pair", "twin", "hinge_cubic_stiffness", "speed_ripple"),
     _case(10, "null", "twin"),
     _case(11, "null", "rod"),
-    _case(12, "outside", "rod", "loose_mass"),
+    _case(12, "outside", "rod", "viscoelastic_strip"),
 )
