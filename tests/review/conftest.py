@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from rerun.chunk import Chunk, RrdReader
 
+from workbench.errors import WorkbenchError
 from workbench.motion import misfit, rotor_angle, rotor_speed, summarize
-from workbench.review import Comparison, Extended, Figure, Phase
+from workbench.review import Comparison, Extended, Figure, HeadlessViewer, Phase
 from workbench.timeseries import TimeSeries
 
 FIGURE = Figure(
@@ -118,3 +123,21 @@ def three() -> Comparison:
         misfit=misfit(comparison.real, motion, DURATION_S),
     )
     return replace(comparison, extended=extended)
+
+
+@pytest.fixture(scope="module")
+def chunks(recording: Path) -> list[Chunk]:
+    """What stands in the recording that a module makes."""
+    return RrdReader(recording).stream().to_chunks()
+
+
+@pytest.fixture(scope="module")
+def viewer(recording: Path) -> Iterator[HeadlessViewer]:
+    """The headless viewer with the recording that a module makes."""
+    with ExitStack() as stack:
+        try:
+            headless = stack.enter_context(HeadlessViewer(width=1280, height=800))
+        except WorkbenchError as error:
+            pytest.skip(f"no headless viewer here: {error}")
+        headless.open(recording)
+        yield headless

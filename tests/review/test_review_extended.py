@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 
 import matplotlib.image
@@ -11,7 +9,6 @@ import numpy as np
 import pytest
 from rerun.chunk import Chunk, RrdReader
 
-from workbench.errors import WorkbenchError
 from workbench.motion import FOOT
 from workbench.review import Comparison, HeadlessViewer, write_recording
 
@@ -24,11 +21,6 @@ def recording(three: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Pa
     path = tmp_path_factory.mktemp("three") / "three.rrd"
     write_recording(three, path)
     return path
-
-
-@pytest.fixture(scope="module")
-def chunks(recording: Path) -> list[Chunk]:
-    return RrdReader(recording).stream().to_chunks()
 
 
 def rows(chunks: list[Chunk], path: str) -> int:
@@ -89,17 +81,6 @@ def test_notes_and_properties_tell_of_it(chunks: list[Chunk], three: Comparison)
     assert row["extended_model"] == ["sloped"]
     assert row["extended_misfit_mm"] == [three.extended.misfit.both_mm]
     assert row["extended_distance_m"] == [three.extended.summary.as_json()["distance_m"]]
-
-
-@pytest.fixture(scope="module")
-def viewer(recording: Path) -> Iterator[HeadlessViewer]:
-    with ExitStack() as stack:
-        try:
-            headless = stack.enter_context(HeadlessViewer(width=1280, height=800))
-        except WorkbenchError as error:
-            pytest.skip(f"no headless viewer here: {error}")
-        headless.open(recording)
-        yield headless
 
 
 @pytest.mark.viewer

@@ -27,11 +27,6 @@ def recording(comparison: Comparison, tmp_path_factory: pytest.TempPathFactory) 
     return path
 
 
-@pytest.fixture(scope="module")
-def chunks(recording: Path) -> list[Chunk]:
-    return RrdReader(recording).stream().to_chunks()
-
-
 def rrd(*arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "rerun", "rrd", *map(str, arguments)]
     quiet = os.environ | {"CI": "1"}  # no usage statistics
