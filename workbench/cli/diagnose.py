@@ -27,7 +27,7 @@ from workbench.engine import versions
 from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
 
-__all__ = ["data_files", "diagnose", "next_object", "next_sentence", "show_diagnosis", "show_next"]
+__all__ = ["diagnose", "next_object", "robot_of", "show_diagnosis", "show_next", "write_report"]
 
 
 def diagnose(
@@ -65,8 +65,7 @@ def diagnose(
         return
     look_ahead = look_ahead and bool(bundles)
     proposed = following(found, bundles, target, target.name, tell) if look_ahead else None
-    page = target / f"{target.name}.html"
-    write_diagnosis(page, found, files, versions(), next_sentence(proposed))
+    page = write_report(target, found, files, proposed)
     if as_json:
         emit(found.as_json() | next_object(proposed) | {"report": str(page)})
         return
@@ -91,11 +90,15 @@ def next_object(proposed: Following | None) -> dict[str, Any]:
     return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
 
 
-def next_sentence(proposed: Following | None) -> str | None:
-    """Return what to run next and the command that does, None where nothing is proposed."""
-    if proposed is None:
-        return None
-    return f"{proposed.sentence}: workbench run {proposed.protocol.path}"
+def write_report(
+    folder: Path, found: Diagnosis, files: dict[str, Path], proposed: Following | None
+) -> Path:
+    """Write the page of a diagnosis into its folder and return its path."""
+    next_run = None
+    if proposed is not None:
+        next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
+    page = folder / f"{folder.name}.html"
+    return write_diagnosis(page, found, files, versions(), next_run)
 
 
 def _rig(
@@ -110,14 +113,14 @@ def _rig(
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = Bundle.find_all(runs, folder)
+    return *robot_of(bundles), bundles
+
+
+def robot_of(bundles: Sequence[Bundle]) -> tuple[HopperRig, dict[str, Path]]:
+    """Return the robot that made some runs, and the files that it is known from."""
     stated, shape = same_robot(bundles)
-    rig_of_runs = HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
-    return rig_of_runs, data_files(bundles, shape.path), bundles
-
-
-def data_files(bundles: Sequence[Bundle], shape: Path) -> dict[str, Path]:
-    """Return the files that a diagnosis of bundles was made from, by what a page calls them."""
-    return {"shape": shape} | {bundle.path.name: bundle.take() for bundle in bundles}
+    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
+    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content), files
 
 
 def show_next(found: Diagnosis, proposed: Following | None) -> None:

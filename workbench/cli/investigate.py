@@ -12,30 +12,19 @@ import typer
 from workbench.bench import Bench, load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.cli.diagnose import (
-    data_files,
     next_object,
-    next_sentence,
+    robot_of,
     show_diagnosis,
     show_next,
+    write_report,
 )
-from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, emit, people, tell
 from workbench.cli.run import experiment_of, operator_of
-from workbench.diagnose import (
-    Diagnosis,
-    Following,
-    HopperRig,
-    Round,
-    Trial,
-    following,
-    minutes_of,
-    write_diagnosis,
-)
+from workbench.diagnose import Diagnosis, Following, Round, Trial, following, minutes_of
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose import investigate as investigate_rounds
-from workbench.engine import carry_out, versions
+from workbench.engine import carry_out
 from workbench.errors import InputError
-from workbench.identify import measured_run
 from workbench.protocol import BenchFile, Document, PlannedRun, Protocol, load, parse_quantity
 
 __all__ = ["investigate"]
@@ -154,16 +143,12 @@ class _Loop:
     def look(self, number: int) -> tuple[Diagnosis, _Job | None]:
         """Diagnose all runs that exist and propose the next."""
         bundles = self.complete()
-        stated, shape = same_robot(bundles)
+        rig, files = robot_of(bundles)
         name, folder = f"round-{number}", self.out / f"round-{number}"
         folder.mkdir(parents=True)
-        rig = HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content)
         found = diagnose_rig(rig, folder, name, tell, self.seed)
         proposed = following(found, bundles, folder, name, tell)
-        files = data_files(bundles, shape.path)
-        page = folder / f"{name}.html"
-        write_diagnosis(page, found, files, versions(), next_sentence(proposed))
-        tell(f"report: {page}")
+        tell(f"report: {write_report(folder, found, files, proposed)}")
         if proposed is None:
             return found, None
         minutes = proposed.proposal.minutes
