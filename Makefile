@@ -51,7 +51,7 @@ fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py
 
 schemas: install
-	for name in protocol bench sheet model shape calibration rig; do \
+	for name in protocol part bench sheet model shape calibration rig; do \
 	  $(BIN)/workbench schema $$name > docs/reference/schemas/$$name-1.json; \
 	done
 

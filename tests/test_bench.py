@@ -12,8 +12,9 @@ import pytest
 from tests.conftest import Command
 from workbench.bench import RealBench, Subject, VirtualBench, Window, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.engine import Experiment, carry_out
+from workbench.engine import carry_out
 from workbench.errors import HardwareError, InputError, Interrupted
+from workbench.experiment import Experiment
 from workbench.hw.simulated import serve
 from workbench.ingest import add_take
 from workbench.protocol import (

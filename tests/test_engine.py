@@ -12,7 +12,7 @@ import pytest
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
-from workbench.engine import Experiment, carry_out
+from workbench.engine import carry_out
 from workbench.errors import (
     HardwareError,
     InputError,
@@ -20,6 +20,7 @@ from workbench.errors import (
     SafetyStop,
     WorkbenchError,
 )
+from workbench.experiment import Experiment
 from workbench.hw.simulated import Fault
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 

@@ -10,8 +10,9 @@ import pytest
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
 from workbench.cli.output import QuietOperator
-from workbench.engine import Experiment, carry_out
+from workbench.engine import carry_out
 from workbench.errors import FileFaults, InputError, TakeError
+from workbench.experiment import Experiment
 from workbench.ingest import ingest_sheet
 from workbench.protocol import Protocol, Sheet, load, load_model, load_shape, make_plan
 

@@ -10,7 +10,8 @@ import pytest
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
 from workbench.cli.output import QuietOperator
-from workbench.engine import Experiment, carry_out
+from workbench.engine import carry_out
+from workbench.experiment import Experiment
 from workbench.protocol import (
     Plan,
     PlannedPrompt,

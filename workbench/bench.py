@@ -44,6 +44,7 @@ __all__ = [
     "Bench",
     "Operator",
     "RealBench",
+    "SimulatedBench",
     "Subject",
     "VirtualBench",
     "Window",
@@ -112,8 +113,13 @@ class Bench(ABC):
         """Return when the cameras record."""
 
     @abstractmethod
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
-        """Return the export of what the cameras saw; it may already lie in the bundle."""
+    def collect(
+        self, subject: Subject, window: Window, bundle: Bundle, operator: Operator
+    ) -> Path | None:
+        """Return the export of what the cameras saw; it may already lie in the bundle.
+
+        None on a bench without cameras.
+        """
 
     def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
         """Leave nothing running, however the run ended."""
@@ -212,21 +218,17 @@ class RealBench(Bench):
             self._recorder = None
 
 
-class VirtualBench(Bench):
-    """A bench without hardware; what stands in for it is in `virtual` and `hw.simulated`."""
+class SimulatedBench(Bench):
+    """A bench whose supply is simulated, to the bytes that go over its line."""
 
-    def __init__(self, file: BenchFile) -> None:
-        if file.virtual is None:
-            raise InputError(f"bench {file.name!r} has no section 'virtual'")
-        self.section = file.virtual
-        super().__init__(file, SystemClock() if self.section.real_time else SimulatedClock())
+    def __init__(self, file: BenchFile, clock: Clock) -> None:
+        super().__init__(file, clock)
         self.device = SimulatedRiden(
             clock=self.clock,
             model=file.supply.model,
             serial=file.supply.serial or 12345678,
             load=draw_current,
         )
-        self._takes = 0
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
@@ -236,12 +238,24 @@ class VirtualBench(Bench):
             with open_supply(connection, clock=self.clock, wire_log=wire_log) as supply:
                 yield supply
 
+
+class VirtualBench(SimulatedBench):
+    """A bench without hardware; what stands in for it is in `virtual` and `hw.simulated`."""
+
+    def __init__(self, file: BenchFile) -> None:
+        if file.virtual is None:
+            raise InputError(f"bench {file.name!r} has no section 'virtual'")
+        self.section = file.virtual
+        super().__init__(file, SystemClock() if self.section.real_time else SimulatedClock())
+        self._takes = 0
+
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
     def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
-        self._takes += 1
+        # a resumed experiment goes on with the noise of its place in the plan
+        self._takes = max(self._takes + 1, bundle.manifest.get("number", 1))
         rng = np.random.default_rng([self.section.seed, self._takes])
         filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})

@@ -9,9 +9,9 @@ import platform
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -21,25 +21,23 @@ import workbench
 from workbench.bench import Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, SafetyStop, WorkbenchError
+from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.pairing import pair
+from workbench.prompting import Answered, ask
 from workbench.protocol import (
-    BenchFile,
     CalibrationFile,
-    Document,
-    ModelFile,
-    Plan,
     PlannedDrive,
+    PlannedPause,
     PlannedPrompt,
     PlannedRelease,
     PlannedRun,
-    Protocol,
-    ShapeFile,
     calibration_text,
 )
+from workbench.resume import Course, begin
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Experiment", "Progress", "carry_out", "versions"]
+__all__ = ["Progress", "carry_out", "versions"]
 
 Progress = Callable[[str], None]
 
@@ -47,29 +45,15 @@ _POLL_S = 0.2
 _HAND_S = 1.5  # a person lets go within this time of being asked
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """Everything that a plan was made from.
-
-    Args:
-        protocol: as read.
-        bench: as read.
-        model: of the robot, as read.
-        shape: of the beam, as read.
-        plan: what will be done.
-    """
-
-    protocol: Document[Protocol]
-    bench: Document[BenchFile]
-    model: Document[ModelFile]
-    shape: Document[ShapeFile]
-    plan: Plan
-
-
 def carry_out(
-    experiment: Experiment, bench: Bench, root: Path, operator: Operator, progress: Progress
+    experiment: Experiment,
+    bench: Bench,
+    root: Path,
+    operator: Operator,
+    progress: Progress,
+    course: Course | None = None,
 ) -> Iterator[Bundle]:
-    """Do what is planned, in order, and yield each run's bundle when it is complete.
+    """Do what is planned and not yet done, in order; yield each run's bundle when it is complete.
 
     Args:
         experiment: plan and files.
@@ -77,20 +61,31 @@ def carry_out(
         root: folder of all bundles.
         operator: answers the prompts.
         progress: is told each phase.
+        course: of an experiment that was begun; None begins one.
 
     Raises:
         SafetyStop: when a limit or a protection ended a run.
         Interrupted: on Ctrl-C; the output is off and the bundle says so.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
-    prompts: list[str] = []
-    for item in experiment.plan.items:
-        if isinstance(item, PlannedPrompt):
-            operator.confirm(item.text)
-            prompts.append(item.text)
-            continue
-        yield _Conductor(experiment, bench, root, operator, progress, item).conduct(prompts)
-        prompts = []
+    course = course or begin(experiment.inputs(), datetime.now())
+    answers: list[Answered] = []
+    for item in experiment.plan.without(course.done).items:
+        match item:
+            case PlannedPrompt():
+                answers.append(ask(operator, item))
+            case PlannedPause():
+                _wait(bench, item, progress)
+            case PlannedRun():
+                run = _Conductor(experiment, bench, root, operator, progress, item, course)
+                yield run.conduct(answers)
+                answers = []
+
+
+def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
+    """Wait with the output off."""
+    progress(f"{pause.why}: {pause.seconds:g} s")
+    bench.clock.sleep(pause.seconds)
 
 
 def versions() -> dict[str, str]:
@@ -105,12 +100,15 @@ def versions() -> dict[str, str]:
 
 def _asked(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
     """Return what the manifest says was asked; what a mode does not have is null."""
-    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m")
+    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
     match action:
         case PlannedDrive():
-            values = (float(action.voltage), action.speed, action.ramp, None, None)
+            volts = None if action.voltage is None else float(action.voltage)
+            levels = [[since, float(level), speed] for since, level, speed in action.levels]
+            several = levels if len(levels) > 1 else None
+            values = (volts, action.speed, action.ramp, None, None, several)
         case PlannedRelease():
-            values = (None, None, None, action.pull, action.height)
+            values = (None, None, None, action.pull, action.height, None)
     return dict(zip(keys, values, strict=True))
 
 
@@ -125,21 +123,28 @@ class _Conductor:
         operator: Operator,
         progress: Progress,
         run: PlannedRun,
+        course: Course,
     ) -> None:
         self.experiment, self.bench, self.run = experiment, bench, run
-        self.operator, self.progress = operator, progress
+        self.operator, self.progress, self.course = operator, progress, course
+        self.shape = experiment.shape_of(run)
+        self.answers: dict[str, Any] = {}
         self.readings: list[Reading] = []
         self.start = bench.clock.now()
         self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._facts())
 
-    def conduct(self, prompts: list[str]) -> Bundle:
+    def conduct(self, answers: Sequence[Answered]) -> Bundle:
         try:
             self._keep_inputs()
-            for text in prompts:
-                self._journal("prompt", text=text, answer="confirmed")
-            self.bundle.add_take(self._measure())
-            self.progress("track, twin, views")
-            pair(self.bundle)
+            for one in answers:
+                self._keep(one)
+            self._ask(self.run.before)
+            take = self._measure()
+            self._ask(self.run.after)
+            if take is not None:
+                self.bundle.add_take(take)
+                self.progress("track, twin, views")
+                pair(self.bundle)
         except KeyboardInterrupt:
             self._end("interrupted", "stopped by the user")
             raise Interrupted(self._told("stopped by the user")) from None
@@ -171,6 +176,7 @@ class _Conductor:
             "mode": run.mode,
             "role": run.role,
             "repeat": run.repeat,
+            **self.course.facts(run.number),
             "rest_s": run.rest,
             "duration_s": run.duration,
             **_asked(run.action),
@@ -181,22 +187,23 @@ class _Conductor:
 
     def _keep_inputs(self) -> None:
         experiment = self.experiment
-        for kind in ("protocol", "bench", "model", "shape"):
+        for kind in ("protocol", "bench", "model"):
             self.bundle.write_document(kind, getattr(experiment, kind).text)
+        self.bundle.write_document("shape", self.shape.text)
         line = experiment.bench.content.line
         if isinstance(line, CalibrationFile):  # the bench names it; the bundle needs it beside
             self.bundle.write_document("calibration", calibration_text(line))
-        self.bundle.write_resolved(
-            "protocol", experiment.protocol.content.model_dump(by_alias=True)
-        )
+        parts = {one.path.name: one.content.model_dump() for one in experiment.parts.values()}
+        resolved = experiment.protocol.content.model_dump(by_alias=True)
+        self.bundle.write_resolved("protocol", resolved | ({"parts": parts} if parts else {}))
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
         action = self.run.action
         steps = action.steps if isinstance(action, PlannedDrive) else ()
         self._journal("asked", run=self.run.name, rest_s=self.run.rest, steps=steps)
 
-    def _measure(self) -> Path:
+    def _measure(self) -> Path | None:
         """Let the robot move while the cameras run and return the export."""
-        model, shape = self.experiment.model.content, self.experiment.shape.content
+        model, shape = self.experiment.model.content, self.shape.content
         match self.run.action:
             case PlannedDrive() as drive:
                 subject = Subject(model, shape, self.run.mode)
@@ -223,18 +230,25 @@ class _Conductor:
         """Let the operator hold the robot and let go while the cameras run."""
         self._journal("no_drive")
         self.bundle.note({"output_off": "supply not opened"})
-        self._confirm(release.ready)
+        self._ask([PlannedPrompt(release.ready)])
         began = self._start_cameras()
         self._rest()
         asked = self.bench.clock.now()
-        self._confirm(release.now)
+        self._ask([PlannedPrompt(release.now)])
         self.progress(f"{self.run.duration:g} s after the release")
         self.bench.clock.sleep(self.run.duration + _HAND_S)
         return Window(self.start, self.bench.clock.now(), began, asked)
 
-    def _confirm(self, text: str) -> None:
-        self.operator.confirm(text)
-        self._journal("prompt", text=text, answer="confirmed")
+    def _ask(self, prompts: Sequence[PlannedPrompt]) -> None:
+        for prompt in prompts:
+            self._keep(ask(self.operator, prompt))
+
+    def _keep(self, one: Answered) -> None:
+        """Keep an answer in the journal, and its value in the manifest."""
+        self._journal("prompt", **one.journal())
+        if fact := one.fact():
+            self.answers |= fact
+            self.bundle.note({"answers": self.answers})
 
     def _start_cameras(self) -> datetime:
         """Start the cameras, and with them the run's time, and return the wall time."""
@@ -261,25 +275,32 @@ class _Conductor:
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
 
     def _drive(self, supply: Supply, drive: PlannedDrive) -> None:
-        clock, duration = self.bench.clock, self.run.duration
+        clock = self.bench.clock
         self._rest()
         on, first = clock.now(), drive.steps[0][1]
         self._journal("output_on", volts=first)
-        self.progress(f"drive {duration:g} s at {drive.voltage} V ({drive.speed:.2f} rad/s)")
+        self.progress(f"drive {self.run.duration:g} s: {drive.asked}")
         self._note_reading(switch_on(supply, first))
         sent = [(on - self.start, float(first))]
         for after, volts in drive.steps[1:]:
-            clock.sleep(on + after - clock.now())
+            self._watch_until(on + after, supply)
             at = clock.now() - self.start
             applied = supply.set_voltage(volts)
             self._journal("voltage", asked=volts, read_back=applied)
             sent.append((at, float(applied)))
             self._note_reading(watch(supply))
-        while (left := on + duration - clock.now()) > 0:
-            clock.sleep(min(_POLL_S, left))
-            self._note_reading(watch(supply))
+        self._watch_until(on + self.run.duration, supply)
+        self._note_reading(watch(supply))
         sent.append((clock.now() - self.start, 0.0))
         self.bundle.note({"sent": sent})
+
+    def _watch_until(self, end: float, supply: Supply) -> None:
+        """Watch a running supply until an instant of the bench's clock."""
+        clock = self.bench.clock
+        while (left := end - clock.now()) > 0:
+            clock.sleep(min(_POLL_S, left))
+            if left > _POLL_S:
+                self._note_reading(watch(supply))
 
     def _switch_off(self, supply: Supply) -> None:
         """Switch off and write down whether that was confirmed; Ctrl-C has to wait for it."""
@@ -327,7 +348,8 @@ class _Conductor:
         told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
         if "cameras" in self.bundle.manifest and not self.bundle.has_take():
             told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
-        return told
+        path = self.experiment.protocol.path
+        return f"{told}\ngo on later: workbench run {path} --resume {self.bundle.path}"
 
 
 @contextmanager

@@ -322,6 +322,10 @@ def _table(
 
 def _told(facts: Mapping[str, Any], release: Release | None) -> str:
     """Return in words what the robot was put through."""
+    if release is None and facts.get("levels"):
+        speeds = [speed for _, _, speed in facts["levels"]]
+        ends = f"{speeds[0]:.2f} to {max(speeds):.2f} rad/s"
+        return f"{facts['mode']}, staircase of {len(speeds)} levels, {ends}"
     if release is None:
         told = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
         if facts["voltage_V"] is None:

@@ -122,3 +122,96 @@ def test_the_calibration_inverts_itself_and_refuses_outside() -> None:
     assert line.speed(0) == 0
     with pytest.raises(InputError, match=r"0.7 V is outside the range of calibration 'thesis'"):
         line.speed(0.7)
+
+
+def test_a_range_is_written_once_and_holds_both_ends(tmp_path: Path) -> None:
+    up = "  - sweep: {mode: hop, speeds: {from: 16 rad/s, to: 21 rad/s, step: 1 rad/s}}\n"
+    down = "  - sweep: {mode: hop, voltages: {from: 5 V, to: 2000 mV, count: 4}}\n"
+    plan = plan_of(tmp_path, up + down)
+    assert [round(d.speed or 0) for d in drives(plan)[:6]] == [16, 17, 18, 19, 20, 21]
+    assert [str(d.voltage) for d in drives(plan)[6:]] == ["5.00", "4.00", "3.00", "2.00"]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("{from: 16 rad/s, to: 21 rad/s, step: 2 rad/s}", "do not lead .* that is 2.5 steps"),
+        ("{from: 16 rad/s, to: 21 rad/s}", "needs either step or count"),
+        ("{from: 16 rad/s, till: 21 rad/s, count: 3}", "lacks 'to'; write for example {from: 16"),
+        ("{from: 16, to: 21, count: 3}", "from must be text with a unit, found 16; write"),
+        ("{from: 16 rad/s, to: 21 rad/s, count: 1}", "count must be 2 to 1000, found 1"),
+        ("{from: 16 rad/s, to: 21 rad/s, step: 0 rad/s}", "0 rad/s is not allowed"),
+        ("{from: 20 rad/s, to: 30 rad/s, count: 2}", "30 rad/s needs 7.477 V, which is outside"),
+    ],
+)
+def test_a_range_that_cannot_be_is_told(tmp_path: Path, given: str, words: str) -> None:
+    with pytest.raises(FileFaults, match=words):
+        plan_of(tmp_path, f"  - sweep: {{mode: hop, speeds: {given}}}\n")
+
+
+def test_pulls_and_heights_are_swept_like_speeds(tmp_path: Path) -> None:
+    steps = (
+        "  - sweep: {mode: decay, pulls: [0.2 N, 0.4 N], repeats: 2}\n"
+        "  - sweep: {mode: drop, heights: {from: 10 mm, to: 3 cm, count: 3}}\n"
+    )
+    names = [run.name for run in plan_of(tmp_path, steps).runs]
+    decays = ["decay-0.2N", "decay-0.4N"] * 2
+    assert names == [*decays, "drop-10mm", "drop-20mm", "drop-30mm"]
+    with pytest.raises(FileFaults, match=r"mode decay needs pulls, for example 'pulls: \[0.2 N"):
+        plan_of(tmp_path, "  - sweep: {mode: decay}\n")
+
+
+def test_a_staircase_is_one_run_up_and_down_within_the_slew(tmp_path: Path) -> None:
+    steps = (
+        "  - staircase: {mode: clamped, voltages: [2 V, 3 V, 5 V], dwell: 4 s, ramp: 0 s,"
+        " step_ramp: 0.2 s, down: true}\n"
+    )
+    (run,) = plan_of(tmp_path, steps).runs
+    (drive,) = drives(plan_of(tmp_path, steps))
+    assert run.duration == 20
+    assert run.name == "clamped-5.90to19.10"
+    assert [(level.since, str(level.voltage)) for level in drive.levels] == [
+        (0, "2.00"), (4, "3.00"), (8, "5.00"), (12, "3.00"), (16, "2.00"),
+    ]  # fmt: skip
+    assert (drive.voltage, drive.speed) == (None, None)
+    # at 20 V/s the first volt takes 50 ms; a step of 2 V takes the 0.2 s that were asked for
+    assert [f"{t:.2f} {v}" for t, v in drive.steps] == [
+        "0.00 1.00", "0.05 2.00", "4.10 2.50", "4.20 3.00", "8.10 4.00", "8.20 5.00",
+        "12.10 4.00", "12.20 3.00", "16.10 2.50", "16.20 2.00",
+    ]  # fmt: skip
+
+
+def test_prompts_and_pauses_belong_to_the_run_that_follows_or_to_the_last(tmp_path: Path) -> None:
+    steps = (
+        "  - prompt: first\n"
+        "  - run: {mode: hop, voltage: 4 V, before: [still?], after: [{text: how far?,"
+        " value: {name: distance, quantity: length}}]}\n"
+        "  - pause: 1 min\n"
+        "  - prompt: second\n"
+        "  - run: {mode: hop, voltage: 5 V}\n"
+        "  - prompt: last\n"
+    )
+    plan = plan_of(tmp_path, steps)
+    assert [type(item).__name__ for item in plan.items] == [
+        "PlannedPrompt", "PlannedRun", "PlannedPause", "PlannedPrompt", "PlannedRun",
+    ]  # fmt: skip
+    first, second = plan.runs
+    assert [one.text for one in (*first.before, *first.after, *second.after)] == [
+        "still?", "how far?", "last",
+    ]  # fmt: skip
+    assert plan.prompts == 5
+    assert plan.seconds == 60 + 2 * 12
+    left = plan.without({1})
+    assert [type(item).__name__ for item in left.items] == [
+        "PlannedPause", "PlannedPrompt", "PlannedRun",
+    ]  # fmt: skip
+    assert left.runs == (second,)
+
+
+def test_limits_and_calibration_that_the_protocol_names_hold(tmp_path: Path) -> None:
+    run = "  - run: {mode: hop, speed: 18 rad/s}\n"
+    with pytest.raises(FileFaults, match=r"18\.00 rad/s is above the limit of this protocol, 17"):
+        plan_of(tmp_path, run, head="limits: {speed: 17 rad/s}\n")
+    with pytest.raises(FileFaults, match=r"3:1: bench 'virtual' has calibration 'thesis-5\.7'"):
+        plan_of(tmp_path, run, head="calibration: march\n")
+    plan_of(tmp_path, run, head="calibration: thesis-5.7\n")

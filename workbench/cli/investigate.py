@@ -19,12 +19,13 @@ from workbench.cli.diagnose import (
     write_report,
 )
 from workbench.cli.output import JsonFlag, emit, people, tell
-from workbench.cli.run import experiment_of, operator_of
+from workbench.cli.run import operator_of
 from workbench.diagnose import Diagnosis, Following, Round, Trial, following, minutes_of
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose import investigate as investigate_rounds
 from workbench.engine import carry_out
 from workbench.errors import InputError
+from workbench.experiment import read_experiment
 from workbench.protocol import BenchFile, Document, PlannedRun, Protocol, load, parse_quantity
 
 __all__ = ["investigate"]
@@ -115,8 +116,8 @@ class _Loop:
         """Return what is still to be run of the first protocol, None where all of it is there."""
         named = [b for b in self.complete() if b.manifest["protocol"] == protocol.path.name]
         done = frozenset(int(bundle.manifest["number"]) for bundle in named)
-        plan = experiment_of(protocol, self.lab, self.bench.voltage_step).plan
-        left = [run for run in plan.runs if run.number not in done]
+        plan = read_experiment(protocol.path, self.lab, self.bench.voltage_step).plan
+        left = plan.without(done).runs
         return _Job(protocol, done, _minutes_of(left)) if left else None
 
     def rounds_before(self) -> int:
@@ -130,13 +131,8 @@ class _Loop:
 
     def run(self, job: _Job) -> None:
         """Make the runs of a protocol that do not exist yet."""
-        asked = experiment_of(job.protocol, self.lab, self.bench.voltage_step)
-        items = [
-            item
-            for item in asked.plan.items
-            if not (isinstance(item, PlannedRun) and item.number in job.done)
-        ]
-        asked = replace(asked, plan=replace(asked.plan, items=tuple(items)))
+        asked = read_experiment(job.protocol.path, self.lab, self.bench.voltage_step)
+        asked = replace(asked, plan=asked.plan.without(job.done))
         for bundle in carry_out(asked, self.bench, self.runs, operator_of(self.lab.content), tell):
             people.print(f"made {bundle.path}", markup=False)
 

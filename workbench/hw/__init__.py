@@ -21,6 +21,7 @@ from workbench.hw.models import MODELS, Model, model_named
 from workbench.hw.safety import Prepared, prepare, switch_on, watch
 from workbench.hw.supply import Identity, Limits, Reading, Supply
 from workbench.hw.transport import WireLog
+from workbench.hw.words import written
 
 __all__ = [
     "MODELS",
@@ -40,4 +41,5 @@ __all__ = [
     "prepare",
     "switch_on",
     "watch",
+    "written",
 ]

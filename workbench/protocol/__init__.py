@@ -7,12 +7,24 @@ the field with its docstring, run `make schemas`, and describe it in docs/refere
 
 from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSection
 from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
-from workbench.protocol.experiment import Mode, Protocol, Role
+from workbench.protocol.experiment import Mode, Part, Protocol, Role
 from workbench.protocol.files import Document, load, parse
 from workbench.protocol.library import load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
-from workbench.protocol.plan import Plan, PlannedDrive, PlannedPrompt, PlannedRun, make_plan
-from workbench.protocol.quantity import parse_quantity
+from workbench.protocol.parts import Parts, load_protocol
+from workbench.protocol.plan import (
+    Item,
+    Level,
+    Named,
+    Plan,
+    PlannedDrive,
+    PlannedPause,
+    PlannedPrompt,
+    PlannedRun,
+)
+from workbench.protocol.planner import make_plan
+from workbench.protocol.prompt import Answer, Question
+from workbench.protocol.quantity import DIMENSIONS, parse_quantity
 from workbench.protocol.release import PlannedRelease
 from workbench.protocol.rewrite import rounded, write_changed
 from workbench.protocol.rig import (
@@ -33,6 +45,7 @@ from workbench.protocol.sheet import Sheet, SheetRun
 
 SCHEMAS: dict[str, type[Section]] = {
     "protocol": Protocol,
+    "part": Part,
     "bench": BenchFile,
     "sheet": Sheet,
     "model": ModelFile,
@@ -43,8 +56,10 @@ SCHEMAS: dict[str, type[Section]] = {
 """Name for `workbench schema NAME` -> schema."""
 
 __all__ = [
+    "DIMENSIONS",
     "SCHEMAS",
     "UNITS",
+    "Answer",
     "BenchFile",
     "Calibration",
     "CalibrationFile",
@@ -53,16 +68,23 @@ __all__ = [
     "Connection",
     "Document",
     "InputEffect",
+    "Item",
     "JointEffect",
+    "Level",
     "Mode",
     "ModelFile",
     "MotorLine",
+    "Named",
+    "Part",
+    "Parts",
     "Plan",
     "PlannedDrive",
+    "PlannedPause",
     "PlannedPrompt",
     "PlannedRelease",
     "PlannedRun",
     "Protocol",
+    "Question",
     "RigChannel",
     "RigField",
     "RigFile",
@@ -79,6 +101,7 @@ __all__ = [
     "calibration_text",
     "load",
     "load_model",
+    "load_protocol",
     "load_shape",
     "make_plan",
     "parse",

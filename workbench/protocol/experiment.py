@@ -5,27 +5,46 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from workbench.motion import DRIVEN, Mode
+from workbench.protocol.levels import Heights, Pulls, Speeds, Voltages
+from workbench.protocol.prompt import PromptOrText
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 
-__all__ = ["Mode", "Protocol", "ProtocolLimits", "Role", "Run", "Step", "Sweep", "wrong_release"]
+__all__ = [
+    "Condition",
+    "Mode",
+    "Part",
+    "Pause",
+    "Protocol",
+    "ProtocolLimits",
+    "Role",
+    "Run",
+    "Staircase",
+    "Step",
+    "Sweep",
+    "wrong_release",
+]
 
 Role = Literal["train", "held_out"]
 Speed = Annotated[float, Quantity("speed", above=0)]
 Volts = Annotated[float, Quantity("voltage", above=0)]
+Force = Annotated[float, Quantity("force", above=0)]
+Height = Annotated[float, Quantity("length", above=0, high=1)]
 
 _RELEASE_KEYS: dict[str, tuple[Mode, str]] = {
     "pull": ("decay", "0.39 N"),
     "height": ("drop", "20 mm"),
+    "pulls": ("decay", "[0.2 N, 0.4 N]"),
+    "heights": ("drop", "[10 mm, 20 mm]"),
 }
 """Key -> the one mode it belongs to, an example."""
 
 
-def wrong_release(mode: Mode, given: Mapping[str, float | None]) -> str | None:
-    """Return what is wrong with `pull` and `height` beside a mode, or None."""
+def wrong_release(mode: Mode, given: Mapping[str, object]) -> str | None:
+    """Return what is wrong with keys of a release beside a mode, or None."""
     for key, value in given.items():
         owner = _RELEASE_KEYS[key][0]
         if value is not None and mode != owner:
@@ -33,95 +52,172 @@ def wrong_release(mode: Mode, given: Mapping[str, float | None]) -> str | None:
     return None
 
 
-class _Condition(Section):
-    """What every run of a step has in common, whatever its speed."""
+class Condition(Section):
+    """What every run of a step has in common."""
 
     mode: Mode
+    shape: str | None = None
+    """Beam of these runs, a name or a path; by default the protocol's."""
     rest: Annotated[float, Quantity("time", low=0.5, high=60)] = 2.0
     """Still time before the motor starts or the robot is let go, in which the cameras see it."""
     ramp: Annotated[float, Quantity("time", low=0, high=60)] = 0.5
-    """Time from the lowest voltage to the one asked for."""
-    duration: Annotated[float, Quantity("time", above=0, high=3600)] = 10.0
-    """Time from switching the output on to switching it off, or from the release to the end."""
+    """Time from the lowest voltage to the first one asked for."""
     role: Role = "train"
     """Whether a later diagnosis may fit this run or only test on it."""
     repeats: Annotated[int, Field(ge=1, le=1000)] = 1
-    pull: Annotated[float, Quantity("force", above=0)] | None = None
-    """Force on T before the release, in mode decay."""
-    height: Annotated[float, Quantity("length", above=0, high=1)] | None = None
-    """Height of the fall, in mode drop."""
+    before: tuple[PromptOrText, ...] = ()
+    """Prompts before each of these runs, with the output off."""
+    after: tuple[PromptOrText, ...] = ()
+    """Prompts after each of these runs, with the output off, such as a distance by tape."""
 
-    def _require_release(self) -> None:
+    def _require_release(self, *keys: str) -> None:
         """Refuse a release that the mode does not have or that is not told."""
-        given = {"pull": self.pull, "height": self.height}
+        given = {key: getattr(self, key) for key in keys}
         wrong = wrong_release(self.mode, given)
         if wrong is not None:
             raise ValueError(wrong)
-        for key, (owner, example) in _RELEASE_KEYS.items():
-            if self.mode == owner and given[key] is None:
+        for key, value in given.items():
+            owner, example = _RELEASE_KEYS[key]
+            if self.mode == owner and value is None:
                 raise ValueError(f"mode {owner} needs {key}, for example '{key}: {example}'")
         if self.mode not in DRIVEN and "ramp" in self.model_fields_set:
             raise ValueError(f"mode {self.mode} has no drive; remove ramp")
 
+    def _require_drive(self, first: str, second: str) -> None:
+        """Require one of two keys in the modes with a drive, and neither in the others."""
+        given = [name for name in (first, second) if getattr(self, name) is not None]
+        if self.mode in DRIVEN and len(given) != 1:
+            raise ValueError(
+                f"mode {self.mode} needs either {first} or {second}, found {len(given)}"
+            )
+        if self.mode not in DRIVEN and given:
+            raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
 
-class Run(_Condition):
+
+class _Timed(Condition):
+    """A condition of one level."""
+
+    duration: Annotated[float, Quantity("time", above=0, high=3600)] = 10.0
+    """Time from switching the output on to switching it off, or from the release to the end."""
+
+
+class Run(_Timed):
     """One condition."""
 
     speed: Speed | None = None
     """Rotor speed; the bench's calibration turns it into a voltage."""
     voltage: Volts | None = None
+    pull: Force | None = None
+    """Force on T before the release, in mode decay."""
+    height: Height | None = None
+    """Height of the fall, in mode drop."""
 
     @model_validator(mode="after")
-    def _drive(self) -> Run:
-        given = [name for name in ("speed", "voltage") if getattr(self, name) is not None]
-        if self.mode in DRIVEN and len(given) != 1:
-            raise ValueError(f"mode {self.mode} needs either speed or voltage, found {len(given)}")
-        if self.mode not in DRIVEN and given:
-            raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
-        self._require_release()
+    def _complete(self) -> Run:
+        self._require_drive("speed", "voltage")
+        self._require_release("pull", "height")
         return self
 
 
-class Sweep(_Condition):
-    """The same condition at several speeds or voltages."""
+class Sweep(_Timed):
+    """The same condition at several speeds, voltages, pulls or heights, a run each."""
 
-    speeds: Annotated[tuple[Speed, ...], Field(min_length=1)] | None = None
-    voltages: Annotated[tuple[Volts, ...], Field(min_length=1)] | None = None
+    speeds: Speeds | None = None
+    voltages: Voltages | None = None
+    pulls: Pulls | None = None
+    """Forces on T before the release, in mode decay."""
+    heights: Heights | None = None
+    """Heights of the fall, in mode drop."""
     order: Literal["as listed", "random"] = "as listed"
+    """Random mixes all runs of the sweep, repeats included."""
     seed: Annotated[int, Field(ge=0)] = 0
     """Seed of the random order; the same seed gives the same order."""
 
     @model_validator(mode="after")
-    def _drive(self) -> Sweep:
-        if self.mode not in DRIVEN:
-            raise ValueError(f"mode {self.mode} has no drive; use the step 'run' with repeats")
-        if (self.speeds is None) == (self.voltages is None):
-            raise ValueError("a sweep needs either speeds or voltages")
-        self._require_release()
+    def _complete(self) -> Sweep:
+        self._require_drive("speeds", "voltages")
+        self._require_release("pulls", "heights")
         return self
+
+
+class Staircase(Condition):
+    """One run that goes from level to level without a pause, for example up and down again."""
+
+    speeds: Speeds | None = None
+    voltages: Voltages | None = None
+    dwell: Annotated[float, Quantity("time", low=0.1, high=3600)]
+    """Time at each level, its ramp included."""
+    step_ramp: Annotated[float, Quantity("time", low=0, high=60)] = 0.0
+    """Time from one level to the next; the bench's slew is kept in any case."""
+    down: bool = False
+    """Go back through the levels afterwards; the last one is not repeated."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> Staircase:
+        if self.mode not in DRIVEN:
+            raise ValueError(f"mode {self.mode} has no drive; use the step 'run' or 'sweep'")
+        self._require_drive("speeds", "voltages")
+        if self.step_ramp >= self.dwell:
+            raise ValueError(
+                f"step_ramp {self.step_ramp:g} s is not shorter than dwell {self.dwell:g} s"
+            )
+        return self
+
+
+class Pause(Section):
+    """A wait with the output off."""
+
+    time: Annotated[float, Quantity("time", above=0, high=24 * 3600)]
+    why: str | None = None
+    """Shown while waiting."""
+
+
+def _pause(given: object) -> object:
+    return {"time": given} if isinstance(given, (str, int, float)) else given
+
+
+PauseOrTime = Annotated[Pause, BeforeValidator(_pause, json_schema_input_type=str | Pause)]
+"""A pause, or its time alone."""
 
 
 class Step(Section):
     """One step: exactly one of its keys."""
 
-    prompt: str | None = None
-    """Text for the operator, who confirms it before the next step."""
+    prompt: PromptOrText | None = None
+    """For the operator, before the next run; after the last run where none follows."""
+    pause: PauseOrTime | None = None
+    """Wait before the next run."""
     run: Run | None = None
     sweep: Sweep | None = None
+    staircase: Staircase | None = None
+    include: str | None = None
+    """Path of a file of steps (schema workbench/part-1) from this file's folder."""
 
     @model_validator(mode="after")
     def _one(self) -> Step:
-        given = [name for name in ("prompt", "run", "sweep") if getattr(self, name) is not None]
+        names = list(type(self).model_fields)
+        given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
             found = " and ".join(given) or "none"
-            raise ValueError(f"a step is exactly one of prompt, run, sweep; found {found}")
+            raise ValueError(f"a step is exactly one of {', '.join(names)}; found {found}")
         return self
+
+
+Steps = Annotated[tuple[Step, ...], Field(min_length=1)]
+
+
+class Part(Section):
+    """Steps that several protocols share."""
+
+    schema_: Annotated[Literal["workbench/part-1"], Field(alias="schema")]
+    steps: Steps
 
 
 class ProtocolLimits(Section):
     """Limits of this experiment, at most those of the bench."""
 
     voltage: Volts | None = None
+    speed: Speed | None = None
     current: Annotated[float, Quantity("current", above=0)] | None = None
 
 
@@ -134,5 +230,7 @@ class Protocol(Section):
     """Robot model, a name or a path; by default the bench's."""
     shape: str | None = None
     """Beam shape, a name or a path; by default the bench's."""
+    calibration: str | None = None
+    """Id of the speed-voltage line that this experiment is meant for; another bench is refused."""
     limits: ProtocolLimits = ProtocolLimits()
-    steps: Annotated[tuple[Step, ...], Field(min_length=1)]
+    steps: Steps

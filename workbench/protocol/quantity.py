@@ -30,8 +30,10 @@ DIMENSIONS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "force": {"N": 1.0, "mN": 1e-3},
     "rate": {"Hz": 1.0},
+    "mass": {"kg": 1.0, "g": 1e-3},
+    "temperature": {"degC": 1.0},
 }
-"""Dimension -> unit -> factor to SI."""
+"""Dimension -> unit -> factor to SI; temperatures stay in degrees Celsius."""
 
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 

@@ -17,6 +17,8 @@ def sentence(event: Mapping[str, Any]) -> str:
             return f"asked for {run}: {rest} s rest"
         case {"event": "no_drive"}:
             return "this mode has no drive: the supply was not opened"
+        case {"event": "prompt", "name": name, "text": text, "answer": answer}:
+            return f"operator typed {name} = {answer}: {text}"
         case {"event": "prompt", "text": text, "answer": answer}:
             return f"operator {answer}: {text}"
         case {"event": "prepared", "identity": {"model": model, "serial": serial}}:

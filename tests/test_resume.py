@@ -1,0 +1,191 @@
+"""An experiment that was cut off at any instant goes on with what is on disk."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from workbench.bench import VirtualBench, load_bench
+from workbench.bundle import Bundle, verify
+from workbench.cli.output import QuietOperator
+from workbench.engine import carry_out
+from workbench.errors import InputError
+from workbench.experiment import Experiment, read_experiment
+from workbench.resume import Course, resume
+
+TEXT = """\
+schema: workbench/protocol-1
+title: Four runs
+steps:
+  - prompt: Clamp the foot.
+  - sweep:
+      {mode: clamped, voltages: [3 V, 4 V], repeats: 2, order: random, seed: 3,
+       rest: 0.5 s, ramp: 0.2 s, duration: 1 s}
+"""
+
+
+class KilledError(BaseException):
+    """Nothing catches it, as nothing catches SIGKILL."""
+
+
+class Recorder(QuietOperator):
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def confirm(self, text: str) -> None:
+        self.asked.append(text)
+
+
+def experiment(folder: Path, text: str = TEXT) -> Experiment:
+    path = folder / "p.yaml"
+    path.write_text(text)
+    bench = load_bench("virtual")
+    return read_experiment(path, bench, VirtualBench(bench.content).voltage_step)
+
+
+def runs(
+    asked: Experiment,
+    root: Path,
+    course: Course | None = None,
+    bench: VirtualBench | None = None,
+    operator: QuietOperator | None = None,
+) -> Iterator[Bundle]:
+    lab = bench or VirtualBench(asked.bench.content)
+    return carry_out(asked, lab, root, operator or QuietOperator(), lambda text: None, course)
+
+
+def bundles(root: Path) -> list[Bundle]:
+    return [Bundle.open(path) for path in sorted(root.iterdir())]
+
+
+def killed_after(bench: VirtualBench, waits: int) -> None:
+    """Let the program die in a wait of its clock."""
+    sleep, left = bench.clock.sleep, iter(range(waits))
+
+    def dying(seconds: float) -> None:
+        if next(left, None) is None:
+            raise KilledError
+        sleep(seconds)
+
+    bench.clock.sleep = dying  # type: ignore[method-assign]
+
+
+@pytest.fixture(autouse=True)
+def _no_views(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Twins and views take most of a run's time and have no part in this."""
+    monkeypatch.setattr("workbench.engine.pair", lambda bundle: None)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_killed_at_any_instant_it_ends_with_every_condition_once(tmp_path: Path, seed: int) -> None:
+    asked, root, rng = experiment(tmp_path), tmp_path / "runs", random.Random(seed)
+    course = None
+    for _ in range(3):
+        bench = VirtualBench(asked.bench.content)
+        killed_after(bench, rng.randrange(2, 40))
+        with suppress(KilledError):
+            list(runs(asked, root, course, bench))
+        if not root.exists():
+            continue
+        course = resume(bundles(root)[0].path, root, asked.inputs())
+    list(runs(asked, root, course))
+    every = bundles(root)
+    good = [b.manifest for b in every if b.manifest["status"] == "complete"]
+    good.sort(key=lambda facts: facts["number"])
+    assert [f["number"] for f in good] == [1, 2, 3, 4]
+    planned = [(float(run.action.voltage), run.repeat) for run in asked.plan.runs]  # type: ignore[union-attr]
+    assert [(f["voltage_V"], f["repeat"]) for f in good] == planned
+    assert len({f["experiment"] for f in good}) == 1
+    attempts = Counter(b.manifest["number"] for b in every)
+    assert {f["number"]: f["attempt"] for f in good} == dict(attempts)
+    assert all(verify(b.path) == [] for b in every)
+
+
+def test_what_broke_off_stays_and_says_so(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    bench, operator = VirtualBench(asked.bench.content), Recorder()
+    killed_after(bench, 5)
+    with pytest.raises(KilledError):
+        list(runs(asked, root, None, bench))
+    (broken,) = bundles(root)
+    lines = broken.read_journal()
+    assert verify(broken.path) == ["checksums.txt: missing; the run was cut off (status failed)"]
+    course = resume(broken.path, root, asked.inputs())
+    assert (course.done, dict(course.tries)) == (frozenset(), {1: 1})
+    done = list(runs(asked, root, course, operator=operator))
+    assert operator.asked == ["Clamp the foot."]
+    again = Bundle.open(broken.path)
+    assert again.read_journal() == lines
+    assert again.manifest["error"].startswith("the program ended without a word here")
+    assert verify(broken.path) == []
+    assert [b.manifest["attempt"] for b in done] == [2, 1, 1, 1]
+
+
+def test_prompts_of_runs_that_are_done_are_not_asked_again(tmp_path: Path) -> None:
+    asked, root, operator = experiment(tmp_path), tmp_path / "runs", Recorder()
+    first = next(runs(asked, root))
+    course = resume(first.path, root, asked.inputs())
+    assert course.done == {1}
+    rest = list(runs(asked, root, course, operator=operator))
+    assert [b.manifest["number"] for b in rest] == [2, 3, 4]
+    assert operator.asked == []
+
+
+def test_noise_goes_on_where_it_was(tmp_path: Path) -> None:
+    asked = experiment(tmp_path)
+    whole = [b.take().read_bytes() for b in runs(asked, tmp_path / "whole")]
+    first = next(runs(asked, tmp_path / "cut"))
+    course = resume(first.path, tmp_path / "cut", asked.inputs())
+    rest = [b.take().read_bytes() for b in runs(asked, tmp_path / "cut", course)]
+    assert rest == whole[1:]
+
+
+def test_a_changed_input_cannot_be_resumed(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    first = next(runs(asked, root))
+    other = experiment(tmp_path, TEXT.replace("4 V", "5 V"))
+    with pytest.raises(InputError, match=r"protocol p.yaml was changed. Put it back as it was"):
+        resume(first.path, root, other.inputs())
+    gone = {k: v for k, v in asked.inputs().items() if not k.startswith("model")}
+    with pytest.raises(InputError, match=r"model thesis.yaml is gone"):
+        resume(first.path, root, gone)
+
+
+def test_a_run_without_an_experiment_is_told(tmp_path: Path) -> None:
+    box = Bundle.create(tmp_path, "x", datetime.now(), {})
+    with pytest.raises(InputError, match="belongs to no experiment, so there is nothing to resume"):
+        resume(box.path, tmp_path, {})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
+def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "p.yaml").write_text(TEXT)
+    command = [sys.executable, "-c", "from workbench.cli import main; main()", "run", "p.yaml"]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
+        deadline = time.monotonic() + 120
+        while len(list(tmp_path.glob("runs/*/journal.jsonl"))) < 2:
+            assert process.poll() is None, "it ended before it could be killed"
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        os.kill(process.pid, signal.SIGKILL)
+    before = bundles(tmp_path / "runs")
+    kept = {b.path: (b.path / "journal.jsonl").read_bytes() for b in before}
+    resumed = subprocess.run(
+        [*command, "--resume", before[-1].path.name], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert resumed.returncode == 0, resumed.stderr
+    assert "runs are complete" in resumed.stderr
+    good = [b.manifest for b in bundles(tmp_path / "runs") if b.manifest["status"] == "complete"]
+    assert sorted(f["number"] for f in good) == [1, 2, 3, 4]
+    assert all((path / "journal.jsonl").read_bytes() == text for path, text in kept.items())

@@ -1,0 +1,124 @@
+"""`workbench run --dry-run`: what a protocol would do, as rehearsed on a simulated supply."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from workbench.cli.output import emit, show_table
+from workbench.experiment import Experiment
+from workbench.protocol import (
+    Calibration,
+    CalibrationFile,
+    Item,
+    PlannedDrive,
+    PlannedPause,
+    PlannedPrompt,
+    PlannedRelease,
+    PlannedRun,
+)
+from workbench.rehearsal import Rehearsed, rehearse
+
+__all__ = ["show_dry_run"]
+
+
+def show_dry_run(experiment: Experiment, as_json: bool) -> None:
+    """Rehearse an experiment and print it."""
+    told = rehearse(experiment)
+    if as_json:
+        emit(_object(experiment, told))
+        return
+    plan, seconds = experiment.plan, _seconds(experiment, told)
+    show_table(
+        f"{plan.title} (runs: {len(plan.runs)}, {_minutes(seconds)}; prompts, not counted: "
+        f"{plan.prompts})",
+        ["run", "mode", "asked", "rest [s]", "ramp [s]", "duration [s]", "role"],
+        [_row(item) for item in plan.items],
+    )
+    show_table("limits", ["", ""], _limits(experiment))
+    for one in told:
+        show_table(
+            f"run {one.run.number}, {one.run.name}, {one.busy:.1f} s",
+            ["time [s]", "what", "written to the supply"],
+            [[f"{i.time:.2f}", "; ".join(i.events), ", ".join(i.words)] for i in one.instants],
+        )
+
+
+def _seconds(experiment: Experiment, told: tuple[Rehearsed, ...]) -> float:
+    """Return the bench time with its pauses [s]; pauses lie between the rehearsed runs."""
+    plan = experiment.plan
+    pauses = plan.seconds - sum(run.rest + run.duration for run in plan.runs)
+    return pauses + sum(one.busy for one in told)
+
+
+def _minutes(seconds: float) -> str:
+    return f"about {seconds:.0f} s" if seconds < 120 else f"about {seconds / 60:.0f} min"
+
+
+def _limits(experiment: Experiment) -> list[tuple[str, str]]:
+    supply = experiment.bench.content.supply
+    limits, line = supply.limits, experiment.bench.content.line
+    day = line.measured_on if isinstance(line, Calibration | CalibrationFile) else None
+    since = "" if day is None else f" of {day}"
+    return [
+        ("supply", supply.model),
+        ("voltage", f"at most {limits.voltage:g} V, trips at {limits.over_voltage:g} V"),
+        (
+            "current",
+            f"at most {experiment.plan.current_limit:g} A, trips at {limits.over_current:g} A",
+        ),
+        ("slew", f"at most {limits.slew:g} V/s"),
+        (
+            "calibration",
+            f"{line.id}{since}: omega = {line.slope:g} U {line.offset:+g} rad/s, "
+            f"{line.lowest:g} V to {line.highest:g} V",
+        ),
+    ]
+
+
+def _row(item: Item) -> list[str]:
+    match item:
+        case PlannedPrompt():
+            return ["", "prompt", item.text, "", "", "", ""]
+        case PlannedPause():
+            return ["", "pause", item.why, "", "", f"{item.seconds:g}", ""]
+        case PlannedRun(action=action):
+            ramp = f"{action.ramp:g}" if isinstance(action, PlannedDrive) else ""
+            times = [f"{item.rest:g}", ramp, f"{item.duration:g}"]
+            return [str(item.number), item.mode, action.asked, *times, item.role]
+
+
+def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, Any]:
+    plan = experiment.plan
+    return {
+        "title": plan.title,
+        "seconds": _seconds(experiment, told),
+        "prompts": plan.prompts,
+        "current_limit_A": plan.current_limit,
+        "limits": dict(_limits(experiment)),
+        "runs": [
+            {
+                "number": one.run.number,
+                "mode": one.run.mode,
+                "rest_s": one.run.rest,
+                "duration_s": one.run.duration,
+                "role": one.run.role,
+                "shape": None if one.run.shape is None else one.run.shape.name,
+                **_action(one.run.action),
+                "instants": [
+                    {"time_s": i.time, "events": i.events, "written": i.words} for i in one.instants
+                ],
+            }
+            for one in told
+        ],
+    }
+
+
+def _action(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+    match action:
+        case PlannedDrive():
+            volts = None if action.voltage is None else float(action.voltage)
+            steps = [{"time_s": t, "voltage_V": float(v)} for t, v in action.steps]
+            return {"speed_rad_s": action.speed, "voltage_V": volts, "steps": steps}
+        case PlannedRelease():
+            prompts = [action.ready, action.now]
+            return {"pull_N": action.pull, "height_m": action.height, "prompts": prompts}

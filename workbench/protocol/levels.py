@@ -1,0 +1,116 @@
+"""Several speeds, voltages, pulls or heights: a list, or evenly from one to another."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, ValidationError
+
+from workbench.protocol.quantity import DIMENSIONS, Quantity, parse_quantity
+from workbench.protocol.section import Section
+
+__all__ = ["Even", "Heights", "Pulls", "Speeds", "Voltages", "levels"]
+
+_MOST = 1000
+_EXAMPLE = "{from: 16 rad/s, to: 21 rad/s, step: 1 rad/s}"
+_KINDS = dict.fromkeys(("from", "to", "step"), "text with a unit") | {"count": "2 to 1000"}
+_WHOLE = 1e-6  # how far a range may end beside a whole number of steps
+
+
+class Even(Section):
+    """Evenly spaced values; both ends belong to them."""
+
+    start: Annotated[str, Field(alias="from")]
+    """First value with its unit."""
+    end: Annotated[str, Field(alias="to")]
+    """Last value with its unit; below the first to go down."""
+    step: str | None = None
+    """Distance of two values with its unit."""
+    count: Annotated[int, Field(ge=2, le=_MOST)] | None = None
+    """How many values, in place of step."""
+
+
+def levels(given: object, quantity: Quantity) -> object:
+    """Return a range as the texts of its values; a list as it is.
+
+    Raises:
+        ValueError: when the steps do not lead from one end to the other.
+    """
+    if not isinstance(given, dict):
+        return given
+    even = _even(given)
+    start, unit = parse_quantity(even.start, quantity.dimension)
+    end, _ = parse_quantity(even.end, quantity.dimension)
+    factor = DIMENSIONS[quantity.dimension][unit]
+    count = _count(even, end - start, quantity)
+    # written in the unit of the first value, so that bounds are told in it
+    return [
+        f"{float(f'{(start + (end - start) * i / (count - 1)) / factor:.9g}')} {unit}"
+        for i in range(count)
+    ]
+
+
+def _count(even: Even, span: float, quantity: Quantity) -> int:
+    if (even.step is None) == (even.count is None):
+        raise ValueError("a range needs either step or count beside from and to")
+    if even.count is not None:
+        return even.count
+    step = Quantity(quantity.dimension, above=0).read(even.step)
+    steps = abs(span) / step
+    if not 1 <= round(steps) < _MOST or not math.isclose(steps, round(steps), abs_tol=_WHOLE):
+        raise ValueError(
+            f"steps of {even.step} do not lead from {even.start} to {even.end}: "
+            f"that is {steps:g} steps"
+        )
+    return round(steps) + 1
+
+
+def _even(given: dict[str, object]) -> Even:
+    try:
+        return Even.model_validate(given)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(step) for step in first["loc"])
+        words = {"missing": f"a range lacks {key!r}", "extra_forbidden": f"a range has no {key!r}"}
+        told = words.get(first["type"], f"{key} must be {_KINDS[key]}, found {first['input']!r}")
+        raise ValueError(f"{told}; write for example {_EXAMPLE}") from None
+
+
+_SPEED = Quantity("speed", above=0)
+_VOLTAGE = Quantity("voltage", above=0)
+_PULL = Quantity("force", above=0)
+_HEIGHT = Quantity("length", above=0, high=1)
+
+Speeds = Annotated[
+    tuple[Annotated[float, _SPEED], ...],
+    Field(min_length=1, max_length=_MOST),
+    BeforeValidator(
+        lambda given: levels(given, _SPEED),
+        json_schema_input_type=list[Annotated[float, _SPEED]] | Even,
+    ),
+]
+Voltages = Annotated[
+    tuple[Annotated[float, _VOLTAGE], ...],
+    Field(min_length=1, max_length=_MOST),
+    BeforeValidator(
+        lambda given: levels(given, _VOLTAGE),
+        json_schema_input_type=list[Annotated[float, _VOLTAGE]] | Even,
+    ),
+]
+Pulls = Annotated[
+    tuple[Annotated[float, _PULL], ...],
+    Field(min_length=1, max_length=_MOST),
+    BeforeValidator(
+        lambda given: levels(given, _PULL),
+        json_schema_input_type=list[Annotated[float, _PULL]] | Even,
+    ),
+]
+Heights = Annotated[
+    tuple[Annotated[float, _HEIGHT], ...],
+    Field(min_length=1, max_length=_MOST),
+    BeforeValidator(
+        lambda given: levels(given, _HEIGHT),
+        json_schema_input_type=list[Annotated[float, _HEIGHT]] | Even,
+    ),
+]

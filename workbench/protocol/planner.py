@@ -1,0 +1,279 @@
+"""From a protocol and a bench to the plan; every fault is told where it stands."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import ROUND_HALF_EVEN, Decimal
+
+from workbench.errors import FileFault, FileFaults, InputError
+from workbench.protocol.bench import BenchFile
+from workbench.protocol.experiment import (
+    Condition,
+    Part,
+    Protocol,
+    Run,
+    Staircase,
+    Step,
+    Sweep,
+)
+from workbench.protocol.files import Document, Location
+from workbench.protocol.parts import Parts, part_of
+from workbench.protocol.plan import (
+    Item,
+    Level,
+    Named,
+    Plan,
+    PlannedDrive,
+    PlannedPause,
+    PlannedPrompt,
+    PlannedRun,
+)
+from workbench.protocol.prompt import Prompt
+from workbench.protocol.ramps import Ramps
+from workbench.protocol.release import PlannedRelease, drop, pull
+
+__all__ = ["make_plan"]
+
+
+def make_plan(
+    protocol: Document[Protocol],
+    bench: BenchFile,
+    voltage_step: Decimal,
+    parts: Parts | None = None,
+) -> Plan:
+    """Check a protocol against a bench and lay out its runs.
+
+    Args:
+        protocol: the protocol as read.
+        bench: the bench it shall run on.
+        voltage_step: smallest step of the supply [V].
+        parts: what the protocol includes.
+
+    Raises:
+        FileFaults: with every run that the bench or its calibration does not allow.
+    """
+    planner = _Planner(protocol, bench, voltage_step, parts or {})
+    items = planner.lay_out(protocol)
+    current = planner.current_limit()
+    planner.require_calibration()
+    if planner.faults:
+        raise FileFaults(planner.faults)
+    return Plan(protocol.content.title, tuple(_numbered(_owned(items))), current)
+
+
+def _owned(items: list[Item]) -> list[Item]:
+    """Give the prompts that follow the last run to that run."""
+    last = max((i for i, item in enumerate(items) if isinstance(item, PlannedRun)), default=-1)
+    run = items[last] if last >= 0 else None
+    if not isinstance(run, PlannedRun):
+        return items
+    trailing = [item for item in items[last + 1 :] if isinstance(item, PlannedPrompt)]
+    return [*items[:last], replace(run, after=(*run.after, *trailing))]
+
+
+def _numbered(items: Sequence[Item]) -> Iterator[Item]:
+    number = 0
+    for item in items:
+        if isinstance(item, PlannedRun):
+            number += 1
+            item = replace(item, number=number)
+        yield item
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where something stands: a file, and the way to it from the top."""
+
+    document: Document[Protocol] | Document[Part]
+    location: Location
+
+    def to(self, *further: str | int) -> _Place:
+        return _Place(self.document, (*self.location, *further))
+
+    def fault(self, text: str) -> FileFault:
+        return self.document.fault(self.location, text)
+
+
+class _Planner:
+    def __init__(
+        self,
+        protocol: Document[Protocol],
+        bench: BenchFile,
+        voltage_step: Decimal,
+        parts: Parts,
+    ) -> None:
+        self.protocol, self.bench, self.parts = protocol, bench, parts
+        self.ramps = Ramps(bench.line.lowest, voltage_step, bench.supply.limits.slew)
+        self.voltage_step = voltage_step
+        self.faults: list[FileFault] = []
+
+    def lay_out(self, document: Document[Protocol] | Document[Part]) -> list[Item]:
+        """Return what the steps of a file come to, its parts included."""
+        return [
+            item
+            for i, step in enumerate(document.content.steps)
+            for item in self._step(step, _Place(document, ("steps", i)))
+        ]
+
+    def current_limit(self) -> float:
+        asked, bench = self.protocol.content.limits.current, self.bench.supply.limits.current
+        if asked is not None and asked > bench:
+            text = (
+                f"current {asked:g} A is above the limit of bench {self.bench.name!r}, {bench:g} A"
+            )
+            self._fault(_Place(self.protocol, ("limits", "current")), text)
+        return bench if asked is None else asked
+
+    def require_calibration(self) -> None:
+        """Refuse a bench whose speed-voltage line is another than the protocol names."""
+        asked, line = self.protocol.content.calibration, self.bench.line
+        if asked is not None and asked != line.id:
+            text = f"bench {self.bench.name!r} has calibration {line.id!r}, not {asked!r}"
+            self._fault(_Place(self.protocol, ("calibration",)), text)
+
+    def _step(self, step: Step, place: _Place) -> list[Item]:
+        if step.prompt is not None:
+            return [_prompt(step.prompt, place)]
+        if step.pause is not None:
+            return [PlannedPause(step.pause.time, step.pause.why or "pause")]
+        if step.run is not None:
+            return list(self._run(step.run, place.to("run")))
+        if step.sweep is not None:
+            return list(self._sweep(step.sweep, place.to("sweep")))
+        if step.staircase is not None:
+            return list(self._staircase(step.staircase, place.to("staircase")))
+        return self.lay_out(self.parts[part_of(place.document, step.include or "")])
+
+    def _run(self, run: Run, place: _Place) -> list[PlannedRun]:
+        action = self._action(run, place)
+        if action is None:
+            return []
+        return [
+            _planned(run, action, run.duration, repeat, place)
+            for repeat in range(1, run.repeats + 1)
+        ]
+
+    def _action(self, run: Run, place: _Place) -> PlannedDrive | PlannedRelease | None:
+        """Return what follows the rest, or note the fault."""
+        if run.pull is not None:
+            return pull(run.pull)
+        if run.height is not None:
+            return drop(run.height)
+        key = "speed" if run.speed is not None else "voltage"
+        level = self._level(run.speed, run.voltage, place.to(key))
+        return self._drive(run, run.duration, level, place)
+
+    def _sweep(self, sweep: Sweep, place: _Place) -> list[PlannedRun]:
+        actions: list[PlannedDrive | PlannedRelease | None] = [
+            self._drive(sweep, sweep.duration, level, place) for level in self._levels(sweep, place)
+        ]
+        actions += [pull(force) for force in sweep.pulls or ()]
+        actions += [drop(height) for height in sweep.heights or ()]
+        runs = [
+            _planned(sweep, action, sweep.duration, repeat, place)
+            for repeat in range(1, sweep.repeats + 1)
+            for action in actions
+            if action is not None
+        ]
+        if sweep.order == "random":
+            random.Random(sweep.seed).shuffle(runs)
+        return runs
+
+    def _staircase(self, stairs: Staircase, place: _Place) -> list[PlannedRun]:
+        found = [level for level in self._levels(stairs, place) if level is not None]
+        found += found[-2::-1] if stairs.down else []
+        self._require_ramp(stairs, stairs.dwell, "dwell", place)
+        if not found:
+            return []
+        levels = tuple(level._replace(since=i * stairs.dwell) for i, level in enumerate(found))
+        drive = PlannedDrive(levels, self.ramps.through(levels, stairs.ramp, stairs.step_ramp))
+        duration = stairs.dwell * len(levels)
+        return [
+            _planned(stairs, drive, duration, repeat, place)
+            for repeat in range(1, stairs.repeats + 1)
+        ]
+
+    def _levels(self, several: Sweep | Staircase, place: _Place) -> list[Level | None]:
+        speeds, voltages = several.speeds or (), several.voltages or ()
+        return [
+            *(self._level(s, None, place.to("speeds", i)) for i, s in enumerate(speeds)),
+            *(self._level(None, v, place.to("voltages", i)) for i, v in enumerate(voltages)),
+        ]
+
+    def _level(self, speed: float | None, volts: float | None, place: _Place) -> Level | None:
+        """Return what the supply can set and the speed it gives, or note the fault."""
+        calibration = self.bench.line
+        try:
+            exact = calibration.voltage(speed) if speed is not None else float(volts or 0)
+            rounded = Decimal(repr(exact)).quantize(self.voltage_step, ROUND_HALF_EVEN)
+            level = Level(0.0, rounded, calibration.speed(float(rounded)))
+        except InputError as error:
+            self._fault(place, str(error))
+            return None
+        beyond = self._beyond(level)
+        if beyond is not None:
+            self._fault(place, beyond)
+            return None
+        return level
+
+    def _beyond(self, level: Level) -> str | None:
+        """Return which limit a level is above, or None."""
+        own, bench = self.protocol.content.limits, f"bench {self.bench.name!r}"
+        volts, speed = float(level.voltage), level.speed
+        for told, value, owner, limit, unit in (
+            (f"{level.voltage}", volts, bench, self.bench.supply.limits.voltage, "V"),
+            (f"{level.voltage}", volts, "this protocol", own.voltage, "V"),
+            (f"{speed:.2f}", speed, "this protocol", own.speed, "rad/s"),
+        ):
+            if limit is not None and value > limit:
+                return f"{told} {unit} is above the limit of {owner}, {limit:g} {unit}"
+        return None
+
+    def _drive(
+        self, condition: Condition, duration: float, level: Level | None, place: _Place
+    ) -> PlannedDrive | None:
+        if level is None:
+            return None
+        self._require_ramp(condition, duration, "duration", place)
+        return PlannedDrive((level,), self.ramps.through((level,), condition.ramp, 0.0))
+
+    def _require_ramp(self, condition: Condition, whole: float, name: str, place: _Place) -> None:
+        if condition.ramp >= whole:
+            text = f"ramp {condition.ramp:g} s is not shorter than {name} {whole:g} s"
+            self._fault(place.to("ramp"), text)
+
+    def _fault(self, place: _Place, text: str) -> None:
+        fault = place.fault(text)
+        if fault not in self.faults:
+            self.faults.append(fault)
+
+
+def _prompt(prompt: Prompt, place: _Place) -> PlannedPrompt:
+    folder = place.document.path.parent
+    picture = None if prompt.picture is None else folder / prompt.picture
+    return PlannedPrompt(prompt.text, picture, prompt.value)
+
+
+def _planned(
+    condition: Condition,
+    action: PlannedDrive | PlannedRelease,
+    duration: float,
+    repeat: int,
+    place: _Place,
+) -> PlannedRun:
+    return PlannedRun(
+        number=0,
+        mode=condition.mode,
+        action=action,
+        rest=condition.rest,
+        duration=duration,
+        role=condition.role,
+        repeat=repeat,
+        shape=None
+        if condition.shape is None
+        else Named(condition.shape, place.document.path.parent),
+        before=tuple(_prompt(one, place) for one in condition.before),
+        after=tuple(_prompt(one, place) for one in condition.after),
+    )

@@ -1,0 +1,95 @@
+"""What the operator is shown and asked between and around the runs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from workbench.errors import did_you_mean
+from workbench.protocol.quantity import DIMENSIONS, Quantity
+from workbench.protocol.section import Section
+
+__all__ = ["Answer", "Prompt", "PromptOrText", "Question"]
+
+Answer = float | str
+"""What was typed: a number in SI, or text."""
+
+Dimension = Literal[
+    "time", "speed", "angle", "voltage", "current", "length", "force", "mass", "temperature"
+]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+
+
+class Question(Section):
+    """A value that the operator types in; it is kept with the run."""
+
+    name: Name
+    """Under which the value is kept, such as battery_voltage."""
+    quantity: Dimension | None = None
+    """The value is a number with a unit of this kind; otherwise it is text."""
+    low: str | None = None
+    """Least value that is taken, with its unit."""
+    high: str | None = None
+    """Greatest value that is taken, with its unit."""
+    one_of: Annotated[tuple[str, ...], Field(min_length=2)] | None = None
+    """The only answers that are taken."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Question:
+        if self.quantity is not None and self.one_of is not None:
+            raise ValueError("a value is either a quantity or one_of some words, not both")
+        if self.quantity is None and (self.low is not None or self.high is not None):
+            raise ValueError("low and high belong to a quantity; add for example quantity: length")
+        if self.quantity is not None:
+            low, high = (self._bound(end) for end in (self.low, self.high))
+            if low is not None and high is not None and low >= high:
+                raise ValueError(f"low {self.low} is not below high {self.high}")
+        return self
+
+    def read(self, typed: str) -> Answer:
+        """Return what was typed as a number in SI, or as text.
+
+        Raises:
+            ValueError: when it is not what is asked for; says what would be.
+        """
+        if self.quantity is not None:
+            bounds = [self._bound(end) for end in (self.low, self.high)]
+            return Quantity(self.quantity, low=bounds[0], high=bounds[1]).read(typed)
+        if not typed:
+            raise ValueError("nothing was typed")
+        if self.one_of is not None and typed not in self.one_of:
+            hint = did_you_mean(typed, self.one_of)
+            raise ValueError(f"{typed!r} is not one of {', '.join(self.one_of)}{hint}")
+        return typed
+
+    @property
+    def hint(self) -> str:
+        """Return what may be typed, in words."""
+        if self.one_of is not None:
+            return ", ".join(self.one_of)
+        if self.quantity is None:
+            return "text"
+        ends = [f"{word} {end}" for word, end in (("from", self.low), ("to", self.high)) if end]
+        return " ".join([f"{self.quantity} in {' or '.join(DIMENSIONS[self.quantity])}", *ends])
+
+    def _bound(self, end: str | None) -> float | None:
+        return None if end is None else Quantity(self.quantity or "").read(end)
+
+
+class Prompt(Section):
+    """A text for the operator, who confirms it or types a value in."""
+
+    text: Annotated[str, Field(min_length=1)]
+    picture: str | None = None
+    """Path of a picture from this file's folder; its path is shown, the panel shows it itself."""
+    value: Question | None = None
+    """Value to type in; without it the operator only confirms."""
+
+
+def _prompt(given: object) -> object:
+    return {"text": given} if isinstance(given, str) else given
+
+
+PromptOrText = Annotated[Prompt, BeforeValidator(_prompt, json_schema_input_type=str | Prompt)]
+"""A prompt, or its text alone."""

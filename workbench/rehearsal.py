@@ -1,0 +1,147 @@
+"""A dry run: the same engine and driver, on a simulated supply of the bench's model.
+
+Nothing of the laboratory is opened. The clock is simulated, so hours take a moment; the words that
+are told are those that really went over the simulated line.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from workbench.bench import Operator, SimulatedBench, Subject, Window
+from workbench.bundle import Bundle
+from workbench.engine import carry_out
+from workbench.experiment import Experiment
+from workbench.hw import SimulatedClock, Supply, WireLog, written
+from workbench.protocol import BenchFile, PlannedRun
+from workbench.review.journal import sentence
+
+__all__ = ["Instant", "Rehearsed", "rehearse"]
+
+_OWN = ("asked", "complete", "reading")  # events that say nothing of the bench
+
+
+class Instant(NamedTuple):
+    """What happens at one time of a run.
+
+    Args:
+        time: since the run began [s].
+        events: in words.
+        words: written to the supply, in words.
+    """
+
+    time: float
+    events: tuple[str, ...]
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rehearsed:
+    """One run as it was rehearsed.
+
+    Args:
+        run: as planned.
+        busy: time of the bench, without the operator's [s].
+        instants: in order.
+    """
+
+    run: PlannedRun
+    busy: float
+    instants: tuple[Instant, ...]
+
+
+class _RehearsalBench(SimulatedBench):
+    """A bench that films nothing and keeps what went over the line."""
+
+    def __init__(self, file: BenchFile) -> None:
+        super().__init__(file, SimulatedClock())
+        self.lines: list[str] = []
+        self.cameras = 0.0
+
+    @contextmanager
+    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
+        """Reach the simulated supply and keep what is said."""
+
+        def keep(line: str) -> None:
+            self.lines.append(line)
+            wire_log(line)
+
+        with super().supply(keep) as supply:
+            yield supply
+
+    def start_cameras(self, operator: Operator) -> None:
+        """Note when, as the run's time begins anew with them."""
+        self.cameras = self.clock.now()
+
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> None:
+        """Film nothing."""
+
+
+class _Silent:
+    """Nobody: prompts are told with the rest."""
+
+    present = False
+
+    def tell(self, text: str) -> None: ...
+
+    def confirm(self, text: str) -> None: ...
+
+    def ask(self, text: str, default: str) -> str:
+        return default
+
+
+def rehearse(experiment: Experiment) -> tuple[Rehearsed, ...]:
+    """Carry out an experiment on a simulated supply and return what happened, run by run.
+
+    Raises:
+        WorkbenchError: what a run on the bench would end with, such as a limit that the supply
+            cannot hold.
+    """
+    bench = _RehearsalBench(experiment.bench.content)
+    told: list[Rehearsed] = []
+    with TemporaryDirectory(prefix="rehearsal-") as folder:
+        for run in experiment.plan.runs:
+            alone = replace(experiment, plan=replace(experiment.plan, items=(run,)))
+            begin = bench.clock.now()
+            (bundle,) = carry_out(alone, bench, Path(folder), _Silent(), lambda text: None)
+            busy = bench.clock.now() - begin
+            told.append(Rehearsed(run, busy, _instants(bundle, bench, begin)))
+            bench.lines.clear()
+    return tuple(told)
+
+
+def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Instant, ...]:
+    """Bring journal and wire together by time."""
+    events: dict[float, list[str]] = {}
+    words: dict[float, list[str]] = {}
+    origin = begin
+    for event in bundle.read_journal():
+        if event["event"] == "cameras":
+            origin = bench.cameras
+        if event["event"] not in _OWN:
+            events.setdefault(_at(origin + event["time_s"] - begin), []).append(_told(event))
+    for line in map(json.loads, bench.lines):
+        word = written(bytes.fromhex(line["bytes"])) if line["way"] == "sent" else None
+        if word is not None:
+            words.setdefault(_at(line["time_s"] - begin), []).append(word)
+    return tuple(
+        Instant(time, tuple(events.get(time, ())), tuple(words.get(time, ())))
+        for time in sorted(set(events) | set(words))
+    )
+
+
+def _told(event: dict[str, Any]) -> str:
+    if event["event"] != "prompt":
+        return sentence(event)
+    asked = f" (type {event['name']})" if "name" in event else ""
+    return f"prompt: {event['text']}{asked}"
+
+
+def _at(time: float) -> float:
+    return round(time, 3)

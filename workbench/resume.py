@@ -1,0 +1,109 @@
+"""Which runs of an experiment are done: read from its bundles, the only truth.
+
+Every bundle names its experiment, the number of its run and a hash of each input. So an experiment
+that was cut off at any instant goes on from what is on disk.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from workbench.bundle import Bundle
+from workbench.errors import InputError
+
+__all__ = ["Course", "begin", "digest", "resume"]
+
+_CUT = "the program ended without a word here: it was killed, or the computer stopped"
+
+
+@dataclass(frozen=True)
+class Course:
+    """How far an experiment is.
+
+    Args:
+        id: of the experiment, the same in all its bundles.
+        inputs: name of each input -> sha256 of its text.
+        done: numbers of the runs that are complete.
+        tries: number of a run -> how often it was begun.
+    """
+
+    id: str
+    inputs: Mapping[str, str]
+    done: frozenset[int] = frozenset()
+    tries: Mapping[int, int] = field(default_factory=dict)
+
+    def facts(self, number: int) -> dict[str, Any]:
+        """Return what the manifest of a run's bundle says of its experiment."""
+        return {
+            "experiment": self.id,
+            "inputs": dict(self.inputs),
+            "attempt": self.tries.get(number, 0) + 1,
+        }
+
+
+def digest(text: str) -> str:
+    """Return the sha256 of a text."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def begin(inputs: Mapping[str, str], now: datetime) -> Course:
+    """Return the course of an experiment of which nothing is done."""
+    return Course(f"{now:%Y%m%d-%H%M%S}-{secrets.token_hex(2)}", inputs)
+
+
+def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
+    """Return the course of the experiment that a bundle belongs to.
+
+    Bundles that were cut off are closed as failed, with all that they hold.
+
+    Args:
+        run: any bundle of the experiment, by path or name.
+        root: folder of all bundles.
+        inputs: of the experiment that shall go on, as in `Course`.
+
+    Raises:
+        InputError: when it is no bundle of an experiment, or an input is another than then.
+    """
+    one = Bundle.find(run, root)
+    name = one.manifest.get("experiment")
+    if name is None:
+        raise InputError(f"{one.path}: belongs to no experiment, so there is nothing to resume")
+    _require_same(one, inputs)
+    begun = [b for b in _readable(one.path.parent) if b.manifest.get("experiment") == name]
+    for bundle in begun:
+        if not bundle.is_closed():
+            bundle.finish("failed", error=bundle.manifest.get("error", _CUT))
+    return Course(
+        id=name,
+        inputs=inputs,
+        done=frozenset(b.manifest["number"] for b in begun if b.manifest["status"] == "complete"),
+        tries=Counter(bundle.manifest["number"] for bundle in begun),
+    )
+
+
+def _readable(root: Path) -> Iterator[Bundle]:
+    """Return the bundles of a folder; a damaged one is not of interest here."""
+    for folder in sorted(path for path in root.iterdir() if path.is_dir()):
+        with suppress(InputError):
+            yield Bundle.open(folder)
+
+
+def _require_same(bundle: Bundle, inputs: Mapping[str, str]) -> None:
+    then = bundle.manifest["inputs"]
+    changed = [name for name in inputs if name in then and then[name] != inputs[name]]
+    other = sorted(set(then) ^ set(inputs))
+    if changed or other:
+        told = [f"{name} was changed" for name in changed]
+        told += [f"{name} is {'new' if name in inputs else 'gone'}" for name in other]
+        raise InputError(
+            f"{bundle.path} cannot be resumed: {', '.join(told)}. Put it back as it was, or start "
+            "anew without --resume"
+        )
