@@ -168,7 +168,8 @@ def missed(lab: Path, studio: Studio) -> Bundle:
         list(runs(lab, studio))
     bundle = only_bundle(lab)
     assert str(told.value).endswith(
-        f"add its take later: workbench ingest TAKE --into {bundle.path}"
+        f"add its take later: workbench ingest TAKE --into {bundle.path}\n"
+        f"go on later: workbench run {lab.parent / 'p.yaml'} --resume {bundle.path}"
     )
     assert "the output is off, confirmed" in str(told.value)
     return bundle

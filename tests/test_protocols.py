@@ -11,16 +11,8 @@ from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
-from workbench.experiment import Experiment
-from workbench.protocol import (
-    Plan,
-    PlannedPrompt,
-    Protocol,
-    load,
-    load_model,
-    load_shape,
-    make_plan,
-)
+from workbench.experiment import read_experiment
+from workbench.protocol import Plan, PlannedDrive, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]
 PROTOCOLS = sorted((ROOT / "protocols").glob("*.yaml"))
@@ -30,21 +22,33 @@ SHORT_S = 2.0
 def ends(plan: Plan) -> Plan:
     """The prompts, the first and the last run, none longer than a moment."""
     kept = {1, len(plan.runs)}
-    items = tuple(
-        item if isinstance(item, PlannedPrompt) else replace(item, duration=SHORT_S, rest=1.0)
+    items = [
+        short(item) if isinstance(item, PlannedRun) else item
         for item in plan.items
-        if isinstance(item, PlannedPrompt) or item.number in kept
-    )
-    return replace(plan, items=items)
+        if not isinstance(item, PlannedRun) or item.number in kept
+    ]
+    return replace(plan, items=tuple(items))
+
+
+def short(run: PlannedRun) -> PlannedRun:
+    """A run of a moment; a staircase comes to its second level."""
+    action, duration = run.action, SHORT_S
+    if isinstance(action, PlannedDrive) and len(action.levels) > 1:
+        first, second = action.levels[:2]
+        steps = [(t - max(0, min(t - SHORT_S, second.since - SHORT_S)), v) for t, v in action.steps]
+        kept = tuple(step for step in steps if step[0] < 2 * SHORT_S)
+        levels = (first, second._replace(since=SHORT_S))
+        action, duration = PlannedDrive(levels, kept), 2 * SHORT_S
+    return replace(run, action=action, duration=duration, rest=1.0)
 
 
 @pytest.mark.parametrize("path", PROTOCOLS, ids=lambda p: p.stem)
 def test_a_protocol_runs_on_the_virtual_bench(path: Path, tmp_path: Path) -> None:
-    protocol, bench = load(path, Protocol), load_bench("virtual")
+    bench = load_bench("virtual")
     device = VirtualBench(bench.content)
-    plan = ends(make_plan(protocol, bench.content, device.voltage_step))
-    model, shape = load_model("thesis", tmp_path), load_shape("thesis-initial", tmp_path)
-    asked = Experiment(protocol, bench, model, shape, plan)
+    asked = read_experiment(path, bench, device.voltage_step)
+    plan = ends(asked.plan)
+    asked = replace(asked, plan=plan)
     done = list(carry_out(asked, device, tmp_path, QuietOperator(), lambda text: None))
     assert len(done) == len(plan.runs)
     for bundle in done:
@@ -54,10 +58,10 @@ def test_a_protocol_runs_on_the_virtual_bench(path: Path, tmp_path: Path) -> Non
 
 
 def test_the_clamped_sweep_goes_up_and_down() -> None:
-    bench = load_bench("virtual").content
+    bench = load_bench("virtual")
     path = ROOT / "protocols" / "clamped-sweep.yaml"
-    device = VirtualBench(bench)
-    plan = make_plan(load(path, Protocol), bench, device.voltage_step)
+    device = VirtualBench(bench.content)
+    plan = read_experiment(path, bench, device.voltage_step).plan
     names = [run.name for run in plan.runs]
     assert names == names[::-1]
     assert names[0] == "clamped-5.99"

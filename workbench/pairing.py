@@ -5,7 +5,7 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -36,6 +36,7 @@ from workbench.protocol import (
     with_calibration,
 )
 from workbench.review import Comparison, Extended, Figure, Phase, write_recording, write_report
+from workbench.review.condition import condition
 from workbench.review.journal import sentence
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
@@ -307,7 +308,7 @@ def _table(
     """Return the rows of the report that say what the run was made with."""
     facts = bundle.manifest
     return {
-        "condition": _told(facts, release),
+        "condition": condition(facts, release),
         "role": facts["role"],
         "model": f"{model.name} ({sha256(bundle.document('model'))[:12]})",
         "shape": f"{shape.name}, angles of the {shape.state} beam",
@@ -318,27 +319,6 @@ def _table(
         "output at the end": facts.get("output_off", "not driven by the workbench"),
         "versions": ", ".join(f"{k} {v}" for k, v in facts["versions"].items()),
     }
-
-
-def _told(facts: Mapping[str, Any], release: Release | None) -> str:
-    """Return in words what the robot was put through."""
-    if release is None and facts.get("levels"):
-        speeds = [speed for _, _, speed in facts["levels"]]
-        ends = f"{speeds[0]:.2f} to {max(speeds):.2f} rad/s"
-        return f"{facts['mode']}, staircase of {len(speeds)} levels, {ends}"
-    if release is None:
-        told = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
-        if facts["voltage_V"] is None:
-            return told
-        return f"{told} = {facts['voltage_V']:g} V by calibration {facts['calibration']}"
-    pull, height, error = release
-    if facts["mode"] == "decay":
-        found = "" if error is None else f" \N{PLUS-MINUS SIGN} {error:.2g} N, found in the data"
-        return f"decay, T pulled forward with {pull:.3g} N{found}"
-    found = (
-        "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
-    )
-    return f"drop from {1000 * height:.3g} mm{found}"
 
 
 def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> dict[str, Any]:

@@ -1,0 +1,34 @@
+"""What a run was, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["condition"]
+
+
+def condition(facts: Mapping[str, Any], release: tuple[float, float, float | None] | None) -> str:
+    """Return in words what the robot was put through.
+
+    Args:
+        facts: of the run's manifest.
+        release: pull [N], height [m], error of what was found in the data; None with a drive.
+    """
+    if release is None and facts.get("levels"):
+        speeds = [speed for _, _, speed in facts["levels"]]
+        ends = f"{speeds[0]:.2f} to {max(speeds):.2f} rad/s"
+        return f"{facts['mode']}, staircase of {len(speeds)} levels, {ends}"
+    if release is None:
+        told = f"{facts['mode']}, {facts['speed_rad_s']:.2f} rad/s"
+        if facts["voltage_V"] is None:
+            return told
+        return f"{told} = {facts['voltage_V']:g} V by calibration {facts['calibration']}"
+    pull, height, error = release
+    if facts["mode"] == "decay":
+        found = "" if error is None else f" \N{PLUS-MINUS SIGN} {error:.2g} N, found in the data"
+        return f"decay, T pulled forward with {pull:.3g} N{found}"
+    found = (
+        "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
+    )
+    return f"drop from {1000 * height:.3g} mm{found}"
