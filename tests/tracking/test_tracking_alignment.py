@@ -102,3 +102,11 @@ def test_without_the_stop_the_rate_is_not_told() -> None:
 def test_too_little_for_clocks_is_refused() -> None:
     with pytest.raises(InputError, match=r"1 commanded step\(s\) and \d+ samples"):
         clock_fit(filmed(0.0, 0.0, 1.0), STEPS[:1])
+
+
+def test_a_rotor_that_stops_on_the_way_tells_no_clock() -> None:
+    motion = filmed(0.0, 0.0, 1.0)
+    angle = motion[ROTOR_ANGLE].copy()
+    angle[motion.times > 4] = angle[motion.times > 4][0]  # the robot fell
+    with pytest.raises(InputError, match="does not follow the commanded steps; did the robot fall"):
+        clock_fit(TimeSeries.of(motion.times, {ROTOR_ANGLE: angle}), STEPS)

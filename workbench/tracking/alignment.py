@@ -30,7 +30,11 @@ _ROUNDS = 30
 _DONE_S = 1e-9
 _SCALES = np.array([1e-2, 1.0, 1.0, 1e-3])
 _DIFF_STEP = 1e-5
+_MOST_TRIES = 60
+_MOST_LEFT_RAD = 1.0  # a rotor that follows its commands is a tenth of a radian beside them
 _LAG_GUESS_S = 0.05
+_LOWEST = np.array([-np.inf, np.log(1e-3), np.log(1e-3), -0.1])  # of what `_Clock` searches
+_HIGHEST = np.array([np.inf, np.log(10.0), np.log(10.0), 0.1])
 _AFTER_STOP_S = 0.1
 _PPM = 1e6
 
@@ -165,7 +169,8 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
         steps: (bench time [s], commanded speed [rad/s]) from the output on to the last, speed 0.
 
     Raises:
-        InputError: no steps, or too few samples of the rotor's angle.
+        InputError: no steps, too few samples of the rotor's angle, or an angle that does not follow
+            the steps.
     """
     seen = motion.validity(ROTOR_ANGLE)
     t, angle = motion.times[seen], motion[ROTOR_ANGLE][seen]
@@ -183,9 +188,21 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     def unexplained(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return _fit(_terms(t, angle, steps, _Clock(*x, *guess[len(x) :])), angle)[1]
 
-    found = least_squares(unexplained, guess[:free], x_scale=_SCALES[:free], diff_step=_DIFF_STEP)
+    found = least_squares(
+        unexplained,
+        guess[:free],
+        bounds=(_LOWEST[:free], _HIGHEST[:free]),
+        x_scale=_SCALES[:free],
+        diff_step=_DIFF_STEP,
+        max_nfev=_MOST_TRIES,
+    )
     clock = _Clock(*found.x, *guess[free:])
     solution, left = _fit(_terms(t, angle, steps, clock), angle)
+    if np.sqrt(np.mean(left**2)) > _MOST_LEFT_RAD:
+        raise InputError(
+            "the rotor's angle does not follow the commanded steps; did the robot fall, or is it "
+            "another run?"
+        )
     errors = _errors(t, left, found.jac, free + len(solution))
     return ClockFit(
         offset_s=clock.offset,
@@ -240,10 +257,11 @@ def _driven(
     """Return angle and speed of a motor with a first-order lag, at bench times."""
     angle, speed = np.zeros_like(bench), np.zeros_like(bench)
     at_angle, at_speed = 0.0, 0.0
-    begins = np.array([begin for begin, _ in steps])
+    begins = [begin for begin, _ in steps]
+    edges = np.append(np.searchsorted(bench, begins), len(bench))
     for k, (begin, wanted) in enumerate(steps):
         lag = np.exp(clock.log_lag_off if wanted == 0.0 else clock.log_lag)
-        here = bench >= begin  # later steps overwrite what is theirs
+        here = slice(edges[k], edges[k + 1])
         since = np.append(bench[here], begins[min(k + 1, len(steps) - 1)]) - begin
         decay = np.exp(-since / lag)
         turned = at_angle + wanted * since + (at_speed - wanted) * lag * (1 - decay)
