@@ -8,12 +8,11 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import NamedTuple
 
-from workbench.errors import HardwareError, SafetyStop, WorkbenchError
-from workbench.hw.supply import Identity, Limits, Reading, Supply
+from workbench.errors import HardwareError, SafetyStop
+from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 
-__all__ = ["Prepared", "prepare", "switch_on", "terminals_dead", "watch"]
+__all__ = ["Prepared", "prepare", "switch_on", "watch"]
 
-DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 RISE_S, POLL_S = 1.0, 0.05
 TOLERANCE_V, TOLERANCE_SHARE = 0.05, 0.02
 FACTOR_TEN = (8.0, 12.5)  # V measured / V set of a scaling fault
@@ -118,34 +117,16 @@ def _require_identity(
     return identity
 
 
-def terminals_dead(supply: Supply) -> bool:
-    """Wait for the voltage at the terminals to decay; tell whether it did.
-
-    A flag alone may lie. Never raises; where nothing can be measured the answer is no.
-    """
-    try:
-        return _decayed(supply) <= DEAD_V
-    except WorkbenchError:
-        return False
-
-
 def _require_dead(supply: Supply) -> None:
     """Switch off, and wait until the terminals are dead too."""
     if not supply.off():
         raise SafetyStop(f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off")
-    if (volts := _decayed(supply)) > DEAD_V:
+    if not supply.terminals_dead():
+        volts = supply.measure().voltage_V
         raise SafetyStop(
             f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
             f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
         )
-
-
-def _decayed(supply: Supply) -> float:
-    """Return the voltage [V] at the terminals once it is dead, or after `DECAY_S`."""
-    deadline = supply.clock.now() + DECAY_S
-    while (volts := supply.measure().voltage_V) > DEAD_V and supply.clock.now() < deadline:
-        supply.clock.sleep(POLL_S)
-    return volts
 
 
 def _require_off_at_power_on(supply: Supply) -> None:

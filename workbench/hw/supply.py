@@ -8,7 +8,7 @@ from decimal import Decimal
 from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
-from workbench.errors import InputError, SafetyStop
+from workbench.errors import InputError, SafetyStop, WorkbenchError
 from workbench.hw.clock import Clock
 
 __all__ = ["Identity", "Limits", "Mode", "Protection", "Reading", "Supply"]
@@ -20,6 +20,8 @@ OFF_TRIES = 4
 OFF_PAUSE_S = 0.1
 RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
+DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
+DECAY_POLL_S = 0.05
 
 
 class Identity(NamedTuple):
@@ -232,6 +234,21 @@ class Supply(ABC):
             except (Exception, KeyboardInterrupt):
                 continue
         return False
+
+    def terminals_dead(self) -> bool:
+        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+
+        The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
+        """
+        deadline = self.clock.now() + DECAY_S
+        try:
+            while self.measure().voltage_V > DEAD_V:
+                if self.clock.now() >= deadline:
+                    return False
+                self.clock.sleep(DECAY_POLL_S)
+        except WorkbenchError:
+            return False
+        return True
 
     def __enter__(self) -> Self:
         """Return the supply; the block's end switches it off."""

@@ -10,14 +10,13 @@ from typing import Any
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
 from workbench.hw.guardian.lease import LeaseClock
-from workbench.hw.guardian.messages import Records, Task
+from workbench.hw.guardian.messages import NO_RECORDS, Records, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
 from workbench.hw.supply import Identity, Limits, Reading, Supply
 
 __all__ = ["GuardedSupply", "open_guarded"]
 
 TAKE_OVER_S = 5.0  # for a dead guardian's lock on the port to be released
-NO_RECORDS = Records()
 
 
 def open_guarded(
@@ -79,8 +78,9 @@ class GuardedSupply(Supply):
 
     def identify(self) -> Identity:
         """Ask for model, serial and firmware. Raises as every call: see the class."""
-        self._identity = self._ask("identify")
-        return Identity(*self._identity)
+        words: list[str] = self._ask("identify")
+        self._identity = words
+        return Identity(*words)
 
     def measure(self) -> Reading:
         """Read the whole state in one exchange.
@@ -121,6 +121,16 @@ class GuardedSupply(Supply):
                 if self._gone is not None and self._off_through_another():
                     return True
         return self._confirmed
+
+    def terminals_dead(self) -> bool:
+        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+
+        A guardian that switched off by itself looks by itself, and ends with its verdict.
+        """
+        if self._gone is None:
+            with suppress(WorkbenchError):
+                return bool(self._ask("terminals_dead"))
+        return self._confirmed and self._guardian.end() == 0
 
     def close(self) -> None:
         """End the guardian; one that still has the output on switches it off."""
@@ -186,9 +196,9 @@ class GuardedSupply(Supply):
         try:
             self._guardian = GuardianProcess(task)
             self._guardian.ask("open")
-            confirmed = bool(self._guardian.ask("off"))
+            off = self._guardian.ask("off") and self._guardian.ask("terminals_dead")
             same = self._identity in (None, self._guardian.ask("identify"))
-            self._confirmed = confirmed and same  # another supply's off confirms nothing
+            self._confirmed = off and same  # another supply's off confirms nothing
         except (WorkbenchError, GuardianLost, GuardianTripped):
             self._confirmed = False
         finally:

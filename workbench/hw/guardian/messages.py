@@ -8,6 +8,8 @@
     {"renew": 1}                            {"alive": 1}
                                             {"tripped": "why", "confirmed": true}
     {"goodbye": 1}                          (ends)
+
+Every message of the client is a sign of progress.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from typing import Any
 from workbench.errors import HardwareError, InputError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
 
-__all__ = ["Line", "Message", "Records", "Task", "error_of", "fault_of"]
+__all__ = ["NO_RECORDS", "Line", "Message", "Records", "Task", "error_of", "fault_of"]
 
 Message = dict[str, Any]  # what JSON can say
 
@@ -48,6 +50,9 @@ class Records:
     wire: Path | None = None
     events: Path | None = None
     latch: Path | None = None
+
+
+NO_RECORDS = Records()
 
 
 @dataclass(frozen=True)

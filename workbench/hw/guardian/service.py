@@ -30,7 +30,6 @@ from workbench.hw.guardian.latch import Latch
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import Line, Message, Task, fault_of
 from workbench.hw.guardian.records import Recorder
-from workbench.hw.safety import terminals_dead
 from workbench.hw.supply import Limits, Supply
 
 __all__ = ["Guardian", "main"]
@@ -93,7 +92,9 @@ class Guardian:
 
     def serve(self) -> int:
         """Serve until the client leaves or a trip; return the process' exit code."""
-        self._recorder.event("guarding", pid=os.getpid(), client=self._parent, after=self._task.after)
+        self._recorder.event(
+            "guarding", pid=os.getpid(), client=self._parent, after=self._task.after
+        )
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
         while self._trip is None and self._client == "here":
             with suppress(queue.Empty):
@@ -144,9 +145,6 @@ class Guardian:
             self._recorder.event("error", text=traceback.format_exc())
             self.trip(f"an error of its own: {error!r}")
             return
-        if self._recorder.fault is not None:
-            self.trip(f"it cannot write its record: {self._recorder.fault}")
-            return
         with suppress(OSError):  # the listener hears of it too
             self._line.send({"id": message["id"]} | answer)
 
@@ -189,10 +187,13 @@ class Guardian:
         """Switch the output; the lease runs before it goes on."""
         if on:
             _ = self.own.limits
-            self._live = True
             self._recorder.event("output_on")
             if self._recorder.fault is not None:
-                raise SafetyStop(f"{self.supply.name}: not switched on, nothing can be recorded")
+                raise SafetyStop(
+                    f"{self.supply.name}: not switched on, as its guardian cannot write "
+                    f"{self._task.records.events} ({self._recorder.fault.strerror})"
+                )
+            self._live = True
             self._lease.begin()
         self.own.set_output(on)
         if not on:
@@ -222,7 +223,11 @@ class Guardian:
         self._clock.calm()
         began = self._clock.now()
         confirmed = self._switch_off(reason, live)
-        told = "the output is off, confirmed" if confirmed else "OUTPUT MAY BE ON, switch off by hand"
+        told = (
+            "the output is off, confirmed"
+            if confirmed
+            else "OUTPUT MAY BE ON, switch it off by hand"
+        )
         if live:
             self._recorder.shout(f"{self._supply.name}: {reason}; {told}")
             self._set_latch(f"{self._supply.name}: {reason}; {told}")
@@ -245,7 +250,9 @@ class Guardian:
             if confirmed or self._client == "goodbye" or seconds > KEEP_TRYING_S:
                 return confirmed
             if not told:
-                self._recorder.shout(f"\a{self.supply.name}: OUTPUT MAY BE ON ({reason}), trying on")
+                self._recorder.shout(
+                    f"\a{self.supply.name}: OUTPUT MAY BE ON, trying on ({reason})"
+                )
                 told = True
             self._clock.sleep(AGAIN_S)
 
@@ -256,7 +263,7 @@ class Guardian:
 
     def _see_terminals(self, began: float) -> bool:
         """A flag alone may lie: look at the measured voltage too."""
-        dead = terminals_dead(self.supply)
+        dead = self.supply.terminals_dead()
         seconds = round(self._clock.now() - began, 4)
         self._recorder.event("terminals", dead=dead, seconds=seconds)
         if not dead:
@@ -300,6 +307,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     "set_output": Guardian.set_output,
     "ramp_down": lambda guardian: guardian.own.ramp_down(),
     "off": Guardian.off,
+    "terminals_dead": lambda guardian: guardian.supply.terminals_dead(),
 }
 
 
