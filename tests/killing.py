@@ -2,20 +2,16 @@
 
 The client is `workbench run` on a bench whose supply is simulated in another process, which stamps
 each change at its terminals with the host's monotonic clock. Killed at a random instant from the
-bundle's first line to the end of the drive.
-
-    python -m tests.killing --kills 100
+bundle's first line to the end of the drive; `benchmarks/kills.py` prints the distribution.
 """
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import random
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -172,14 +168,15 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     time.sleep(max(sent + WATCHED_S - time.monotonic(), 0.0))
     history = device.history
     assert history[-1][1] == 0, f"{name} after {instant_s} s: the output is on"
+    was_on = next((volts for t, volts in reversed(history) if t <= sent), 0.0) > 0
     if name == "SIGSTOP":
         client.kill("SIGCONT")
-        client.kill("SIGTERM")  # a client that was stopped with the output off would go on
+        if not was_on:  # it would go on as if nothing had been
+            client.kill("SIGTERM")
     code = client.end()
     bundle = client.bundle
     kept = {(line["event"], line["time_s"]) for line in bundle.read_journal()}
     confirmed = [e["time_s"] - sent for e in bundle.read_guardian() if e.get("confirmed")]
-    was_on = next((volts for t, volts in reversed(history) if t <= sent), 0.0) > 0
     return Killed(
         name,
         instant_s,
@@ -193,9 +190,14 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     )
 
 
-def kill_many(names: Sequence[str], seed: int, folder: Path) -> list[Killed]:
-    """Kill a client for each name, several at once, at seeded random instants."""
-    instants = [random.Random(f"{seed} {i}").uniform(0, SPAN_S) for i in range(len(names))]
+def random_instants(count: int, seed: int) -> list[float]:
+    """Return instants of a client's life [s], before and while its output is on."""
+    rng = random.Random(seed)
+    return [rng.uniform(0, SPAN_S) for _ in range(count)]
+
+
+def kill_many(names: Sequence[str], instants: Sequence[float], folder: Path) -> list[Killed]:
+    """Kill a client with each signal at its instant [s], several at once."""
     with _devices(min(AT_ONCE, len(names))) as free, ThreadPoolExecutor(AT_ONCE) as pool:
 
         def one(number: int) -> Killed:
@@ -237,17 +239,3 @@ def _three(seconds: Sequence[float]) -> str:
     if not seconds:
         return f"{'-':>8}" * 3
     return "".join(f"{1000 * value:8.0f}" for value in np.quantile(seconds, (0.5, 0.95, 1.0)))
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--seed", type=int, default=8)
-    asked = parser.parse_args()
-    names = [SIGNALS[i % len(SIGNALS)] for i in range(asked.kills)]
-    with tempfile.TemporaryDirectory() as folder:
-        print(table(kill_many(names, asked.seed, Path(folder))))
-
-
-if __name__ == "__main__":
-    main()

@@ -109,18 +109,25 @@ class Guardian:
         self._asked.put({})
 
     def _listen(self) -> None:
-        while self._client == "here":
-            try:
-                if message := self._line.receive(TICK_S):
-                    self._hear(message)
-            except OSError:
-                self._client = "gone"
-                self.trip("its client is dead: the link to it closed")
-            if os.getppid() != self._parent:  # a child of the client may hold the link open
-                self._client = "gone"
-                self.trip("its client is dead: another parent took its place")
-            if self._lease.expired:
-                self.trip(f"its client hangs: no progress for {LEASE_S:g} s with the output on")
+        try:
+            while self._client == "here":
+                self._listen_once()
+        except Exception as error:  # deaf, it could not see a lease expire
+            self._recorder.event("error", text=traceback.format_exc())
+            self.trip(f"an error of its own: {error!r}")
+
+    def _listen_once(self) -> None:
+        try:
+            if message := self._line.receive(TICK_S):
+                self._hear(message)
+        except OSError:
+            self._client = "gone"
+            self.trip("its client is dead: the link to it closed")
+        if os.getppid() != self._parent:  # a child of the client may hold the link open
+            self._client = "gone"
+            self.trip("its client is dead: another parent took its place")
+        if self._lease.expired:
+            self.trip(f"its client hangs: no progress for {LEASE_S:g} s with the output on")
 
     def _hear(self, message: Message) -> None:
         self._lease.renew()
