@@ -18,13 +18,15 @@ from workbench.hw import (
     Clock,
     Connection,
     Limits,
+    Model,
     SimulatedClock,
     Supply,
     SystemClock,
     model_named,
     open_supply,
 )
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw.models import ModbusModel
+from workbench.hw.simulated import serve, simulated
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -132,7 +134,7 @@ class Bench(ABC):
         Raises:
             InputError: when the file names a supply that no driver knows.
         """
-        return model_named(self.file.supply.model).voltage_step_V
+        return _model(self.file).voltage_step_V
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
@@ -169,9 +171,11 @@ class RealBench(Bench):
         kind = place.kind
         if kind == "simulated":  # the schema allows it only beside a section `virtual`
             raise InputError(f"bench {self.file.name!r} has no real supply")
+        model = _model(self.file)
         address = place.port if kind == "serial" else place.address
-        connection = Connection(kind, address or "", baud=place.baud, unit=place.unit)
-        return open_supply(connection, clock=self.clock, wire_log=wire_log)
+        baud = place.baud or model.baud
+        connection = Connection(kind, address or "", baud=baud, unit=place.unit)
+        return open_supply(connection, clock=self.clock, wire_log=wire_log, family=model.family)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -220,20 +224,25 @@ class VirtualBench(Bench):
             raise InputError(f"bench {file.name!r} has no section 'virtual'")
         self.section = file.virtual
         super().__init__(file, SystemClock() if self.section.real_time else SimulatedClock())
-        self.device = SimulatedRiden(
+        self.model = _model(file)
+        serial = file.supply.serial
+        self.device = simulated(
+            self.model.name,
             clock=self.clock,
-            model=file.supply.model,
-            serial=file.supply.serial or 12345678,
             load=draw_current,
+            serial=serial if isinstance(serial, int) else None,
         )
         self._takes = 0
 
     @contextmanager
     def supply(self, wire_log: WireLog) -> Iterator[Supply]:
         """Serve the simulated supply on loopback and reach it as a serial bridge would be."""
+        family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            connection = Connection("rtu-over-tcp", address, unit=1)
-            with open_supply(connection, clock=self.clock, wire_log=wire_log) as supply:
+            connection = Connection("rtu-over-tcp" if modbus else "tcp", address)
+            with open_supply(
+                connection, clock=self.clock, wire_log=wire_log, family=family
+            ) as supply:
                 yield supply
 
     def start_cameras(self, operator: Operator) -> None:
@@ -281,6 +290,22 @@ def load_bench(name: str) -> Document[BenchFile]:
             f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
         )
     return with_calibration(load(Path(name), BenchFile))
+
+
+def _model(file: BenchFile) -> Model:
+    """Return the row of the supply that a bench file names.
+
+    Raises:
+        InputError: when there is none, or it is of another family than the file says.
+    """
+    section = file.supply
+    model = model_named(section.model)
+    if section.family not in (None, model.family):
+        raise InputError(
+            f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
+            f"not {section.family}"
+        )
+    return model
 
 
 def make_bench(file: BenchFile) -> Bench:

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from workbench.errors import HardwareError
+from workbench.errors import HardwareError, InputError
 from workbench.hw import Connection, SimulatedClock, Supply
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
 from workbench.hw.simulated.faults import RequestError
@@ -117,6 +117,9 @@ def test_serving_leaves_no_thread_and_frees_the_port(device: SimulatedRiden) -> 
         port = int(address.rpartition(":")[2])
     with serve(device, port=port) as again:
         assert again == address
-        with pytest.raises(RuntimeError, match="Could not start listen"), serve(device, port=port):
+        with (
+            pytest.raises(InputError, match="no simulated supply can listen"),
+            serve(device, port=port),
+        ):
             pass
     assert threading.active_count() == before

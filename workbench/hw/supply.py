@@ -10,14 +10,17 @@ from typing import Literal, NamedTuple, Self
 
 from workbench.errors import InputError, SafetyStop
 from workbench.hw.clock import Clock
+from workbench.hw.models import Protection
 
-__all__ = ["Identity", "Limits", "Mode", "Protection", "Reading", "Supply"]
+__all__ = ["Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
 
 Mode = Literal["CV", "CC"]
-Protection = Literal["none", "OVP", "OCP"]
 
 OFF_TRIES = 4
 OFF_PAUSE_S = 0.1
+DEAD_V = 0.2  # at the terminals
+FALLING = 0.8  # an output that is off falls to this share soon, one that drives holds its voltage
+FALL_S, FALL_POLL_S = 0.6, 0.05
 RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
 
@@ -42,7 +45,7 @@ class Reading:
         output: whether the supply says that its output is on.
         mode: constant voltage, or constant current when the current limit acts.
         protection: which protection tripped.
-        input_voltage_V: measured at the supply's own input.
+        input_voltage_V: measured at the supply's own input; None where it does not tell.
     """
 
     time_s: float
@@ -52,7 +55,19 @@ class Reading:
     output: bool
     mode: Mode
     protection: Protection
-    input_voltage_V: float
+    input_voltage_V: float | None
+
+
+class Setpoint(NamedTuple):
+    """The voltage that a supply was told last.
+
+    Args:
+        volts: as it holds it [V].
+        time_s: when it was confirmed, by the supply's clock.
+    """
+
+    volts: Decimal
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -102,12 +117,16 @@ class Supply(ABC):
     Args:
         name: model, serial and place; opens every message.
         clock: what time stamps and waits are made with.
+
+    Attributes:
+        setpoint: the voltage that was set last through this object.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
         self.name = name
         self.clock = clock
         self._limits: Limits | None = None
+        self.setpoint: Setpoint | None = None
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -118,8 +137,8 @@ class Supply(ABC):
         """Read the whole state in one exchange."""
 
     @abstractmethod
-    def measure_power_on_output(self) -> bool:
-        """Tell whether the supply switches its output on by itself when it gets power."""
+    def measure_power_on_output(self) -> bool | None:
+        """Tell whether the output comes on with the power; None when it cannot be asked."""
 
     @abstractmethod
     def close(self) -> None:
@@ -174,7 +193,9 @@ class Supply(ABC):
             HardwareError: when the supply does not hold it.
         """
         self._refuse_outside("voltage", volts, self.limits.voltage_max_V, "V")
-        return self._apply_voltage(volts)
+        applied = self._apply_voltage(volts)
+        self.setpoint = Setpoint(applied, self.clock.now())
+        return applied
 
     def set_current_limit(self, amps: Decimal) -> Decimal:
         """Set the current limit [A]; return what the supply really holds. Raises as above."""
@@ -218,7 +239,10 @@ class Supply(ABC):
             self.clock.sleep(RAMP_PAUSE_S)
 
     def off(self) -> bool:
-        """Switch the output off, trying again where needed; True when read back as off.
+        """Switch the output off, trying again where needed; True when that is confirmed.
+
+        Confirmed is what reads back as off and does not hold its voltage at the terminals: a flag
+        alone may lie.
 
         Never raises: it is called where something else has failed already. A Ctrl-C meanwhile
         costs one try.
@@ -228,10 +252,22 @@ class Supply(ABC):
                 if attempt:
                     self.clock.sleep(OFF_PAUSE_S)
                 self._apply_output(False)
-                return True
+                if self._terminals_fall():
+                    return True
             except (Exception, KeyboardInterrupt):
                 continue
         return False
+
+    def _terminals_fall(self) -> bool:
+        """Tell whether the output lets go of its voltage; a coasting motor feeds some back."""
+        first = volts = self.measure().voltage_V
+        deadline = self.clock.now() + FALL_S
+        while volts > max(DEAD_V, FALLING * first):
+            if self.clock.now() >= deadline:
+                return False
+            self.clock.sleep(FALL_POLL_S)
+            volts = self.measure().voltage_V
+        return True
 
     def __enter__(self) -> Self:
         """Return the supply; the block's end switches it off."""
