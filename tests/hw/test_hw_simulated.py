@@ -78,7 +78,7 @@ def test_what_does_not_exist_answers_exception_2(device: SimulatedRiden) -> None
     [
         (Fault.SILENT, "no answer within 0.1 s"),
         (Fault.BAD_CRC, "answer damaged"),
-        (Fault.SHORT_REPLY, "answer cut short, 28 of 31 bytes"),
+        (Fault.SHORT_REPLY, "answer cut short, 30 of 33 bytes"),
         (Fault.WRONG_UNIT, "unit 2 answered, unit 1 was asked"),
         (Fault.LATE_REPLY, "no answer within 0.1 s"),
         (Fault.EXCEPTION, "exception 4, device failure"),

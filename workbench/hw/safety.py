@@ -181,7 +181,10 @@ def _require_identity(
 def _require_dead(supply: Supply) -> None:
     """Switch off, and wait until the terminals are dead too: a flag alone may lie."""
     if not supply.off():
-        raise SafetyStop(f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off")
+        raise SafetyStop(
+            f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off, or said so and held "
+            f"{supply.measure().voltage_V:g} V at its terminals; switch it off by hand"
+        )
     deadline = supply.clock.now() + DECAY_S
     while (volts := supply.measure().voltage_V) > DEAD_V:
         if supply.clock.now() >= deadline:

@@ -260,14 +260,18 @@ class Supply(ABC):
 
     def _terminals_fall(self) -> bool:
         """Tell whether the output lets go of its voltage; a coasting motor feeds some back."""
-        first = volts = self.measure().voltage_V
+        first = volts = self._measure_voltage()
         deadline = self.clock.now() + FALL_S
         while volts > max(DEAD_V, FALLING * first):
             if self.clock.now() >= deadline:
                 return False
             self.clock.sleep(FALL_POLL_S)
-            volts = self.measure().voltage_V
+            volts = self._measure_voltage()
         return True
+
+    def _measure_voltage(self) -> float:
+        """Measure the voltage at the terminals [V], whatever else the supply may say."""
+        return self.measure().voltage_V
 
     def __enter__(self) -> Self:
         """Return the supply; the block's end switches it off."""

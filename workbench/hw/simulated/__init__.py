@@ -3,17 +3,12 @@
 What lives here: devices that hold registers or understand words as the real ones do, with faults
 to switch on, and the servers that put one on a loopback port or a pseudo terminal. What does not:
 anything that a driver uses. To add a supply: one file with a class below `SimulatedRegisters` or
-`SimulatedText`, and its entry in `DEVICES`.
+`SimulatedText`, and its entry in `families.DEVICES`.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
-
-from workbench.hw.clock import Clock
-from workbench.hw.models import Family, model_named
-from workbench.hw.simulated.device import Load, SimulatedSupply, no_load
+from workbench.hw.simulated.device import Load, SimulatedSupply
 from workbench.hw.simulated.dps import SimulatedDps
+from workbench.hw.simulated.families import DEVICES, simulated
 from workbench.hw.simulated.faults import Fault
 from workbench.hw.simulated.hanmatek import SimulatedHanmatek
 from workbench.hw.simulated.korad import SimulatedKorad
@@ -35,30 +30,3 @@ __all__ = [
     "serve_terminal",
     "simulated",
 ]
-
-DEVICES: dict[Family, Callable[..., SimulatedSupply]] = {
-    "riden": SimulatedRiden,
-    "dps": SimulatedDps,
-    "hanmatek": SimulatedHanmatek,
-    "korad": SimulatedKorad,
-    "scpi": SimulatedScpi,
-}
-
-
-def simulated(
-    model: str, *, clock: Clock, load: Load = no_load, serial: int | None = None
-) -> SimulatedSupply:
-    """Return a simulated supply of a model.
-
-    Args:
-        model: a name from the model table.
-        clock: stamps its history.
-        load: what hangs on the output.
-        serial: serial number of a Riden, the only ones here that may differ.
-
-    Raises:
-        InputError: when there is no such model.
-    """
-    family = model_named(model).family
-    own = {} if serial is None or family != "riden" else {"serial": serial}
-    return DEVICES[family](model=model, clock=clock, load=load, **own)
