@@ -25,6 +25,7 @@ from workbench.hw import (
     model_named,
     open_supply,
 )
+from workbench.hw.guardian import NO_RECORDS, Latch, LeaseClock, Records, open_guarded
 from workbench.hw.models import ModbusModel
 from workbench.hw.simulated import serve, simulated
 from workbench.protocol import (
@@ -106,8 +107,20 @@ class Bench(ABC):
         self.clock = clock
 
     @abstractmethod
-    def supply(self, wire_log: WireLog) -> AbstractContextManager[Supply]:
-        """Open the supply for the time of a `with` block that ends with the output off."""
+    def supply(self, bundle: Bundle) -> AbstractContextManager[Supply]:
+        """Open the supply for the time of a `with` block that ends with the output off.
+
+        Args:
+            bundle: keeps what goes over the wire.
+        """
+
+    def latch(self, runs: Path) -> Latch | None:
+        """Return what a trip of the supply leaves behind; None where there is nothing to harm.
+
+        Args:
+            runs: folder of all bundles.
+        """
+        return None
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -150,7 +163,8 @@ class RealBench(Bench):
 
     Args:
         file: its file.
-        clock: everything on the bench is timed and waited with it.
+        clock: everything on the bench is timed and waited with it. With a `LeaseClock` the supply
+            is behind a guardian; no guardian can watch a client on a simulated clock.
     """
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
@@ -160,22 +174,40 @@ class RealBench(Bench):
         self._used: dict[str, str] = {}
 
     @contextmanager
-    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
+    def supply(self, bundle: Bundle) -> Iterator[Supply]:
         """Open the supply that the bench file names."""
-        with self.open_supply(wire_log) as supply:
+        latch = self.latch(bundle.path.parent)
+        records = Records(bundle.wire_log, bundle.guardian_log, latch.path)
+        with self.open_supply(records, bundle.wire) as supply:
             yield supply
 
-    def open_supply(self, wire_log: WireLog = lambda line: None) -> Supply:
-        """Open the supply without a promise about its output, to look at it by hand."""
+    def open_supply(
+        self, records: Records = NO_RECORDS, wire_log: WireLog = lambda line: None
+    ) -> Supply:
+        """Open the supply without a promise about its output, to look at it by hand.
+
+        Args:
+            records: where a guardian writes.
+            wire_log: takes what goes over the wire where there is no guardian.
+        """
+        connection, clock, family = self._connection, self.clock, _model(self.file).family
+        if isinstance(clock, LeaseClock):
+            return open_guarded(connection, clock=clock, records=records, family=family)
+        return open_supply(connection, clock=clock, wire_log=wire_log, family=family)
+
+    def latch(self, runs: Path) -> Latch:
+        """Return the latch of the supply that the bench file names."""
+        return Latch.beside(runs, self._connection.address)
+
+    @property
+    def _connection(self) -> Connection:
         place = self.file.supply.connection
         kind = place.kind
         if kind == "simulated":  # the schema allows it only beside a section `virtual`
             raise InputError(f"bench {self.file.name!r} has no real supply")
-        model = _model(self.file)
         address = place.port if kind == "serial" else place.address
-        baud = place.baud or model.baud
-        connection = Connection(kind, address or "", baud=baud, unit=place.unit)
-        return open_supply(connection, clock=self.clock, wire_log=wire_log, family=model.family)
+        baud = place.baud or _model(self.file).baud
+        return Connection(kind, address or "", baud=baud, unit=place.unit)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -235,13 +267,16 @@ class VirtualBench(Bench):
         self._takes = 0
 
     @contextmanager
-    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
-        """Serve the simulated supply on loopback and reach it as a serial bridge would be."""
+    def supply(self, bundle: Bundle) -> Iterator[Supply]:
+        """Serve the simulated supply on loopback and reach it as a serial bridge would be.
+
+        Without a guardian: the device lives in this process and dies with it.
+        """
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
             connection = Connection("rtu-over-tcp" if modbus else "tcp", address)
             with open_supply(
-                connection, clock=self.clock, wire_log=wire_log, family=family
+                connection, clock=self.clock, wire_log=bundle.wire, family=family
             ) as supply:
                 yield supply
 
@@ -310,4 +345,4 @@ def _model(file: BenchFile) -> Model:
 
 def make_bench(file: BenchFile) -> Bench:
     """Return the bench of a file; nothing is opened yet."""
-    return RealBench(file, SystemClock()) if file.virtual is None else VirtualBench(file)
+    return RealBench(file, LeaseClock()) if file.virtual is None else VirtualBench(file)

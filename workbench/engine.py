@@ -10,7 +10,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from importlib.metadata import version
@@ -20,7 +20,7 @@ from typing import Any
 import workbench
 from workbench.bench import Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
-from workbench.errors import Interrupted, SafetyStop, WorkbenchError
+from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.pairing import pair
 from workbench.protocol import (
@@ -44,6 +44,7 @@ __all__ = ["Experiment", "Progress", "carry_out", "versions"]
 Progress = Callable[[str], None]
 
 _POLL_S = 0.2
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two on some systems only
 _HAND_S = 1.5  # a person lets go within this time of being asked
 
 
@@ -79,10 +80,12 @@ def carry_out(
         progress: is told each phase.
 
     Raises:
-        SafetyStop: when a limit or a protection ended a run.
+        SafetyStop: when a limit or a protection ended a run, or nobody acknowledged that of an
+            earlier one.
         Interrupted: on Ctrl-C; the output is off and the bundle says so.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
+    _refuse_when_latched(experiment, bench, root)
     prompts: list[str] = []
     for item in experiment.plan.items:
         if isinstance(item, PlannedPrompt):
@@ -91,6 +94,19 @@ def carry_out(
             continue
         yield _Conductor(experiment, bench, root, operator, progress, item).conduct(prompts)
         prompts = []
+
+
+def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
+    latch = bench.latch(root)
+    trip = None if latch is None else latch.standing()
+    if trip is not None and any(
+        isinstance(run.action, PlannedDrive) for run in experiment.plan.runs
+    ):
+        raise SafetyStop(
+            f"bench {bench.file.name!r} is latched since {trip.wall}: {trip.reason}\n"
+            "nothing was switched on; find the cause, then type: workbench supply acknowledge "
+            f"--bench {experiment.bench.path} --runs {root} --name NAME"
+        )
 
 
 def versions() -> dict[str, str]:
@@ -144,6 +160,7 @@ class _Conductor:
             self._end("interrupted", "stopped by the user")
             raise Interrupted(self._told("stopped by the user")) from None
         except SafetyStop as error:
+            self._set_latch(str(error))
             self._end("safety-stop", str(error))
             error.args = (self._told(str(error)),)
             raise
@@ -209,13 +226,15 @@ class _Conductor:
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
-        with self.bench.supply(self.bundle.wire) as supply:
+        with self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
             began = self._start_cameras()
             try:
                 self._drive(supply, drive)
             finally:
-                self._switch_off(supply)
+                held_back = self._switch_off(supply)
+            if held_back:
+                raise KeyboardInterrupt(held_back[0].name)
         self._keep_readings()
         return Window(self.start, self.bench.clock.now(), began)
 
@@ -280,12 +299,16 @@ class _Conductor:
         sent.append((clock.now() - self.start, 0.0))
         self.bundle.note({"sent": sent})
 
-    def _switch_off(self, supply: Supply) -> None:
-        """Switch off and write down whether that was confirmed; Ctrl-C has to wait for it."""
-        with _uninterrupted():
-            confirmed = supply.off()
-            self._journal("output_off", confirmed=confirmed)
-            self.bundle.note({"output_off": "confirmed" if confirmed else "unconfirmed"})
+    def _switch_off(self, supply: Supply) -> list[signal.Signals]:
+        """Switch off, write down whether that was confirmed, and return the signals that waited."""
+        with _signals_held_back() as held_back:
+            off = supply.off()
+            dead = off and supply.terminals_dead()
+            self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
+            self._journal("output_off", confirmed=dead)
+        if off and not dead:
+            raise SafetyStop(f"{supply.name}: it says off but its terminals are live")
+        return held_back
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
@@ -309,11 +332,20 @@ class _Conductor:
 
     def _end(self, status: Any, reason: str) -> None:
         """Close the bundle of a run that did not succeed, with what there is."""
-        with _uninterrupted():
+        # on a full disk the message alone tells what happened
+        with _signals_held_back(), suppress(OSError, RecordError):
             self._journal(status, reason=reason)
             if self.readings and not self.bundle.has("supply"):
                 self._keep_readings()
             self.bundle.finish(status, error=reason)
+
+    def _set_latch(self, reason: str) -> None:
+        latch = self.bench.latch(self.bundle.path.parent)
+        if latch is not None and latch.standing() is None:  # its guardian may have been first
+            try:
+                latch.trip(f"{reason}; see {self.bundle.path}", "run")
+            except OSError as error:
+                self.progress(f"{latch.path} cannot be written ({error})")
 
     def _told(self, reason: str) -> str:
         state = self.bundle.manifest.get("output_off")
@@ -330,13 +362,22 @@ class _Conductor:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold back Ctrl-C until the block is done; only a main thread gets it anyway."""
+def _signals_held_back() -> Iterator[list[signal.Signals]]:
+    """Hold back Ctrl-C and its kin until the block is done; yield those that came meanwhile.
+
+    Only a main thread gets them anyway.
+    """
+    held_back: list[signal.Signals] = []
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield held_back
         return
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    numbers = [signal.Signals[name] for name in _ENDING if hasattr(signal, name)]
+    previous = {
+        number: signal.signal(number, lambda n, _: held_back.append(signal.Signals(n)))
+        for number in numbers
+    }
     try:
-        yield
+        yield held_back
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)

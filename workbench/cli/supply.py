@@ -7,13 +7,14 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated
 
 import typer
 from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
-from workbench.cli.output import JsonFlag, emit, people, show_table
+from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
     MODELS,
@@ -151,9 +152,27 @@ def off(bench: BenchOption) -> None:
     """
     with _opened(bench) as device:
         confirmed = device.off()
-    if not confirmed:
+        dead = confirmed and device.terminals_dead()
+    if not dead:
         raise SafetyStop(f"{bench}: OUTPUT MAY BE ON, switch it off by hand")
     print("output off, confirmed")
+
+
+@supply.command()
+def acknowledge(
+    bench: BenchOption,
+    name: Annotated[str, typer.Option(help="Who has looked at the cause.")],
+    runs: RunsFolder = Path("runs"),
+) -> None:
+    """Release the latch that a safety stop has left, so that the next run may drive.
+
+    Example: workbench supply acknowledge --bench lab.yaml --name "A. Weber"
+    """
+    latch = make_bench(load_bench(bench).content).latch(runs)
+    if latch is None:
+        raise InputError(f"bench {bench!r} has no real supply, so nothing is ever latched")
+    trip = latch.acknowledge(name)
+    print(f"acknowledged by {name}: {trip.reason}")
 
 
 @supply.command()

@@ -167,10 +167,6 @@ class ModbusSupply(Supply):
                 f"{place}, read back {found}"
             )
 
-    def _measure_voltage(self) -> float:
-        word = self._status(again=False)[self.registers.voltage]
-        return float(from_word(word, self._model.voltage_step_V))
-
     def _read(self, block: Block, *, again: bool = True) -> Words:
         words = self._link.read(block.start, block.count, spare=block.spare, again=again)
         return dict(enumerate(words, block.start))

@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.models import model_named
-from workbench.hw.supply import DEAD_V, Identity, Limits, Reading, Supply
+from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 
 __all__ = ["Prepared", "prepare", "switch_on", "watch"]
 
-DECAY_S = 5.0  # a coasting motor feeds its voltage back for a while
 RISE_S, POLL_S = 1.0, 0.05
 SETTLED_S = 0.2  # a tenth of the setpoint for so long is no rising voltage
 TOLERANCE_V, TOLERANCE_SHARE = 0.05, 0.02
@@ -179,20 +178,15 @@ def _require_identity(
 
 
 def _require_dead(supply: Supply) -> None:
-    """Switch off, and wait until the terminals are dead too: a flag alone may lie."""
+    """Switch off, and wait until the terminals are dead too."""
     if not supply.off():
+        raise SafetyStop(f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off")
+    if not supply.terminals_dead():
+        volts = supply.measure().voltage_V
         raise SafetyStop(
-            f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off, or said so and held "
-            f"{supply.measure().voltage_V:g} V at its terminals; switch it off by hand"
+            f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
+            f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
         )
-    deadline = supply.clock.now() + DECAY_S
-    while (volts := supply.measure().voltage_V) > DEAD_V:
-        if supply.clock.now() >= deadline:
-            raise SafetyStop(
-                f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
-                f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
-            )
-        supply.clock.sleep(POLL_S)
 
 
 def _require_off_at_power_on(supply: Supply) -> None:

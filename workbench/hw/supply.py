@@ -8,7 +8,7 @@ from decimal import Decimal
 from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
-from workbench.errors import InputError, SafetyStop
+from workbench.errors import InputError, SafetyStop, WorkbenchError
 from workbench.hw.clock import Clock
 from workbench.hw.models import Protection
 
@@ -18,11 +18,10 @@ Mode = Literal["CV", "CC"]
 
 OFF_TRIES = 4
 OFF_PAUSE_S = 0.1
-DEAD_V = 0.2  # at the terminals
-FALLING = 0.8  # an output that is off falls to this share soon, one that drives holds its voltage
-FALL_S, FALL_POLL_S = 0.6, 0.05
 RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
+DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
+DECAY_POLL_S = 0.05
 
 
 class Identity(NamedTuple):
@@ -239,10 +238,7 @@ class Supply(ABC):
             self.clock.sleep(RAMP_PAUSE_S)
 
     def off(self) -> bool:
-        """Switch the output off, trying again where needed; True when that is confirmed.
-
-        Confirmed is what reads back as off and does not hold its voltage at the terminals: a flag
-        alone may lie.
+        """Switch the output off, trying again where needed; True when read back as off.
 
         Never raises: it is called where something else has failed already. A Ctrl-C meanwhile
         costs one try.
@@ -252,26 +248,25 @@ class Supply(ABC):
                 if attempt:
                     self.clock.sleep(OFF_PAUSE_S)
                 self._apply_output(False)
-                if self._terminals_fall():
-                    return True
+                return True
             except (Exception, KeyboardInterrupt):
                 continue
         return False
 
-    def _terminals_fall(self) -> bool:
-        """Tell whether the output lets go of its voltage; a coasting motor feeds some back."""
-        first = volts = self._measure_voltage()
-        deadline = self.clock.now() + FALL_S
-        while volts > max(DEAD_V, FALLING * first):
-            if self.clock.now() >= deadline:
-                return False
-            self.clock.sleep(FALL_POLL_S)
-            volts = self._measure_voltage()
-        return True
+    def terminals_dead(self) -> bool:
+        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
 
-    def _measure_voltage(self) -> float:
-        """Measure the voltage at the terminals [V], whatever else the supply may say."""
-        return self.measure().voltage_V
+        The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
+        """
+        deadline = self.clock.now() + DECAY_S
+        try:
+            while self.measure().voltage_V > DEAD_V:
+                if self.clock.now() >= deadline:
+                    return False
+                self.clock.sleep(DECAY_POLL_S)
+        except WorkbenchError:
+            return False
+        return True
 
     def __enter__(self) -> Self:
         """Return the supply; the block's end switches it off."""
