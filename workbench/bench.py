@@ -18,6 +18,7 @@ from workbench.hw import (
     Clock,
     Connection,
     Limits,
+    Model,
     SimulatedClock,
     Supply,
     SystemClock,
@@ -25,7 +26,8 @@ from workbench.hw import (
     open_supply,
 )
 from workbench.hw.guardian import NO_RECORDS, Latch, LeaseClock, Records, open_guarded
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw.models import ModbusModel
+from workbench.hw.simulated import serve, simulated
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -145,7 +147,7 @@ class Bench(ABC):
         Raises:
             InputError: when the file names a supply that no driver knows.
         """
-        return model_named(self.file.supply.model).voltage_step_V
+        return _model(self.file).voltage_step_V
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
@@ -188,10 +190,10 @@ class RealBench(Bench):
             records: where a guardian writes.
             wire_log: takes what goes over the wire where there is no guardian.
         """
-        connection, clock = self._connection, self.clock
+        connection, clock, family = self._connection, self.clock, _model(self.file).family
         if isinstance(clock, LeaseClock):
-            return open_guarded(connection, clock=clock, records=records)
-        return open_supply(connection, clock=clock, wire_log=wire_log)
+            return open_guarded(connection, clock=clock, records=records, family=family)
+        return open_supply(connection, clock=clock, wire_log=wire_log, family=family)
 
     def latch(self, runs: Path) -> Latch:
         """Return the latch of the supply that the bench file names."""
@@ -204,7 +206,8 @@ class RealBench(Bench):
         if kind == "simulated":  # the schema allows it only beside a section `virtual`
             raise InputError(f"bench {self.file.name!r} has no real supply")
         address = place.port if kind == "serial" else place.address
-        return Connection(kind, address or "", baud=place.baud, unit=place.unit)
+        baud = place.baud or _model(self.file).baud
+        return Connection(kind, address or "", baud=baud, unit=place.unit)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -253,11 +256,13 @@ class VirtualBench(Bench):
             raise InputError(f"bench {file.name!r} has no section 'virtual'")
         self.section = file.virtual
         super().__init__(file, SystemClock() if self.section.real_time else SimulatedClock())
-        self.device = SimulatedRiden(
+        self.model = _model(file)
+        serial = file.supply.serial
+        self.device = simulated(
+            self.model.name,
             clock=self.clock,
-            model=file.supply.model,
-            serial=file.supply.serial or 12345678,
             load=draw_current,
+            serial=serial if isinstance(serial, int) else None,
         )
         self._takes = 0
 
@@ -267,9 +272,12 @@ class VirtualBench(Bench):
 
         Without a guardian: the device lives in this process and dies with it.
         """
+        family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            connection = Connection("rtu-over-tcp", address, unit=1)
-            with open_supply(connection, clock=self.clock, wire_log=bundle.wire) as supply:
+            connection = Connection("rtu-over-tcp" if modbus else "tcp", address)
+            with open_supply(
+                connection, clock=self.clock, wire_log=bundle.wire, family=family
+            ) as supply:
                 yield supply
 
     def start_cameras(self, operator: Operator) -> None:
@@ -317,6 +325,22 @@ def load_bench(name: str) -> Document[BenchFile]:
             f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
         )
     return with_calibration(load(Path(name), BenchFile))
+
+
+def _model(file: BenchFile) -> Model:
+    """Return the row of the supply that a bench file names.
+
+    Raises:
+        InputError: when there is none, or it is of another family than the file says.
+    """
+    section = file.supply
+    model = model_named(section.model)
+    if section.family not in (None, model.family):
+        raise InputError(
+            f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
+            f"not {section.family}"
+        )
+    return model
 
 
 def make_bench(file: BenchFile) -> Bench:

@@ -268,13 +268,12 @@ class _Conductor:
 
     def _prepare(self, supply: Supply) -> None:
         section = self.experiment.bench.content.supply
-        serial = None if section.serial is None else f"{section.serial:08d}"
         self.progress("prepare the supply")
         ready = prepare(
             supply,
             self.bench.limits(self.experiment.plan.current_limit),
             model=section.model,
-            serial=serial,
+            serial=section.serial_number,
         )
         self.bundle.note({"supply": ready.identity._asdict()})
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)

@@ -21,7 +21,7 @@ from workbench.hw.connection import Connection
 from workbench.hw.models import MODELS, Model, model_named
 from workbench.hw.safety import Prepared, prepare, switch_on, watch
 from workbench.hw.supply import Identity, Limits, Reading, Supply
-from workbench.hw.transport import WireLog
+from workbench.hw.wirelog import WireLog
 
 __all__ = [
     "MODELS",

@@ -10,11 +10,11 @@ from typing import Literal, NamedTuple, Self
 
 from workbench.errors import InputError, SafetyStop, WorkbenchError
 from workbench.hw.clock import Clock
+from workbench.hw.models import Protection
 
-__all__ = ["Identity", "Limits", "Mode", "Protection", "Reading", "Supply"]
+__all__ = ["Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
 
 Mode = Literal["CV", "CC"]
-Protection = Literal["none", "OVP", "OCP"]
 
 OFF_TRIES = 4
 OFF_PAUSE_S = 0.1
@@ -44,7 +44,7 @@ class Reading:
         output: whether the supply says that its output is on.
         mode: constant voltage, or constant current when the current limit acts.
         protection: which protection tripped.
-        input_voltage_V: measured at the supply's own input.
+        input_voltage_V: measured at the supply's own input; None where it does not tell.
     """
 
     time_s: float
@@ -54,7 +54,19 @@ class Reading:
     output: bool
     mode: Mode
     protection: Protection
-    input_voltage_V: float
+    input_voltage_V: float | None
+
+
+class Setpoint(NamedTuple):
+    """The voltage that a supply was told last.
+
+    Args:
+        volts: as it holds it [V].
+        time_s: when it was confirmed, by the supply's clock.
+    """
+
+    volts: Decimal
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -104,12 +116,16 @@ class Supply(ABC):
     Args:
         name: model, serial and place; opens every message.
         clock: what time stamps and waits are made with.
+
+    Attributes:
+        setpoint: the voltage that was set last through this object.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
         self.name = name
         self.clock = clock
         self._limits: Limits | None = None
+        self.setpoint: Setpoint | None = None
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -120,8 +136,8 @@ class Supply(ABC):
         """Read the whole state in one exchange."""
 
     @abstractmethod
-    def measure_power_on_output(self) -> bool:
-        """Tell whether the supply switches its output on by itself when it gets power."""
+    def measure_power_on_output(self) -> bool | None:
+        """Tell whether the output comes on with the power; None when it cannot be asked."""
 
     @abstractmethod
     def close(self) -> None:
@@ -176,7 +192,9 @@ class Supply(ABC):
             HardwareError: when the supply does not hold it.
         """
         self._refuse_outside("voltage", volts, self.limits.voltage_max_V, "V")
-        return self._apply_voltage(volts)
+        applied = self._apply_voltage(volts)
+        self.setpoint = Setpoint(applied, self.clock.now())
+        return applied
 
     def set_current_limit(self, amps: Decimal) -> Decimal:
         """Set the current limit [A]; return what the supply really holds. Raises as above."""
