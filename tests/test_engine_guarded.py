@@ -37,6 +37,7 @@ full_disk = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a f
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 NO_TAKE = "no take in this test"
+At = Callable[[Bundle], object]
 
 
 @pytest.fixture
@@ -49,7 +50,7 @@ def no_take(*words: object) -> Path:
     raise InputError(NO_TAKE)
 
 
-def run(folder: Path, device: Device, at_event: dict[str, Callable[[Bundle], object]]) -> Bundle:
+def run(folder: Path, device: Device, at_event: dict[str, At]) -> Bundle:
     """Carry out a run and do something at events of its journal; return its bundle."""
     (folder / "p.yaml").write_text(PROTOCOL)
     lab = load_bench(str(lab_file(folder, device)))
@@ -96,7 +97,9 @@ def test_a_real_bench_is_guarded_and_its_bundle_holds_the_guardian_s_record(
 def test_a_trip_latches_until_somebody_has_looked(
     tmp_path: Path, device: Device, workbench: Command
 ) -> None:
-    trip = {"voltage": lambda bundle: device.write(82, 50)}  # its OVP is turned down to 0.5 V
+    trip: dict[str, At] = {
+        "voltage": lambda bundle: device.write(82, 50)
+    }  # its OVP is turned down to 0.5 V
     with pytest.raises(SafetyStop, match=r"over-voltage protection \(OVP\) tripped"):
         run(tmp_path, device, trip)
     assert newest(tmp_path).manifest["status"] == "safety-stop"
@@ -145,7 +148,7 @@ def test_a_virtual_bench_never_latches(tmp_path: Path, workbench: Command) -> No
 def test_an_output_that_stays_on_is_unconfirmed_in_the_bundle(
     tmp_path: Path, device: Device
 ) -> None:
-    stick = {"voltage": lambda bundle: device.fail(Fault.STUCK_OUTPUT)}
+    stick: dict[str, At] = {"voltage": lambda bundle: device.fail(Fault.STUCK_OUTPUT)}
     with pytest.raises(WorkbenchError, match="OUTPUT MAY BE ON") as told:
         run(tmp_path, device, stick)
     assert told.value.exit_code == SafetyStop.exit_code

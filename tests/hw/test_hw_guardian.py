@@ -252,6 +252,10 @@ def test_a_supply_that_was_only_looked_at_stays_as_it_is(
     assert supply.measure().output
     supply.close()
     assert device.on()
+    supply = open_guarded(device.connection, clock=clock, records=records)
+    supply._guardian._line.close()  # as when its client dies
+    supply._guardian._process.wait(10)
+    assert device.on()
     assert standing(records) == ""
 
 

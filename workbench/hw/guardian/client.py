@@ -12,7 +12,7 @@ from workbench.hw.connection import Connection
 from workbench.hw.guardian.lease import LeaseClock
 from workbench.hw.guardian.messages import NO_RECORDS, Records, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
-from workbench.hw.supply import Identity, Limits, Reading, Supply
+from workbench.hw.supply import Identity, Limits, Reading, Setpoint, Supply
 
 __all__ = ["GuardedSupply", "open_guarded"]
 
@@ -89,8 +89,8 @@ class GuardedSupply(Supply):
         """
         return Reading(**self._ask("measure"))
 
-    def measure_power_on_output(self) -> bool:
-        """Tell whether the supply switches its output on by itself when it gets power."""
+    def measure_power_on_output(self) -> bool | None:
+        """Tell whether the output comes on with the power; None when it cannot be asked."""
         return self._ask("measure_power_on_output")
 
     def arm(self, limits: Limits) -> None:
@@ -99,6 +99,7 @@ class GuardedSupply(Supply):
         self._owned = True
         self._ask("arm", *(str(value) for value in vars(limits).values()))
         self._limits = limits
+        self.setpoint = Setpoint(Decimal(0), self.clock.now())
 
     def ramp_down(self) -> None:
         """Lower a running output to 0 V in small steps."""

@@ -221,7 +221,7 @@ class Guardian:
 
     def _end(self) -> int:
         """Leave the output off, and say and write down whether it is."""
-        if self._supply is None or not (self._owned or self._live):
+        if self._supply is None or not self._owned:
             return self._leave(0)
         live, self._live = self._live, True
         if self._trip is None and not live:
