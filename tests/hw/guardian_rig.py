@@ -49,7 +49,11 @@ class Device:
 
     def on(self) -> bool:
         """Whether the output's own flag says on."""
-        return self._ask("read", OUTPUT, 1) == [1]
+        return self.read(OUTPUT, 1) == [1]
+
+    def read(self, register: int, count: int) -> list[int]:
+        """Look at its registers."""
+        return self._ask("read", register, count)
 
     def write(self, register: int, word: int) -> None:
         """Turn a knob at its front."""

@@ -15,14 +15,15 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from guardian_rig import Device, device_process, events, off_after, wait_for
+from guardian_rig import QUICK_S, Device, device_process, events, off_after, wait_for
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import Connection, Limits, prepare, switch_on, watch
 from workbench.hw.guardian import GuardedSupply, Latch, LeaseClock, Records, open_guarded
 from workbench.hw.guardian.messages import Line, Task
 from workbench.hw.guardian.process import _accept
-from workbench.hw.simulated import Fault
+from workbench.hw.models import FAMILIES, MODELS, Family
+from workbench.hw.simulated import Fault, serve, simulated
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
 BAR_S = 1.0
@@ -314,6 +315,43 @@ def test_the_off_of_another_supply_confirms_nothing(
             clock.sleep(10)
         assert not supply.off()
         assert device.on()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_is_switched_off_when_its_client_hangs(
+    family: Family, clock: LeaseClock
+) -> None:
+    model = next(row for row in MODELS if row.family == family)
+    device = simulated(model.name, clock=clock)
+    limits = Limits(*map(Decimal, ("5", "1", "5.5", "1.2")))  # the smallest goes to 6 V
+    with (
+        serve(device, framing="tcp") as address,
+        open_guarded(
+            Connection("tcp", address, timeout_s=QUICK_S), clock=clock, family=family
+        ) as supply,
+    ):
+        prepare(supply, limits, model=model.name)
+        switch_on(supply, Decimal("4.5"))
+        assert device.output.voltage == 4.5
+        time.sleep(0.9)
+        assert not device.output.on
+        with pytest.raises(SafetyStop, match=r"its client hangs.*the output is off, confirmed"):
+            watch(supply)
+
+
+@posix
+def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it(
+    device: Device, tmp_path: Path, clock: LeaseClock, limits: Limits
+) -> None:
+    process = client(device, tmp_path, "os.kill(supply.guardian_pid, signal.SIGKILL); os.abort()")
+    process.communicate(timeout=10)
+    time.sleep(1.2)
+    assert device.on()  # no software is left; its trip levels are armed
+    assert device.read(82, 2) == [650, 1200]
+    with open_guarded(device.connection, clock=clock) as supply:
+        assert prepare(supply, limits, model="RD6006").found.output
+    down = [volts for _, volts in device.history][-10:]
+    assert down == [4.5, 4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0]
 
 
 @posix

@@ -69,9 +69,9 @@ class Latch:
         except FileNotFoundError:
             return None
         try:
-            last = json.loads(lines[-1]) if lines else {}
-            return Trip(**last["trip"]) if "trip" in last else None
-        except (ValueError, TypeError):
+            last = json.loads(lines[-1]) if lines else {"acknowledged": {}}
+            return Trip(**last["trip"]) if "acknowledged" not in last else None
+        except (ValueError, TypeError, KeyError):
             return Trip("", f"{self.path}: its last line cannot be read", "latch")
 
     def acknowledge(self, name: str) -> Trip:
