@@ -1,7 +1,8 @@
 # make demo   run the example protocol on the virtual bench
 # make test   run the tests
 # make check  ruff, format, pyright, import-linter, examples, wheel
-# make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading
+# make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading,
+#             kill clients and print how long their outputs stayed on
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
 # make schemas / make effects / make pictures   write docs/reference and the pictures of docs/
@@ -40,6 +41,7 @@ bench: install
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
+	$(BIN)/python -m benchmarks.kills
 
 SEED ?= 1
 CASES ?= 40

@@ -18,13 +18,16 @@ from workbench.hw import (
     Clock,
     Connection,
     Limits,
+    Model,
     SimulatedClock,
     Supply,
     SystemClock,
     model_named,
     open_supply,
 )
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.hw.guardian import NO_RECORDS, Latch, LeaseClock, Records, open_guarded
+from workbench.hw.models import ModbusModel
+from workbench.hw.simulated import serve, simulated
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -105,8 +108,20 @@ class Bench(ABC):
         self.clock = clock
 
     @abstractmethod
-    def supply(self, wire_log: WireLog) -> AbstractContextManager[Supply]:
-        """Open the supply for the time of a `with` block that ends with the output off."""
+    def supply(self, bundle: Bundle) -> AbstractContextManager[Supply]:
+        """Open the supply for the time of a `with` block that ends with the output off.
+
+        Args:
+            bundle: keeps what goes over the wire.
+        """
+
+    def latch(self, runs: Path) -> Latch | None:
+        """Return what a trip of the supply leaves behind; None where there is nothing to harm.
+
+        Args:
+            runs: folder of all bundles.
+        """
+        return None
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -138,7 +153,7 @@ class Bench(ABC):
         Raises:
             InputError: when the file names a supply that no driver knows.
         """
-        return model_named(self.file.supply.model).voltage_step_V
+        return _model(self.file).voltage_step_V
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
@@ -154,7 +169,8 @@ class RealBench(Bench):
 
     Args:
         file: its file.
-        clock: everything on the bench is timed and waited with it.
+        clock: everything on the bench is timed and waited with it. With a `LeaseClock` the supply
+            is behind a guardian; no guardian can watch a client on a simulated clock.
     """
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
@@ -164,20 +180,40 @@ class RealBench(Bench):
         self._used: dict[str, str] = {}
 
     @contextmanager
-    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
+    def supply(self, bundle: Bundle) -> Iterator[Supply]:
         """Open the supply that the bench file names."""
-        with self.open_supply(wire_log) as supply:
+        latch = self.latch(bundle.path.parent)
+        records = Records(bundle.wire_log, bundle.guardian_log, latch.path)
+        with self.open_supply(records, bundle.wire) as supply:
             yield supply
 
-    def open_supply(self, wire_log: WireLog = lambda line: None) -> Supply:
-        """Open the supply without a promise about its output, to look at it by hand."""
+    def open_supply(
+        self, records: Records = NO_RECORDS, wire_log: WireLog = lambda line: None
+    ) -> Supply:
+        """Open the supply without a promise about its output, to look at it by hand.
+
+        Args:
+            records: where a guardian writes.
+            wire_log: takes what goes over the wire where there is no guardian.
+        """
+        connection, clock, family = self._connection, self.clock, _model(self.file).family
+        if isinstance(clock, LeaseClock):
+            return open_guarded(connection, clock=clock, records=records, family=family)
+        return open_supply(connection, clock=clock, wire_log=wire_log, family=family)
+
+    def latch(self, runs: Path) -> Latch:
+        """Return the latch of the supply that the bench file names."""
+        return Latch.beside(runs, self._connection.address)
+
+    @property
+    def _connection(self) -> Connection:
         place = self.file.supply.connection
         kind = place.kind
         if kind == "simulated":  # the schema allows it only beside a section `virtual`
             raise InputError(f"bench {self.file.name!r} has no real supply")
         address = place.port if kind == "serial" else place.address
-        connection = Connection(kind, address or "", baud=place.baud, unit=place.unit)
-        return open_supply(connection, clock=self.clock, wire_log=wire_log)
+        baud = place.baud or _model(self.file).baud
+        return Connection(kind, address or "", baud=baud, unit=place.unit)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -223,19 +259,27 @@ class SimulatedBench(Bench):
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
-        self.device = SimulatedRiden(
+        self.model = _model(file)
+        serial = file.supply.serial
+        self.device = simulated(
+            self.model.name,
             clock=self.clock,
-            model=file.supply.model,
-            serial=file.supply.serial or 12345678,
             load=draw_current,
+            serial=serial if isinstance(serial, int) else None,
         )
 
     @contextmanager
-    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
-        """Serve the simulated supply on loopback and reach it as a serial bridge would be."""
+    def supply(self, bundle: Bundle) -> Iterator[Supply]:
+        """Serve the simulated supply on loopback and reach it as a serial bridge would be.
+
+        Without a guardian: the device lives in this process and dies with it.
+        """
+        family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            connection = Connection("rtu-over-tcp", address, unit=1)
-            with open_supply(connection, clock=self.clock, wire_log=wire_log) as supply:
+            connection = Connection("rtu-over-tcp" if modbus else "tcp", address)
+            with open_supply(
+                connection, clock=self.clock, wire_log=bundle.wire, family=family
+            ) as supply:
                 yield supply
 
 
@@ -297,6 +341,22 @@ def load_bench(name: str) -> Document[BenchFile]:
     return with_calibration(load(Path(name), BenchFile))
 
 
+def _model(file: BenchFile) -> Model:
+    """Return the row of the supply that a bench file names.
+
+    Raises:
+        InputError: when there is none, or it is of another family than the file says.
+    """
+    section = file.supply
+    model = model_named(section.model)
+    if section.family not in (None, model.family):
+        raise InputError(
+            f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
+            f"not {section.family}"
+        )
+    return model
+
+
 def make_bench(file: BenchFile) -> Bench:
     """Return the bench of a file; nothing is opened yet."""
-    return RealBench(file, SystemClock()) if file.virtual is None else VirtualBench(file)
+    return RealBench(file, LeaseClock()) if file.virtual is None else VirtualBench(file)

@@ -6,6 +6,7 @@
     calibration.yaml  where the bench names one
     journal.jsonl     one event a line, on disk before the next step is taken
     wire.log          every exchange with the supply
+    guardian.jsonl    what the supply's guardian did; it goes on where the run was killed
     take/             the export, byte for byte
     supply.parquet, raw.parquet, track.parquet, twin.parquet
     compare.rrd, report.html              views, made again from the rest at any time
@@ -21,7 +22,8 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -31,7 +33,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from workbench.errors import InputError
+from workbench.errors import InputError, RecordError
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
@@ -43,6 +45,7 @@ View = Literal["recording", "report"]
 
 _VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}
 _MANIFEST, _JOURNAL, _WIRE = "manifest.json", "journal.jsonl", "wire.log"
+_GUARDIAN = "guardian.jsonl"
 _CHECKSUMS, _TAKE = "checksums.txt", "take"
 _SCHEMA = "workbench/bundle-1"
 _VALID = "valid:"
@@ -133,36 +136,70 @@ class Bundle:
         return found
 
     def note(self, facts: Mapping[str, Any]) -> None:
-        """Add facts to the manifest, on disk at once and never half written."""
+        """Add facts to the manifest, on disk at once and never half written.
+
+        Raises:
+            RecordError: when it cannot be written; `manifest` has the facts all the same.
+        """
         self.manifest = self.manifest | dict(facts)
         text = json.dumps(self.manifest, indent=2, ensure_ascii=False, default=str) + "\n"
         draft = self.path / f".{_MANIFEST}"
-        draft.write_text(text, encoding="utf-8")
-        os.replace(draft, self.path / _MANIFEST)
+        with _told(self.path / _MANIFEST):
+            draft.write_text(text, encoding="utf-8")
+            os.replace(draft, self.path / _MANIFEST)
 
     def journal(self, event: str, time_s: float, **facts: Any) -> None:
-        """Append one event and wait until the disk has it."""
+        """Append one event and wait until the disk has it.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
         line = {"time_s": round(time_s, 6), "event": event} | facts
-        with (self.path / _JOURNAL).open("a", encoding="utf-8") as file:
+        path = self.path / _JOURNAL
+        with _told(path), path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
             file.flush()
             os.fsync(file.fileno())
 
     def read_journal(self) -> list[dict[str, Any]]:
         """Return the events; a last line cut short by a crash is left out."""
-        events: list[dict[str, Any]] = []
-        path = self.path / _JOURNAL
-        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
-            try:
-                events.append(json.loads(line))
-            except json.JSONDecodeError:
-                break
-        return events
+        return _events(self.path / _JOURNAL)
+
+    def read_guardian(self) -> list[dict[str, Any]]:
+        """Return what the supply's guardian did, its last verdict on the output among it."""
+        return _events(self.path / _GUARDIAN)
+
+    @property
+    def output_off(self) -> str | None:
+        """How the run left the output: `confirmed`, `unconfirmed`, `supply not opened`.
+
+        The manifest tells; of a run that was killed its guardian does. None where neither knows.
+        """
+        said = {"off": "confirmed", "terminals": "dead"}
+        verdicts = [e[said[e["event"]]] for e in self.read_guardian() if e["event"] in said]
+        if "output_off" in self.manifest or not verdicts:
+            return self.manifest.get("output_off")
+        return "confirmed" if verdicts[-1] else "unconfirmed"
+
+    @property
+    def wire_log(self) -> Path:
+        """Where exchanges with devices are kept, for a process that writes them itself."""
+        return self.path / _WIRE
+
+    @property
+    def guardian_log(self) -> Path:
+        """Where the supply's guardian keeps what it did."""
+        return self.path / _GUARDIAN
 
     def wire(self, line: str) -> None:
         """Append one exchange with a device."""
         with (self.path / _WIRE).open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
+
+    def read_wire(self) -> list[dict[str, Any]]:
+        """Return the exchanges with the supply, as their log has them."""
+        path = self.path / _WIRE
+        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
     def write_document(self, kind: Document, text: str) -> None:
         """Keep a YAML file as it was given."""
@@ -273,7 +310,9 @@ def verify(path: Path) -> list[str]:
     bundle = Bundle.open(path)
     listing = path / _CHECKSUMS
     if not listing.exists():
-        return [f"{_CHECKSUMS}: missing; the run was cut off (status {bundle.manifest['status']})"]
+        off = f"; output off: {bundle.output_off}" if bundle.output_off else ""
+        status = bundle.manifest["status"]
+        return [f"{_CHECKSUMS}: missing; the run was cut off (status {status}){off}"]
     files = dict(bundle._files())
     problems: list[str] = []
     for line in listing.read_text(encoding="utf-8").splitlines():
@@ -284,3 +323,25 @@ def verify(path: Path) -> list[str]:
         elif sha256(file) != digest:
             problems.append(f"{name}: changed since the run was finished")
     return problems + [f"{name}: not in {_CHECKSUMS}" for name in files]
+
+
+def _events(path: Path) -> list[dict[str, Any]]:
+    events: list[dict[str, Any]] = []
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+        try:
+            events.append(json.loads(line))
+        except json.JSONDecodeError:
+            break
+    return events
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Say which file could not be written, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordError(
+            f"{path}: cannot be written ({error.strerror}); free the disk or choose another "
+            "folder with --runs"
+        ) from error

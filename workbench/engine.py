@@ -5,22 +5,19 @@ A run without a drive leaves the supply alone: it is neither opened nor asked an
 
 from __future__ import annotations
 
-import platform
 import signal
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from datetime import datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import workbench
 from workbench.bench import Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
-from workbench.errors import Interrupted, SafetyStop, WorkbenchError
+from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.pairing import pair
@@ -36,12 +33,14 @@ from workbench.protocol import (
 )
 from workbench.resume import Course, begin
 from workbench.timeseries import TimeSeries
+from workbench.versions import versions
 
-__all__ = ["Progress", "carry_out", "versions"]
+__all__ = ["Progress", "carry_out"]
 
 Progress = Callable[[str], None]
 
 _POLL_S = 0.2
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two on some systems only
 _HAND_S = 1.5  # a person lets go within this time of being asked
 
 
@@ -64,10 +63,12 @@ def carry_out(
         course: of an experiment that was begun; None begins one.
 
     Raises:
-        SafetyStop: when a limit or a protection ended a run.
+        SafetyStop: when a limit or a protection ended a run, or nobody acknowledged that of an
+            earlier one.
         Interrupted: on Ctrl-C; the output is off and the bundle says so.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
+    _refuse_when_latched(experiment, bench, root)
     course = course or begin(experiment.inputs(), datetime.now())
     answers: list[Answered] = []
     for item in experiment.plan.without(course.done).items:
@@ -88,14 +89,17 @@ def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
     bench.clock.sleep(pause.seconds)
 
 
-def versions() -> dict[str, str]:
-    """Return the versions that a result depends on."""
-    packages = ("mujoco", "numpy", "scipy", "numba", "pymodbus", "rerun-sdk")
-    return {
-        "workbench": workbench.__version__,
-        "python": platform.python_version(),
-        "system": platform.system(),
-    } | {name: version(name) for name in packages}
+def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
+    latch = bench.latch(root)
+    trip = None if latch is None else latch.standing()
+    if trip is not None and any(
+        isinstance(run.action, PlannedDrive) for run in experiment.plan.runs
+    ):
+        raise SafetyStop(
+            f"bench {bench.file.name!r} is latched since {trip.wall}: {trip.reason}\n"
+            "nothing was switched on; find the cause, then type: workbench supply acknowledge "
+            f"--bench {experiment.bench.path} --runs {root} --name NAME"
+        )
 
 
 def _asked(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
@@ -149,6 +153,7 @@ class _Conductor:
             self._end("interrupted", "stopped by the user")
             raise Interrupted(self._told("stopped by the user")) from None
         except SafetyStop as error:
+            self._set_latch(str(error))
             self._end("safety-stop", str(error))
             error.args = (self._told(str(error)),)
             raise
@@ -216,13 +221,15 @@ class _Conductor:
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
-        with self.bench.supply(self.bundle.wire) as supply:
+        with self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
             began = self._start_cameras()
             try:
                 self._drive(supply, drive)
             finally:
-                self._switch_off(supply)
+                held_back = self._switch_off(supply)
+            if held_back:
+                raise KeyboardInterrupt(held_back[0].name)
         self._keep_readings()
         return Window(self.start, self.bench.clock.now(), began)
 
@@ -263,13 +270,12 @@ class _Conductor:
 
     def _prepare(self, supply: Supply) -> None:
         section = self.experiment.bench.content.supply
-        serial = None if section.serial is None else f"{section.serial:08d}"
         self.progress("prepare the supply")
         ready = prepare(
             supply,
             self.bench.limits(self.experiment.plan.current_limit),
             model=section.model,
-            serial=serial,
+            serial=section.serial_number,
         )
         self.bundle.note({"supply": ready.identity._asdict()})
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
@@ -302,12 +308,16 @@ class _Conductor:
             if left > _POLL_S:
                 self._note_reading(watch(supply))
 
-    def _switch_off(self, supply: Supply) -> None:
-        """Switch off and write down whether that was confirmed; Ctrl-C has to wait for it."""
-        with _uninterrupted():
-            confirmed = supply.off()
-            self._journal("output_off", confirmed=confirmed)
-            self.bundle.note({"output_off": "confirmed" if confirmed else "unconfirmed"})
+    def _switch_off(self, supply: Supply) -> list[signal.Signals]:
+        """Switch off, write down whether that was confirmed, and return the signals that waited."""
+        with _signals_held_back() as held_back:
+            off = supply.off()
+            dead = off and supply.terminals_dead()
+            self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
+            self._journal("output_off", confirmed=dead)
+        if off and not dead:
+            raise SafetyStop(f"{supply.name}: it says off but its terminals are live")
+        return held_back
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
@@ -331,11 +341,20 @@ class _Conductor:
 
     def _end(self, status: Any, reason: str) -> None:
         """Close the bundle of a run that did not succeed, with what there is."""
-        with _uninterrupted():
+        # on a full disk the message alone tells what happened
+        with _signals_held_back(), suppress(OSError, RecordError):
             self._journal(status, reason=reason)
             if self.readings and not self.bundle.has("supply"):
                 self._keep_readings()
             self.bundle.finish(status, error=reason)
+
+    def _set_latch(self, reason: str) -> None:
+        latch = self.bench.latch(self.bundle.path.parent)
+        if latch is not None and latch.standing() is None:  # its guardian may have been first
+            try:
+                latch.trip(f"{reason}; see {self.bundle.path}", "run")
+            except OSError as error:
+                self.progress(f"{latch.path} cannot be written ({error})")
 
     def _told(self, reason: str) -> str:
         state = self.bundle.manifest.get("output_off")
@@ -353,13 +372,22 @@ class _Conductor:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold back Ctrl-C until the block is done; only a main thread gets it anyway."""
+def _signals_held_back() -> Iterator[list[signal.Signals]]:
+    """Hold back Ctrl-C and its kin until the block is done; yield those that came meanwhile.
+
+    Only a main thread gets them anyway.
+    """
+    held_back: list[signal.Signals] = []
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield held_back
         return
-    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    numbers = [signal.Signals[name] for name in _ENDING if hasattr(signal, name)]
+    previous = {
+        number: signal.signal(number, lambda n, _: held_back.append(signal.Signals(n)))
+        for number in numbers
+    }
     try:
-        yield
+        yield held_back
     finally:
-        signal.signal(signal.SIGINT, previous)
+        for number, handler in previous.items():
+            signal.signal(number, handler)

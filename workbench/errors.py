@@ -4,6 +4,7 @@
     ├── InputError           2  a file or an argument is not acceptable
     │   ├── FileFaults       2  every fault of one YAML file, with line and column
     │   └── TakeError        2  an export that cannot be read
+    ├── RecordError          1  what happens cannot be written down
     ├── DataFault            1  runs are not what they are said to be, and too few others are left
     ├── HardwareError        3  a device cannot be reached or does not answer rightly
     ├── SafetyStop           4  a limit or a protection ended the run
@@ -25,6 +26,7 @@ __all__ = [
     "HardwareError",
     "InputError",
     "Interrupted",
+    "RecordError",
     "SafetyStop",
     "TakeError",
     "WorkbenchError",
@@ -107,6 +109,10 @@ class DataFault(WorkbenchError):
     def __init__(self, message: str, evidence: Sequence[tuple[str, str]]) -> None:
         self.evidence = tuple(evidence)
         super().__init__(message)
+
+
+class RecordError(WorkbenchError):
+    """What happens cannot be written down, so nothing more is done; the output is switched off."""
 
 
 class HardwareError(WorkbenchError):

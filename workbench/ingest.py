@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle import Bundle, verify
-from workbench.engine import Progress, versions
+from workbench.engine import Progress
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.pairing import pair
@@ -25,6 +25,7 @@ from workbench.protocol import (
 )
 from workbench.takes import CameraTime, judge
 from workbench.twin import check_twin
+from workbench.versions import versions
 
 __all__ = ["add_take", "ingest_sheet"]
 

@@ -6,9 +6,6 @@ are told are those that really went over the simulated line.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +15,7 @@ from workbench.bench import Operator, SimulatedBench, Subject, Window
 from workbench.bundle import Bundle
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
-from workbench.hw import SimulatedClock, Supply, WireLog, written
+from workbench.hw import SimulatedClock, written
 from workbench.protocol import BenchFile, PlannedRun
 from workbench.review.journal import sentence
 
@@ -57,23 +54,11 @@ class Rehearsed:
 
 
 class _RehearsalBench(SimulatedBench):
-    """A bench that films nothing and keeps what went over the line."""
+    """A bench that films nothing."""
 
     def __init__(self, file: BenchFile) -> None:
         super().__init__(file, SimulatedClock())
-        self.lines: list[str] = []
         self.cameras = 0.0
-
-    @contextmanager
-    def supply(self, wire_log: WireLog) -> Iterator[Supply]:
-        """Reach the simulated supply and keep what is said."""
-
-        def keep(line: str) -> None:
-            self.lines.append(line)
-            wire_log(line)
-
-        with super().supply(keep) as supply:
-            yield supply
 
     def start_cameras(self, operator: Operator) -> None:
         """Note when, as the run's time begins anew with them."""
@@ -112,7 +97,6 @@ def rehearse(experiment: Experiment) -> tuple[Rehearsed, ...]:
             (bundle,) = carry_out(alone, bench, Path(folder), _Silent(), lambda text: None)
             busy = bench.clock.now() - begin
             told.append(Rehearsed(run, busy, _instants(bundle, bench, begin)))
-            bench.lines.clear()
     return tuple(told)
 
 
@@ -126,7 +110,7 @@ def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Ins
             origin = bench.cameras
         if event["event"] not in _OWN:
             events.setdefault(_at(origin + event["time_s"] - begin), []).append(_told(event))
-    for line in map(json.loads, bench.lines):
+    for line in bundle.read_wire():
         word = written(bytes.fromhex(line["bytes"])) if line["way"] == "sent" else None
         if word is not None:
             words.setdefault(_at(line["time_s"] - begin), []).append(word)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from workbench.errors import HardwareError, InputError
 from workbench.hw import MODELS, Model, model_named
-from workbench.hw.models import NEVER_WRITE, from_word, model_of, to_word
+from workbench.hw.models import ModbusModel, from_word, model_with_id, to_word
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 
@@ -46,7 +46,8 @@ def test_a_tie_goes_to_the_even_word() -> None:
 
 
 def test_ids_do_not_overlap() -> None:
-    ids = [model_id for model in MODELS for model_id in model.ids]
+    rows = [model for model in MODELS if isinstance(model, ModbusModel)]
+    ids = [(model.family, model_id) for model in rows for model_id in model.ids]
     assert len(ids) == len(set(ids))
 
 
@@ -65,7 +66,7 @@ def test_ids_do_not_overlap() -> None:
     ],
 )
 def test_an_id_gives_its_model(model_id: int, name: str) -> None:
-    assert model_of("riden", model_id).name == name
+    assert model_with_id("riden", model_id).name == name
 
 
 def test_the_p_models_count_ten_times_finer() -> None:
@@ -76,7 +77,7 @@ def test_the_p_models_count_ten_times_finer() -> None:
 
 def test_an_unknown_id_is_refused_with_the_known_ones() -> None:
     with pytest.raises(HardwareError, match=r"id 60066 is not known.*RD6006 60060-60064, RD6006P"):
-        model_of("riden", 60066)
+        model_with_id("riden", 60066)
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
@@ -84,5 +85,11 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
         model_named("RD9000")
 
 
+FORBIDDEN = {"riden": {*range(54, 63), 256}, "hanmatek": {0x9999, 0xC110, 0xC11E, 0xC120, 0xC12E}}
+
+
 def test_calibration_and_boot_loader_are_never_written() -> None:
-    assert NEVER_WRITE["riden"] == {54, 55, 56, 57, 58, 59, 60, 61, 62, 256}
+    for model in MODELS:
+        if isinstance(model, ModbusModel):
+            assert not model.registers.writable & FORBIDDEN.get(model.family, set())
+            assert len(model.registers.writable) == 5  # V, A, output and two trip levels

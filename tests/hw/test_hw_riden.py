@@ -10,7 +10,6 @@ from hw_stub import QUICK_S, Play
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
-    MODELS,
     Connection,
     Identity,
     Limits,
@@ -20,6 +19,7 @@ from workbench.hw import (
     Supply,
     open_supply,
 )
+from workbench.hw.models.riden import RIDEN
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
 
 WHO = "01 03 00 00 00 04 44 09"
@@ -57,7 +57,7 @@ def test_a_status_block_becomes_a_reading(play: Play, wire: list[str]) -> None:
 def test_a_state_that_no_source_describes_is_refused(play: Play, clock: SimulatedClock) -> None:
     link = play([(WHO, RD6006), (STATE, PROTECTION_7)])
     supply = open_supply(link, clock=clock, wire_log=lambda line: None)
-    with pytest.raises(HardwareError, match="protection 7 and mode 0; known are"):
+    with pytest.raises(HardwareError, match="protection 7 and mode 0 are no state"):
         supply.measure()
     supply.close()
 
@@ -78,8 +78,8 @@ def test_an_unknown_model_id_is_refused(play: Play, clock: SimulatedClock) -> No
 
 
 def test_an_unknown_family_is_refused(connection: Connection, clock: SimulatedClock) -> None:
-    with pytest.raises(InputError, match="no driver for family 'korad'; there are riden"):
-        open_supply(connection, clock=clock, wire_log=lambda line: None, family="korad")
+    with pytest.raises(InputError, match="no driver for family 'volta'; there are riden"):
+        open_supply(connection, clock=clock, wire_log=lambda line: None, family="volta")
 
 
 def test_435_hundredths_go_out_as_435(supply: Supply, limits: Limits, wire: list[str]) -> None:
@@ -95,7 +95,7 @@ def test_what_is_returned_is_what_was_applied(supply: Supply, limits: Limits) ->
     assert supply.set_protection(Decimal("5.999"), Decimal("1.1")) == (Decimal(6), Decimal("1.1"))
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+@pytest.mark.parametrize("model", RIDEN, ids=lambda model: model.name)
 def test_each_model_puts_the_asked_voltage_on_its_terminals(
     clock: SimulatedClock, limits: Limits, model: Model
 ) -> None:
@@ -151,7 +151,7 @@ def test_a_write_that_is_not_applied_is_told_with_all_three_numbers(
     device: SimulatedRiden, supply: Supply, limits: Limits
 ) -> None:
     supply.arm(limits)
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(Fault.IGNORED_WRITE)
     words = r"asked 4\.35 V, wrote 435 to register 8, read back 0, which is 0\.00 V"
     with pytest.raises(HardwareError, match=words):
         supply.set_voltage(Decimal("4.35"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from decimal import Decimal
 
 import pytest
@@ -11,6 +12,7 @@ from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
     Connection,
     Limits,
+    Reading,
     SimulatedClock,
     Supply,
     open_supply,
@@ -93,13 +95,16 @@ def test_a_supply_that_powers_up_on_is_refused(
 
 
 def test_terminals_that_stay_live_are_refused(
-    supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
+    device: SimulatedRiden, supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reading = supply.measure()
-    live = type(reading)(**{**vars(reading), "voltage_V": 4.5})
-    monkeypatch.setattr(supply, "measure", lambda: live)
+    device.write(8, [450])
+    device.write(18, [1])
+    device.fail(Fault.FALSE_OFF)
+    monkeypatch.setattr(supply, "ramp_down", lambda: None)
     with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON, it says off but measures 4\.5 V"):
         prepare(supply, limits, model="RD6006")
+    assert device.read(18, 1) == [0]  # the flag alone would have been believed
+    assert device.history[-1][1] == 4.5
 
 
 def test_nothing_can_be_set_before_limits_are_armed(supply: Supply, wire: list[str]) -> None:
@@ -152,7 +157,7 @@ def test_switching_on_returns_the_voltage_that_arrived(
     assert device.history[-1][1] == 4.5
 
 
-@pytest.mark.parametrize(("factor", "seconds"), [(10, 0), (0.1, 1)])
+@pytest.mark.parametrize(("factor", "seconds"), [(10, 0), (0.1, 0.2)])
 def test_a_factor_of_ten_at_the_terminals_is_a_scaling_fault(
     device: SimulatedRiden,
     supply: Supply,
@@ -185,11 +190,12 @@ def test_a_voltage_that_does_not_arrive_ends_the_run(
 ) -> None:
     prepare(supply, limits, model="RD6006")
     true_measure = supply.measure
-    monkeypatch.setattr(
-        supply,
-        "measure",
-        lambda: type(true_measure())(**{**vars(true_measure()), "voltage_V": 3.0}),
-    )
+
+    def sagging() -> Reading:
+        reading = true_measure()
+        return replace(reading, voltage_V=3.0) if reading.output else reading
+
+    monkeypatch.setattr(supply, "measure", sagging)
     before = clock.now()
     with pytest.raises(SafetyStop, match=r"measures 3 V where 4\.5 V was set, allowed 0\.05 V"):
         switch_on(supply, Decimal("4.5"))

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from workbench.errors import HardwareError
+from workbench.errors import HardwareError, InputError
 from workbench.hw import Connection, SimulatedClock, Supply
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
 from workbench.hw.simulated.faults import RequestError
@@ -78,7 +78,7 @@ def test_what_does_not_exist_answers_exception_2(device: SimulatedRiden) -> None
     [
         (Fault.SILENT, "no answer within 0.1 s"),
         (Fault.BAD_CRC, "answer damaged"),
-        (Fault.SHORT_REPLY, "answer cut short, 28 of 31 bytes"),
+        (Fault.SHORT_REPLY, "answer cut short, 30 of 33 bytes"),
         (Fault.WRONG_UNIT, "unit 2 answered, unit 1 was asked"),
         (Fault.LATE_REPLY, "no answer within 0.1 s"),
         (Fault.EXCEPTION, "exception 4, device failure"),
@@ -117,6 +117,9 @@ def test_serving_leaves_no_thread_and_frees_the_port(device: SimulatedRiden) -> 
         port = int(address.rpartition(":")[2])
     with serve(device, port=port) as again:
         assert again == address
-        with pytest.raises(RuntimeError, match="Could not start listen"), serve(device, port=port):
+        with (
+            pytest.raises(InputError, match="no simulated supply can listen"),
+            serve(device, port=port),
+        ):
             pass
     assert threading.active_count() == before

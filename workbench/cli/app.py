@@ -74,7 +74,9 @@ def _top(
 
 def main() -> None:
     """Run the command line; exit codes are those of `workbench.errors`."""
-    signal.signal(signal.SIGTERM, _stop)
+    for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # the last two on some systems only
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), _stop)
     try:
         app()
     except WorkbenchError as error:
@@ -88,7 +90,7 @@ def main() -> None:
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
-    """End on SIGTERM as on Ctrl-C, so that the output is switched off.
+    """End on SIGTERM and when the terminal closes as on Ctrl-C: the output is switched off.
 
     It has a name, which Ctrl-C has not: where Ctrl-C asks, this still ends the program.
     """

@@ -23,9 +23,9 @@ from workbench.diagnose import (
 )
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
-from workbench.engine import versions
 from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
+from workbench.versions import versions
 
 __all__ = ["diagnose", "next_object", "robot_of", "show_diagnosis", "show_next", "write_report"]
 

@@ -11,8 +11,8 @@ import typer
 from serial.tools.list_ports import comports
 
 from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table
-from workbench.engine import versions
 from workbench.sim import install_force_laws
+from workbench.versions import versions
 
 __all__ = ["doctor"]
 

@@ -52,7 +52,7 @@ def show(
         comparison_table(bundle.manifest)
     rows = [
         [key, str(value)]
-        for key, value in bundle.manifest.items()
+        for key, value in (bundle.manifest | {"output_off": bundle.output_off}).items()
         if not isinstance(value, (dict, list))
     ]
     show_table(bundle.path.name, ["", ""], rows)

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
-import time
+import sys
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Annotated
 
 import typer
+from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
-from workbench.cli.output import JsonFlag, emit, people, show_table
-from workbench.errors import InputError, SafetyStop
-from workbench.hw import MODELS, Supply, SystemClock
-from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table
+from workbench.errors import HardwareError, InputError, SafetyStop
+from workbench.hw import (
+    MODELS,
+    Connection,
+    Model,
+    Supply,
+    SystemClock,
+    model_named,
+    open_supply,
+)
+from workbench.hw.models import FAMILIES, Family, ModbusModel
+from workbench.hw.simulated import SimulatedSupply, serve, serve_terminal, simulated
+from workbench.hw.simulated.control import delayed_fault, obey
+from workbench.virtual import draw_current
 
 __all__ = ["supply"]
+
+POLL_S = 0.1
+FAMILY_NAMES = ", ".join(FAMILIES)
 
 supply = typer.Typer(name="supply", help="The motor's supply by hand.", no_args_is_help=True)
 
@@ -30,17 +47,87 @@ def models(as_json: JsonFlag = False) -> None:
     Example: workbench supply models
     """
     if as_json:
-        emit({"models": [
-            {"name": m.name, "family": m.family, "first_id": m.ids[0], "last_id": m.ids[-1],
-             "voltage_max_V": float(m.voltage_max_V), "current_max_A": float(m.current_max_A),
-             "voltage_step_V": float(m.voltage_step_V)} for m in MODELS
-        ]})  # fmt: skip
+        emit({"models": [_facts(model) for model in MODELS]})
         return
     rows = [
-        [m.name, m.family, f"{m.ids[0]}-{m.ids[-1]}", f"{m.voltage_max_V} V, {m.current_max_A} A",
-         f"{m.voltage_step_V} V"] for m in MODELS
+        [m.name, m.family, f"{m.voltage_max_V} V, {m.current_max_A} A", f"{m.voltage_step_V} V",
+         str(m.baud), m.on_lost_link.partition(":")[0]] for m in MODELS
     ]  # fmt: skip
-    show_table("Supplies", ["model", "family", "model ids", "up to", "step"], rows)
+    show_table("Supplies", ["model", "family", "up to", "step", "baud", "when the link dies"], rows)
+
+
+def _facts(model: Model) -> dict[str, object]:
+    facts: dict[str, object] = {
+        "name": model.name,
+        "also": list(model.also),
+        "family": model.family,
+        "voltage_max_V": float(model.voltage_max_V),
+        "current_max_A": float(model.current_max_A),
+        "voltage_step_V": float(model.voltage_step_V),
+        "current_steps_A": [float(step) for step in model.current_steps_A],
+        "baud": model.baud,
+        "on_lost_link": model.on_lost_link,
+        "quirks": list(model.quirks),
+        "source": model.source,
+    }
+    if isinstance(model, ModbusModel):
+        return facts | {"first_id": model.ids[0], "last_id": model.ids[-1]}
+    return facts | {"pattern": model.identity}
+
+
+@supply.command()
+def probe(
+    port: Annotated[str, typer.Option(help="Serial port, or host:port.")] = "",
+    family: Annotated[str, typer.Option(help=f"Try this family only: {FAMILY_NAMES}.")] = "",
+    rtu_over_tcp: Annotated[
+        bool, typer.Option(help="A host:port passes RTU frames on, as a serial bridge does.")
+    ] = False,
+    as_json: JsonFlag = False,
+) -> None:
+    """Find out which supply is at a port; sets nothing.
+
+    Without a port every serial port of this computer is tried.
+
+    Example: workbench supply probe --port 127.0.0.1:5020
+    """
+    if family and family not in FAMILIES:
+        raise InputError(f"no supply family {family!r}; there are {FAMILY_NAMES}")
+    ports = [port] if port else [found.device for found in comports()]
+    families: list[Family] = [known for known in FAMILIES if family in ("", known)]
+    found = [who for place in ports if (who := _who(place, families, rtu_over_tcp))]
+    if not found:
+        raise HardwareError(
+            f"no supply of {', '.join(families)} answers at {', '.join(ports) or 'any port'}; "
+            "is it on, its interface enabled, and no other program holding the port?"
+        )
+    if as_json:
+        emit({"supplies": found})
+        return
+    columns = ["port", "family", "model", "serial", "firmware", "baud"]
+    show_table("Supplies", columns, [[str(who[name]) for name in columns] for who in found])
+
+
+def _who(place: str, families: list[Family], rtu_over_tcp: bool) -> dict[str, object] | None:
+    """Return who answers at a place, trying each family at the speeds of its models."""
+    is_serial = not place.rpartition(":")[2].isdecimal()
+    kind = "serial" if is_serial else "rtu-over-tcp" if rtu_over_tcp else "tcp"
+    for family in families:
+        bauds = sorted({model.baud for model in MODELS if model.family == family})
+        for baud in bauds if is_serial else bauds[:1]:
+            with suppress(HardwareError, InputError):
+                device = open_supply(
+                    Connection(kind, place, baud=baud),
+                    clock=SystemClock(),
+                    wire_log=lambda line: None,
+                    family=family,
+                )
+                try:
+                    return {"port": place, "family": family, "baud": baud} | (
+                        device.identify()._asdict()
+                    )
+                finally:
+                    device.close()
+    return None
 
 
 @supply.command()
@@ -65,33 +152,87 @@ def off(bench: BenchOption) -> None:
     """
     with _opened(bench) as device:
         confirmed = device.off()
-    if not confirmed:
+        dead = confirmed and device.terminals_dead()
+    if not dead:
         raise SafetyStop(f"{bench}: OUTPUT MAY BE ON, switch it off by hand")
     print("output off, confirmed")
 
 
 @supply.command()
+def acknowledge(
+    bench: BenchOption,
+    name: Annotated[str, typer.Option(help="Who has looked at the cause.")],
+    runs: RunsFolder = Path("runs"),
+) -> None:
+    """Release the latch that a safety stop has left, so that the next run may drive.
+
+    Example: workbench supply acknowledge --bench lab.yaml --name "A. Weber"
+    """
+    latch = make_bench(load_bench(bench).content).latch(runs)
+    if latch is None:
+        raise InputError(f"bench {bench!r} has no real supply, so nothing is ever latched")
+    trip = latch.acknowledge(name)
+    print(f"acknowledged by {name}: {trip.reason}")
+
+
+@supply.command()
 def simulate(
-    family: Annotated[str, typer.Argument(help="Supply family: riden.")] = "riden",
-    model: Annotated[str, typer.Option(help="Model name.")] = "RD6006",
+    family: Annotated[str, typer.Argument(help=f"Supply family: {FAMILY_NAMES}.")] = "riden",
+    model: Annotated[str, typer.Option(help="Model name; the family's first when left out.")] = "",
     tcp: Annotated[str, typer.Option(help="host:port to serve on.")] = "127.0.0.1:5020",
     rtu_over_tcp: Annotated[bool, typer.Option(help="RTU frames instead of Modbus TCP.")] = False,
+    pty: Annotated[bool, typer.Option(help="Serve on a pseudo terminal instead.")] = False,
+    fault: Annotated[str, typer.Option(help="NAME or NAME:SECONDS: what is to go wrong.")] = "",
 ) -> None:
-    """Serve a simulated supply that answers the real bytes, until Ctrl-C.
+    """Serve a simulated supply that answers the real bytes, until Ctrl-C or `end`.
 
-    Example: workbench supply simulate riden --model RD6006 --tcp 127.0.0.1:5020
+    Lines on its standard input switch faults while it runs; `help` lists them.
+
+    Example: workbench supply simulate riden --model RD6006 --tcp 127.0.0.1:5020 --fault silent:5
     """
-    if family != "riden":
-        raise InputError(f"no simulated supply {family!r}; there is riden")
+    row = _row(family, model)
+    coming, after = delayed_fault(fault) if fault else (None, 0.0)
     host, _, port = tcp.rpartition(":")
     if not host or not port.isdecimal():
         raise InputError(f"{tcp!r} is not host:port")
-    device = SimulatedRiden(clock=SystemClock(), model=model)
-    framing = "rtu" if rtu_over_tcp else "tcp"
-    with serve(device, host=host, port=int(port), framing=framing) as address:
-        people.print(f"simulated {model} on {address}, Ctrl-C ends it", markup=False)
-        while True:
-            time.sleep(0.5)
+    clock = SystemClock()
+    device = simulated(row.name, clock=clock, load=draw_current)
+    ended = threading.Event()
+    threading.Thread(target=_take_lines, args=(device, ended), daemon=True).start()
+    began = clock.now()
+    while not ended.is_set():
+        framing = "rtu" if rtu_over_tcp else "tcp"
+        served = serve_terminal(device) if pty else serve(device, host, int(port), framing)
+        with served as place:
+            people.print(f"simulated {row.name} on {place}, Ctrl-C ends it", markup=False)
+            while not ended.wait(POLL_S) and not (pty and device.unplugged):
+                if coming is not None and clock.now() - began >= after:
+                    people.print(obey(device, coming), markup=False)
+                    coming = None
+        while pty and device.unplugged and not ended.wait(POLL_S):
+            pass
+
+
+def _row(family: str, model: str) -> Model:
+    rows = [row for row in MODELS if row.family == family]
+    if not rows:
+        raise InputError(f"no simulated supply {family!r}; there are {FAMILY_NAMES}")
+    found = model_named(model) if model else rows[0]
+    if found.family != family:
+        raise InputError(f"{model} is of family {found.family}, not {family}")
+    return found
+
+
+def _take_lines(device: SimulatedSupply, ended: threading.Event) -> None:
+    """Carry out the lines of standard input; its end ends nothing, as there may be none."""
+    for line in sys.stdin:
+        if line.strip() == "end":
+            ended.set()
+            return
+        try:
+            people.print(obey(device, line), markup=False)
+        except InputError as error:
+            people.print(str(error), markup=False)
 
 
 @contextmanager

@@ -2,8 +2,9 @@
 
 What lives here: the supply contract, the model table, one driver a family, the Modbus link with
 its guards, the rules by which an output may come on, and simulated supplies that answer the same
-bytes. What does not: protocols, the order of a run, files. Nothing here prints or writes a file;
-clock and wire log are passed in.
+bytes; in `guardian/` the process that owns the port of a real bench. What does not: protocols, the
+order of a run, files. Nothing here prints or writes a file but the guardian, which outlives whoever
+could; clock and wire log are passed in.
 
     with open_supply(Connection("serial", "COM4"), clock=SystemClock(), wire_log=log) as supply:
         prepare(supply, limits, model="RD6006")
@@ -20,7 +21,7 @@ from workbench.hw.connection import Connection
 from workbench.hw.models import MODELS, Model, model_named
 from workbench.hw.safety import Prepared, prepare, switch_on, watch
 from workbench.hw.supply import Identity, Limits, Reading, Supply
-from workbench.hw.transport import WireLog
+from workbench.hw.wirelog import WireLog
 from workbench.hw.words import written
 
 __all__ = [

@@ -9,14 +9,21 @@ from decimal import Decimal
 from typing import NamedTuple
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.supply import Identity, Limits, Reading, Supply
+from workbench.hw.models import model_named
+from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 
 __all__ = ["Prepared", "prepare", "switch_on", "watch"]
 
-DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 RISE_S, POLL_S = 1.0, 0.05
+SETTLED_S = 0.2  # a tenth of the setpoint for so long is no rising voltage
 TOLERANCE_V, TOLERANCE_SHARE = 0.05, 0.02
 FACTOR_TEN = (8.0, 12.5)  # V measured / V set of a scaling fault
+SAME_V = 0.0005  # half of the finest step that a setpoint is read with
+PROTECTIONS = {
+    "OPP": "over-power protection",
+    "OTP": "over-temperature protection",
+    "SCP": "short-circuit protection",
+}
 
 
 class Prepared(NamedTuple):
@@ -70,14 +77,14 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
     """
     applied = float(supply.set_voltage(volts))
     supply.set_output(True)
-    deadline = supply.clock.now() + RISE_S
+    began = supply.clock.now()
     while True:
-        reading = watch(supply)
-        if abs(reading.voltage_V - applied) <= TOLERANCE_V + TOLERANCE_SHARE * applied:
+        reading = _running(supply)
+        if _arrived(reading, applied):
             return reading
-        ratio = reading.voltage_V / applied if applied else float("inf")
-        if ratio >= FACTOR_TEN[0] or supply.clock.now() >= deadline:
-            raise _stop(supply, _wrong_voltage(applied, reading, ratio))
+        waited = supply.clock.now() - began
+        if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, applied)):
+            raise _stop(supply, _wrong_voltage(applied, reading))
         supply.clock.sleep(POLL_S)
 
 
@@ -85,14 +92,26 @@ def watch(supply: Supply) -> Reading:
     """Measure a running supply and end the run when a limit or a protection acts.
 
     Raises:
-        SafetyStop: on a trip, on current limiting, or when the output went off by itself; the
-            output was switched off.
+        SafetyStop: on a trip, on current limiting, when the output went off by itself, when
+            somebody changed the setpoint, when a trip level is passed without a trip, or when the
+            terminals do not follow the setpoint, at once when by a factor of ten; the output was
+            switched off.
     """
-    limits, reading = supply.limits, supply.measure()
-    if reading.protection == "OVP":
-        raise _stop(supply, f"over-voltage protection (OVP) tripped at {limits.over_voltage_V} V")
-    if reading.protection == "OCP":
-        raise _stop(supply, f"over-current protection (OCP) tripped at {limits.over_current_A} A")
+    reading = _running(supply)
+    told = supply.setpoint
+    if told is None or _arrived(reading, float(told.volts)):
+        return reading
+    waited = supply.clock.now() - told.time_s
+    if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, float(told.volts))):
+        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
+    return reading
+
+
+def _running(supply: Supply) -> Reading:
+    """Measure, and stop on whatever needs no waiting."""
+    limits, reading, told = supply.limits, supply.measure(), supply.setpoint
+    if reading.protection != "none":
+        raise _stop(supply, _tripped(reading, limits))
     if not reading.output:
         raise _stop(supply, "its output went off, not by this program")
     if reading.mode == "CC":
@@ -101,14 +120,54 @@ def watch(supply: Supply) -> Reading:
             f"current limiting (CC) at {reading.current_A:g} A, allowed {limits.current_max_A} A; "
             f"the voltage fell to {reading.voltage_V:g} V of {reading.set_voltage_V:g} V",
         )
+    if told is not None and abs(reading.set_voltage_V - float(told.volts)) > SAME_V:
+        raise _stop(
+            supply,
+            f"its setpoint is {reading.set_voltage_V:g} V, this program set {told.volts:g} V; "
+            "somebody changed it at the front panel, or it lost its power meanwhile",
+        )
+    if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
+        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
+    if reading.voltage_V > float(limits.over_voltage_V) + TOLERANCE_V:
+        raise _stop(
+            supply,
+            f"measures {reading.voltage_V:g} V, above its trip level {limits.over_voltage_V} V, "
+            "and did not trip",
+        )
+    if reading.current_A > float(limits.over_current_A) * (1 + TOLERANCE_SHARE):
+        raise _stop(
+            supply,
+            f"measures {reading.current_A:g} A, above its trip level {limits.over_current_A} A, "
+            "and did not trip",
+        )
     return reading
+
+
+def _tripped(reading: Reading, limits: Limits) -> str:
+    match reading.protection:
+        case "OVP":
+            return f"over-voltage protection (OVP) tripped at {limits.over_voltage_V} V"
+        case "OCP":
+            return f"over-current protection (OCP) tripped at {limits.over_current_A} A"
+        case other:
+            return f"{PROTECTIONS[other]} ({other}) tripped; let it cool and check its leads"
+
+
+def _arrived(reading: Reading, applied: float) -> bool:
+    return abs(reading.voltage_V - applied) <= TOLERANCE_V + TOLERANCE_SHARE * applied
+
+
+def _scaled_down(reading: Reading, applied: float) -> bool:
+    return applied / FACTOR_TEN[1] <= reading.voltage_V <= applied / FACTOR_TEN[0]
 
 
 def _require_identity(
     supply: Supply, model: str, serial: str | None, firmware: str | None
 ) -> Identity:
     identity = supply.identify()
-    asked = Identity(model, serial or identity.serial, firmware or identity.firmware)
+    asked = Identity(
+        model_named(model).name, serial or identity.serial, firmware or identity.firmware
+    )
     for what, wanted, found in zip(Identity._fields, asked, identity, strict=True):
         if wanted != found:
             raise HardwareError(
@@ -119,30 +178,30 @@ def _require_identity(
 
 
 def _require_dead(supply: Supply) -> None:
-    """Switch off, and wait until the terminals are dead too: a flag alone may lie."""
+    """Switch off, and wait until the terminals are dead too."""
     if not supply.off():
         raise SafetyStop(f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off")
-    deadline = supply.clock.now() + DECAY_S
-    while (volts := supply.measure().voltage_V) > DEAD_V:
-        if supply.clock.now() >= deadline:
-            raise SafetyStop(
-                f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
-                f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
-            )
-        supply.clock.sleep(POLL_S)
+    if not supply.terminals_dead():
+        volts = supply.measure().voltage_V
+        raise SafetyStop(
+            f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
+            f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
+        )
 
 
 def _require_off_at_power_on(supply: Supply) -> None:
     if supply.measure_power_on_output():
         raise SafetyStop(
             f"{supply.name}: it is set to switch its output on by itself when it gets power; "
-            "switch that option off in its menu (Riden: register 68, boot power) and start again"
+            "switch that option off in its menu (boot power: register 68 of a Riden, 87 of a DPS, "
+            "34817 of a Hanmatek) and start again"
         )
 
 
-def _wrong_voltage(applied: float, reading: Reading, ratio: float) -> str:
+def _wrong_voltage(applied: float, reading: Reading) -> str:
     text = f"measures {reading.voltage_V:g} V where {applied:g} V was set"
-    if FACTOR_TEN[0] <= ratio <= FACTOR_TEN[1] or 1 / FACTOR_TEN[1] <= ratio <= 1 / FACTOR_TEN[0]:
+    scaled_up = FACTOR_TEN[0] * applied <= reading.voltage_V <= FACTOR_TEN[1] * applied
+    if scaled_up or _scaled_down(reading, applied):
         return f"{text}, a factor of ten: scaling fault, its model or its scale is another"
     return f"{text}, allowed {TOLERANCE_V} V + {TOLERANCE_SHARE:.0%} within {RISE_S:g} s"
 

@@ -8,18 +8,20 @@ from decimal import Decimal
 from types import TracebackType
 from typing import Literal, NamedTuple, Self
 
-from workbench.errors import InputError, SafetyStop
+from workbench.errors import InputError, SafetyStop, WorkbenchError
 from workbench.hw.clock import Clock
+from workbench.hw.models import Protection
 
-__all__ = ["Identity", "Limits", "Mode", "Protection", "Reading", "Supply"]
+__all__ = ["Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
 
 Mode = Literal["CV", "CC"]
-Protection = Literal["none", "OVP", "OCP"]
 
 OFF_TRIES = 4
 OFF_PAUSE_S = 0.1
 RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
+DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
+DECAY_POLL_S = 0.05
 
 
 class Identity(NamedTuple):
@@ -42,7 +44,7 @@ class Reading:
         output: whether the supply says that its output is on.
         mode: constant voltage, or constant current when the current limit acts.
         protection: which protection tripped.
-        input_voltage_V: measured at the supply's own input.
+        input_voltage_V: measured at the supply's own input; None where it does not tell.
     """
 
     time_s: float
@@ -52,7 +54,19 @@ class Reading:
     output: bool
     mode: Mode
     protection: Protection
-    input_voltage_V: float
+    input_voltage_V: float | None
+
+
+class Setpoint(NamedTuple):
+    """The voltage that a supply was told last.
+
+    Args:
+        volts: as it holds it [V].
+        time_s: when it was confirmed, by the supply's clock.
+    """
+
+    volts: Decimal
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -102,12 +116,16 @@ class Supply(ABC):
     Args:
         name: model, serial and place; opens every message.
         clock: what time stamps and waits are made with.
+
+    Attributes:
+        setpoint: the voltage that was set last through this object.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
         self.name = name
         self.clock = clock
         self._limits: Limits | None = None
+        self.setpoint: Setpoint | None = None
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -118,8 +136,8 @@ class Supply(ABC):
         """Read the whole state in one exchange."""
 
     @abstractmethod
-    def measure_power_on_output(self) -> bool:
-        """Tell whether the supply switches its output on by itself when it gets power."""
+    def measure_power_on_output(self) -> bool | None:
+        """Tell whether the output comes on with the power; None when it cannot be asked."""
 
     @abstractmethod
     def close(self) -> None:
@@ -174,7 +192,9 @@ class Supply(ABC):
             HardwareError: when the supply does not hold it.
         """
         self._refuse_outside("voltage", volts, self.limits.voltage_max_V, "V")
-        return self._apply_voltage(volts)
+        applied = self._apply_voltage(volts)
+        self.setpoint = Setpoint(applied, self.clock.now())
+        return applied
 
     def set_current_limit(self, amps: Decimal) -> Decimal:
         """Set the current limit [A]; return what the supply really holds. Raises as above."""
@@ -232,6 +252,21 @@ class Supply(ABC):
             except (Exception, KeyboardInterrupt):
                 continue
         return False
+
+    def terminals_dead(self) -> bool:
+        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+
+        The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
+        """
+        deadline = self.clock.now() + DECAY_S
+        try:
+            while self.measure().voltage_V > DEAD_V:
+                if self.clock.now() >= deadline:
+                    return False
+                self.clock.sleep(DECAY_POLL_S)
+        except WorkbenchError:
+            return False
+        return True
 
     def __enter__(self) -> Self:
         """Return the supply; the block's end switches it off."""

@@ -2,28 +2,33 @@
 
 RTU replies carry no number, so a late one looks like the answer to the next request. Hence: an
 exchange that did not end well leaves the line suspect, and a suspect line is drained until it was
-quiet for two timeouts before it is used again; counts, function codes and echoes are checked; and
-a lost connection is never reopened in passing, because another device may be there now.
+quiet for two timeouts before it is used again; counts, function codes and echoes are checked;
+successive reads of a block ask for different lengths, so that an answer that comes even later, or
+twice, does not fit; and a lost connection is never reopened in passing, because another device may
+be there now.
 """
 
 from __future__ import annotations
 
-import json
 import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 
+from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusException, ModbusIOException
 from pymodbus.pdu import ModbusPDU
 
 from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection, new_client, not_reachable
+from workbench.hw.wirelog import WireLog, Wiretap
 
-__all__ = ["Transport", "WireLog"]
+__all__ = ["Transport"]
 
-WireLog = Callable[[str], None]  # takes one JSON line: time_s, way, bytes
+NewClient = Callable[
+    [Connection, Callable[[bool, bytes], bytes]], ModbusSerialClient | ModbusTcpClient
+]
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 DRAIN_ROUNDS = 20
@@ -46,10 +51,12 @@ class Transport:
 
     Args:
         connection: where the unit is.
-        never_write: registers that no caller may write.
+        writable: the only registers that a caller may write; calibration and boot loader are
+            never among them.
         clock: stamps the wire log.
         wire_log: takes one JSON line per message: sent, received or discarded bytes in hex. When
             it raises, nothing but urgent writes goes out any more; reading goes on.
+        new_client: makes the pymodbus client, from the connection and what traces its packets.
 
     Raises:
         HardwareError: when nothing can be opened there.
@@ -59,18 +66,18 @@ class Transport:
         self,
         connection: Connection,
         *,
-        never_write: frozenset[int],
+        writable: frozenset[int],
         clock: Clock,
         wire_log: WireLog,
+        new_client: NewClient = new_client,
     ) -> None:
         self.connection = connection
-        self._never_write = never_write
-        self._clock = clock
-        self._wire_log = wire_log
+        self._writable = writable
+        self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
         self._heard = b""
-        self._log_fault: Exception | None = None
         self._suspect = False  # an answer may still be under way
+        self._turn = 0  # how many reads with spare registers there were
         self._client = new_client(connection, self._trace)
         self.open()
 
@@ -93,25 +100,27 @@ class Transport:
         """Close the link; closing twice does no harm."""
         self._client.close()
 
-    def read(self, address: int, count: int, *, again: bool = True) -> list[int]:
+    def read(self, address: int, count: int, *, spare: int = 0, again: bool = True) -> list[int]:
         """Read holding registers.
 
         Args:
             address: the first.
-            count: how many, 20 at most.
+            count: how many, 20 at most with the spare ones.
+            spare: how many more there are behind them that may be read along, for a length that
+                differs from read to read.
             again: ask once more when the answer is missing or damaged.
 
         Raises:
             HardwareError: when there is no good answer; it names the device's reason.
         """
-        if not 1 <= count <= MOST_REGISTERS:
-            raise ValueError(f"{count} registers asked for; 1 to {MOST_REGISTERS} can be")
+        if not 1 <= count <= count + spare <= MOST_REGISTERS:
+            raise ValueError(f"{count + spare} registers asked for; 1 to {MOST_REGISTERS} can be")
         try:
-            return self._read_once(address, count)
+            return self._read_once(address, count, spare)
         except HardwareError:
             if not (again and self._suspect):  # the device gave its reason, or the link is gone
                 raise
-            return self._read_once(address, count)
+            return self._read_once(address, count, spare)
 
     def write(self, address: int, word: int, *, urgent: bool = False) -> None:
         """Write one register and check the echo; never retried here.
@@ -126,14 +135,16 @@ class Transport:
             HardwareError: when it was not acknowledged; it may have been carried out. Also when
                 the wire log cannot be written; then nothing was sent.
         """
-        if address in self._never_write:
+        if address not in self._writable:
+            allowed = ", ".join(map(str, sorted(self._writable)))
             raise SafetyStop(
-                f"{self.connection.address}: register {address} holds calibration or the boot "
-                "loader and must never be written; nothing was sent"
+                f"{self.connection.address}: register {address} is none of those that may be "
+                f"written ({allowed}), calibration and boot loader lie among the others; "
+                "nothing was sent"
             )
         what = f"write of {word} to register {address}"
-        if self._log_fault and not urgent:
-            raise self._fault(what, f"not sent, as the wire log failed ({self._log_fault})")
+        if self._tap.fault and not urgent:
+            raise self._fault(what, f"not sent, as the wire log failed ({self._tap.fault})")
         unit = self.connection.unit
 
         def ask() -> ModbusPDU:
@@ -145,7 +156,10 @@ class Transport:
                 raise self._fault(what, f"echoed {echo.registers} to register {echo.address}")
             self._suspect = False
 
-    def _read_once(self, address: int, count: int) -> list[int]:
+    def _read_once(self, address: int, least: int, spare: int) -> list[int]:
+        with self._lock:
+            count = least + self._turn % (spare + 1)
+            self._turn += spare > 0
         what = f"read of {count} registers from {address}"
         unit = self.connection.unit
 
@@ -157,7 +171,7 @@ class Transport:
             if len(answer.registers) != count:
                 raise self._fault(what, f"answered with {len(answer.registers)} registers")
             self._suspect = False
-            return list(answer.registers)
+            return list(answer.registers[:least])
 
     def _exchange(
         self,
@@ -195,7 +209,7 @@ class Transport:
         try:
             return ask()
         finally:
-            self._log("received", self._heard)
+            self._tap.note("received", self._heard)
 
     def _drain(self) -> None:
         """Wait until nothing came for two timeouts; `recv` itself waits for one."""
@@ -204,7 +218,7 @@ class Transport:
             late = self._client.recv(None)
             quiet = 0 if late else quiet + 1
             if late:
-                self._log("discarded", late)
+                self._tap.note("discarded", late)
             if quiet == 2:
                 return
         raise HardwareError(f"{self.connection.address}: the line never falls silent; who sends?")
@@ -217,7 +231,7 @@ class Transport:
         link.setblocking(False)
         with suppress(BlockingIOError):
             while stale := link.recv(4096):
-                self._log("discarded", stale)
+                self._tap.note("discarded", stale)
 
     def _diagnose(self, rtu_length: int) -> str:
         """Say what was wrong with the bytes heard; pymodbus has one message for all."""
@@ -240,14 +254,7 @@ class Transport:
 
     def _trace(self, sending: bool, data: bytes) -> bytes:
         if sending:
-            self._log("sent", data)
+            self._tap.note("sent", data)
         else:  # pymodbus shows its whole buffer again at each new piece
             self._heard = data if data.startswith(self._heard) else self._heard + data
         return data
-
-    def _log(self, way: str, data: bytes) -> None:
-        line = {"time_s": round(self._clock.now(), 6), "way": way, "bytes": data.hex(" ")}
-        try:
-            self._wire_log(json.dumps(line))
-        except Exception as error:  # a full disk must not keep the output on
-            self._log_fault = error

@@ -37,13 +37,16 @@ class Connection(Section):
     """How the supply is reached."""
 
     kind: Literal["simulated", "serial", "rtu-over-tcp", "tcp"]
-    """`tcp` is Modbus TCP; `simulated` starts a device that answers the same bytes."""
+    """`tcp` is Modbus TCP, or a raw socket for supplies that speak text; `simulated` starts a
+    device that answers the same bytes."""
     port: str | None = None
     """Serial port, best under /dev/serial/by-id, or COM3."""
     address: str | None = None
     """host:port of a TCP connection."""
-    baud: Annotated[int, Field(ge=1200, le=921600)] = 115200
+    baud: Annotated[int, Field(ge=1200, le=921600)] | None = None
+    """Serial speed; that of the model when it leaves the factory when left out."""
     unit: Annotated[int, Field(ge=1, le=247)] = 1
+    """Modbus unit id."""
 
     @model_validator(mode="after")
     def _complete(self) -> Connection:
@@ -83,10 +86,18 @@ class SupplySection(Section):
 
     model: str
     """Model name as in `workbench supply models`."""
-    serial: int | None = None
-    """Serial number; when given, another supply on the same port is refused."""
+    family: Literal["riden", "dps", "hanmatek", "korad", "scpi"] | None = None
+    """Which language it speaks; told by the model when left out."""
+    serial: int | str | None = None
+    """Serial number; when given, another supply on the same port is refused. A number is filled up
+    with zeros to eight digits, as a Riden shows it."""
     connection: Connection
     limits: SupplyLimits
+
+    @property
+    def serial_number(self) -> str | None:
+        """The serial number as the supply tells it."""
+        return f"{self.serial:08d}" if isinstance(self.serial, int) else self.serial
 
 
 class LiveSection(Section):

@@ -1,12 +1,32 @@
 """Simulated supplies that answer the real bytes.
 
-What lives here: devices that hold registers as the real ones do, with faults to switch on, and
-the server that puts one on a loopback port. What does not: anything that a driver uses. To add a
-supply: one file with a class that reads and writes words, as `SimulatedRiden` does.
+What lives here: devices that hold registers or understand words as the real ones do, with faults
+to switch on, and the servers that put one on a loopback port or a pseudo terminal. What does not:
+anything that a driver uses. To add a supply: one file with a class below `SimulatedRegisters` or
+`SimulatedText`, and its entry in `families.DEVICES`.
 """
 
+from workbench.hw.simulated.device import Load, SimulatedSupply
+from workbench.hw.simulated.dps import SimulatedDps
+from workbench.hw.simulated.families import DEVICES, simulated
 from workbench.hw.simulated.faults import Fault
-from workbench.hw.simulated.riden import Load, SimulatedRiden
-from workbench.hw.simulated.serving import serve
+from workbench.hw.simulated.hanmatek import SimulatedHanmatek
+from workbench.hw.simulated.korad import SimulatedKorad
+from workbench.hw.simulated.riden import SimulatedRiden
+from workbench.hw.simulated.scpi import SimulatedScpi
+from workbench.hw.simulated.serving import serve, serve_terminal
 
-__all__ = ["Fault", "Load", "SimulatedRiden", "serve"]
+__all__ = [
+    "DEVICES",
+    "Fault",
+    "Load",
+    "SimulatedDps",
+    "SimulatedHanmatek",
+    "SimulatedKorad",
+    "SimulatedRiden",
+    "SimulatedScpi",
+    "SimulatedSupply",
+    "serve",
+    "serve_terminal",
+    "simulated",
+]

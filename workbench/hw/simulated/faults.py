@@ -6,23 +6,59 @@ import math
 import threading
 from enum import StrEnum
 
-__all__ = ["Fault", "FaultSwitch", "RequestError"]
+__all__ = ["EVENTS", "Fault", "FaultSwitch", "RequestError"]
 
 
 class Fault(StrEnum):
     """What can go wrong, one at a time.
 
-    `silent`, `bad_crc`, `short_reply`, `wrong_unit` and `late_reply` spoil the bytes that leave;
-    `exception` refuses a request; `stuck_output` acknowledges writes without carrying them out.
+    On the wire: `silent`, `late-reply`, `bad-crc` (in text: a spoilt character), `short-reply`,
+    `junk` before the answer, `repeated-reply` (the last answer once more before the next one),
+    `wrong-unit` and `exception` (in text: an error as the answer).
+
+    In the device: `ignored-write` acknowledges writes without carrying them out, `stuck-output`
+    does so with the output's switch alone, `false-off` says off and goes on driving,
+    `frozen-reading` shows for ever what it measured last, `times-ten` and `a-tenth` drive that
+    multiple of the setpoint.
+
+    Once: `panel-off`, `panel-on` and `panel-voltage` are a person at its front panel, `ovp-trip`
+    and `ocp-trip` its protections, `power-cycle` its mains switch. `unplugged` lasts until mended.
     """
 
     SILENT = "silent"
-    BAD_CRC = "bad_crc"
-    SHORT_REPLY = "short_reply"
-    WRONG_UNIT = "wrong_unit"
-    LATE_REPLY = "late_reply"
+    LATE_REPLY = "late-reply"
+    BAD_CRC = "bad-crc"
+    SHORT_REPLY = "short-reply"
+    JUNK = "junk"
+    REPEATED_REPLY = "repeated-reply"
+    WRONG_UNIT = "wrong-unit"
     EXCEPTION = "exception"
-    STUCK_OUTPUT = "stuck_output"
+    IGNORED_WRITE = "ignored-write"
+    STUCK_OUTPUT = "stuck-output"
+    FALSE_OFF = "false-off"
+    FROZEN_READING = "frozen-reading"
+    TIMES_TEN = "times-ten"
+    A_TENTH = "a-tenth"
+    UNPLUGGED = "unplugged"
+    PANEL_OFF = "panel-off"
+    PANEL_ON = "panel-on"
+    PANEL_VOLTAGE = "panel-voltage"
+    OVP_TRIP = "ovp-trip"
+    OCP_TRIP = "ocp-trip"
+    POWER_CYCLE = "power-cycle"
+
+
+EVENTS = frozenset(
+    {
+        Fault.PANEL_OFF,
+        Fault.PANEL_ON,
+        Fault.PANEL_VOLTAGE,
+        Fault.OVP_TRIP,
+        Fault.OCP_TRIP,
+        Fault.POWER_CYCLE,
+    }
+)
+"""Those that happen once, at once."""
 
 
 class RequestError(Exception):
@@ -44,7 +80,7 @@ class FaultSwitch:
         self.delay_s = 0.0
 
     def on(self, fault: Fault, times: float, code: int, delay_s: float) -> None:
-        """Switch a fault on, see `SimulatedRiden.fail`."""
+        """Switch a fault on, see `SimulatedSupply.fail`."""
         with self._lock:
             self._fault, self._left = fault, times
             self.code, self.delay_s = code, delay_s
@@ -53,6 +89,11 @@ class FaultSwitch:
         """Switch the fault off."""
         with self._lock:
             self._fault, self._left = None, 0.0
+
+    def has(self, fault: Fault) -> bool:
+        """Tell whether that fault is on, without counting."""
+        with self._lock:
+            return self._fault is fault and self._left > 0
 
     def strikes(self, fault: Fault) -> bool:
         """Tell whether that fault hits now, and count it."""

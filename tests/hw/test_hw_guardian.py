@@ -1,0 +1,433 @@
+"""The guardian against clients that hang or die, and clients whose guardian does."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from guardian_rig import QUICK_S, Device, device_process, events, off_after, wait_for
+
+from workbench.errors import HardwareError, InputError, SafetyStop
+from workbench.hw import Connection, Limits, prepare, switch_on, watch
+from workbench.hw.guardian import GuardedSupply, Latch, LeaseClock, Records, open_guarded
+from workbench.hw.guardian.messages import Line, Task
+from workbench.hw.guardian.process import _accept
+from workbench.hw.models import FAMILIES, MODELS, Family
+from workbench.hw.simulated import Fault, serve, simulated
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
+BAR_S = 1.0
+
+
+@pytest.fixture
+def device() -> Iterator[Device]:
+    with device_process() as found:
+        yield found
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Records:
+    return Records(tmp_path / "wire.log", tmp_path / "guardian.jsonl", tmp_path / "latch.jsonl")
+
+
+@pytest.fixture
+def clock() -> LeaseClock:
+    return LeaseClock()
+
+
+@pytest.fixture
+def supply(device: Device, clock: LeaseClock, records: Records) -> Iterator[GuardedSupply]:
+    found = open_guarded(device.connection, clock=clock, records=records)
+    yield found
+    found.off()
+    found.close()
+
+
+def start(supply: GuardedSupply, limits: Limits, volts: str = "4.5") -> None:
+    prepare(supply, limits, model="RD6006")
+    switch_on(supply, Decimal(volts))
+
+
+def told(records: Records, event: str) -> list[dict[str, object]]:
+    assert records.events is not None
+    return [line for line in events(records.events) if line["event"] == event]
+
+
+def standing(records: Records) -> str:
+    assert records.latch is not None
+    trip = Latch(records.latch).standing()
+    return "" if trip is None else trip.reason
+
+
+def test_a_guarded_supply_does_what_every_supply_does(
+    device: Device, clock: LeaseClock, records: Records, limits: Limits
+) -> None:
+    with open_guarded(device.connection, clock=clock, records=records) as supply:
+        prepared = prepare(supply, limits, model="RD6006", serial="12345678", firmware="1.41")
+        assert prepared.identity.model == "RD6006"
+        assert supply.name == f"RD6006 at {device.address}"
+        before = clock.now()
+        assert switch_on(supply, Decimal("4.5")).voltage_V == 4.5
+        assert before <= supply.measure().time_s <= clock.now()
+        assert supply.set_voltage(Decimal("5.005")) == Decimal("5.00")  # ties to even
+        assert device.volts == 5.0
+        assert supply.set_current_limit(Decimal("0.5")) == Decimal("0.500")
+        assert supply.set_protection(Decimal(6), Decimal(1)) == (6, 1)
+        clock.sleep(0.7)  # longer than the lease
+        assert device.on()
+        watch(supply)
+    assert not device.on()
+    names = [e["event"] for e in events(records.events or Path())]
+    assert names == ["guarding", "off", "armed", "output_on", "off", "left"]
+    assert '"way": "sent"' in (records.wire or Path()).read_text()
+    assert standing(records) == ""
+
+
+def test_what_the_supply_or_its_rules_refuse_is_told_as_without_a_guardian(
+    device: Device, supply: GuardedSupply, limits: Limits
+) -> None:
+    with pytest.raises(SafetyStop, match="no limits are armed, so nothing may be set"):
+        supply.set_voltage(Decimal(1))
+    prepare(supply, limits, model="RD6006")
+    with pytest.raises(SafetyStop, match="voltage 7 V is outside 0 to 6 V, the limits of this run"):
+        supply.set_voltage(Decimal(7))
+    device.fail(Fault.EXCEPTION)
+    with pytest.raises(HardwareError, match="exception 4, device failure"):
+        supply.measure()
+    device.mend()
+
+
+def test_the_guardian_itself_holds_to_the_limits(supply: GuardedSupply, limits: Limits) -> None:
+    prepare(supply, limits, model="RD6006")
+    with pytest.raises(SafetyStop, match="voltage 45 V is outside 0 to 6 V"):
+        supply._apply_voltage(Decimal(45))  # as a client that forgot its own
+
+
+def test_a_place_where_nothing_answers_is_told(clock: LeaseClock) -> None:
+    with pytest.raises(HardwareError, match=r"127\.0\.0\.1:9 not reachable"):
+        open_guarded(Connection("tcp", "127.0.0.1:9"), clock=clock)
+    with pytest.raises(InputError, match="no driver for family 'abacus'"):
+        open_guarded(Connection("tcp", "127.0.0.1:9"), clock=clock, family="abacus")
+
+
+def test_a_hang_of_half_a_second_switches_off_and_ends_the_run(
+    device: Device, supply: GuardedSupply, clock: LeaseClock, records: Records, limits: Limits
+) -> None:
+    start(supply, limits)
+    hung = time.monotonic()
+    time.sleep(1.5)  # not with the clock: no progress
+    assert 0.3 < off_after(device.history, hung) < BAR_S
+    words = "its client hangs: no progress for 0.5 s with the output on"
+    with pytest.raises(SafetyStop, match=f"{words}; the output is off, confirmed"):
+        watch(supply)
+    with pytest.raises(SafetyStop, match="its guardian switched off: its client hangs"):
+        supply.set_output(True)
+    assert supply.off()
+    assert not device.on()
+    assert [trip["reason"] for trip in told(records, "trip")] == [words]
+    assert words in standing(records)
+
+
+def test_a_thread_that_waits_beside_the_work_is_no_sign_of_progress(
+    device: Device, supply: GuardedSupply, clock: LeaseClock, limits: Limits
+) -> None:
+    start(supply, limits)
+    beside = threading.Thread(target=clock.sleep, args=(1.2,))
+    beside.start()
+    time.sleep(1.2)
+    beside.join()
+    assert not device.on()
+
+
+def test_the_lease_rests_while_the_output_is_off(
+    device: Device, supply: GuardedSupply, records: Records, limits: Limits
+) -> None:
+    prepare(supply, limits, model="RD6006")
+    time.sleep(0.8)  # an operator thinks
+    assert switch_on(supply, Decimal("4.5")).output
+    assert supply.off()
+    time.sleep(0.8)
+    assert supply.measure().output is False
+    assert told(records, "trip") == []
+
+
+CLIENT = """
+    import os, signal, sys, time
+    from decimal import Decimal
+    from pathlib import Path
+    from workbench.hw import Connection, Limits, prepare, switch_on
+    from workbench.hw.guardian import LeaseClock, Records, open_guarded
+    address, folder = sys.argv[1], Path(sys.argv[2])
+    clock = LeaseClock()
+    records = Records(folder / "wire.log", folder / "guardian.jsonl", folder / "latch.jsonl")
+    connection = Connection("rtu-over-tcp", address, timeout_s=0.2)
+    supply = open_guarded(connection, clock=clock, records=records)
+    prepare(supply, Limits(*map(Decimal, ("6", "1", "6.5", "1.2"))), model="RD6006")
+    switch_on(supply, Decimal("4.5"))
+    print(supply.guardian_pid, flush=True)
+    {body}
+"""
+
+
+def client(device: Device, folder: Path, body: str = "clock.sleep(30)") -> subprocess.Popen[str]:
+    """Return a client in a process of its own once its output is on."""
+    code = textwrap.dedent(CLIENT).replace("{body}", body)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, device.address, str(folder)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().strip().isdigit()
+    return process
+
+
+def test_a_client_that_dies_leaves_its_output_off_confirmed_and_latched(
+    device: Device, tmp_path: Path, records: Records
+) -> None:
+    process = client(device, tmp_path)
+    killed = time.monotonic()
+    process.kill()
+    _, err = process.communicate(timeout=10)  # the guardian holds it until it has ended
+    assert 0 < off_after(device.history, killed) < BAR_S
+    (off,) = [e for e in told(records, "off") if "seconds" in e]
+    assert off["confirmed"] is True
+    assert told(records, "terminals")[0]["dead"] is True
+    assert "its client is dead: the link to it closed; the output is off, confirmed" in err
+    assert "its client is dead" in standing(records)
+
+
+@posix
+def test_a_child_that_holds_the_link_open_does_not_keep_a_dead_client_s_output_on(
+    device: Device, tmp_path: Path, records: Records
+) -> None:
+    process = client(device, tmp_path, "os.fork() or time.sleep(2); clock.sleep(30)")
+    killed = time.monotonic()
+    process.kill()
+    process.wait()
+    wait_for(lambda: not device.on(), 3)
+    assert off_after(device.history, killed) < BAR_S
+    assert "another parent took its place" in str(told(records, "trip"))
+    process.communicate(timeout=10)
+
+
+@posix
+def test_a_crash_of_the_client_switches_off(device: Device, tmp_path: Path) -> None:
+    process = client(device, tmp_path, "os.abort()")
+    process.communicate(timeout=10)
+    wait_for(lambda: not device.on(), BAR_S)
+
+
+def test_an_output_that_stays_on_is_told_loudly_and_written_down(
+    device: Device, tmp_path: Path, records: Records
+) -> None:
+    process = client(device, tmp_path)
+    device.fail(Fault.STUCK_OUTPUT)
+    process.kill()
+    wait_for(lambda: [e for e in told(records, "off") if not e["confirmed"]])
+    assert device.on()
+    device.mend()  # the guardian is still trying
+    _, err = process.communicate(timeout=10)
+    assert "OUTPUT MAY BE ON, trying on (its client is dead" in err
+    assert [e["confirmed"] for e in told(records, "off")][-2:] == [False, True]
+    assert not device.on()
+
+
+def test_a_supply_that_was_only_looked_at_stays_as_it_is(
+    device: Device, clock: LeaseClock, records: Records
+) -> None:
+    device.write(8, 450)
+    device.write(18, 1)
+    supply = open_guarded(device.connection, clock=clock, records=records)
+    assert supply.measure().output
+    supply.close()
+    assert device.on()
+    supply = open_guarded(device.connection, clock=clock, records=records)
+    supply._guardian._line.close()  # as when its client dies
+    supply._guardian._process.wait(10)
+    assert device.on()
+    assert standing(records) == ""
+
+
+def test_a_client_that_leaves_with_the_output_on_does_not(
+    device: Device, clock: LeaseClock, limits: Limits
+) -> None:
+    supply = open_guarded(device.connection, clock=clock)
+    start(supply, limits)
+    supply.close()
+    assert not device.on()
+
+
+@posix
+@pytest.mark.parametrize("number", ["SIGKILL", "SIGSTOP"])
+def test_a_guardian_that_dies_or_hangs_is_noticed_and_replaced_to_switch_off(
+    device: Device,
+    supply: GuardedSupply,
+    clock: LeaseClock,
+    records: Records,
+    limits: Limits,
+    number: str,
+) -> None:
+    start(supply, limits)
+    noticed: list[float] = []
+    another = supply._off_through_another
+
+    def note() -> bool:
+        noticed.append(time.monotonic())
+        return another()
+
+    supply._off_through_another = note  # type: ignore[method-assign]
+    killed = time.monotonic()
+    os.kill(supply.guardian_pid, getattr(signal, number))
+    words = r"its guardian (ended|hangs: .* 0\.4 s); the output is off, confirmed"
+    with pytest.raises(SafetyStop, match=words):
+        clock.sleep(10)
+    assert noticed[0] - killed < 0.6  # 0.5 s, and what a busy machine adds
+    assert not device.on()
+    assert told(records, "guarding")[1]["after"] in (
+        "its guardian ended",
+        "its guardian hangs: it acknowledged nothing for 0.4 s",
+    )
+    assert supply.off()
+
+
+@posix
+def test_the_off_of_another_supply_confirms_nothing(
+    device: Device, clock: LeaseClock, limits: Limits
+) -> None:
+    with device_process(serial=7) as other:
+        supply = open_guarded(device.connection, clock=clock)
+        start(supply, limits)
+        supply._task = Task(other.connection, "riden", Records())  # as after a replug
+        os.kill(supply.guardian_pid, signal.SIGKILL)
+        with pytest.raises(SafetyStop, match="its guardian ended; OUTPUT MAY BE ON"):
+            clock.sleep(10)
+        assert not supply.off()
+        assert device.on()
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_family_is_switched_off_when_its_client_hangs(
+    family: Family, clock: LeaseClock
+) -> None:
+    model = next(row for row in MODELS if row.family == family)
+    device = simulated(model.name, clock=clock)
+    limits = Limits(*map(Decimal, ("5", "1", "5.5", "1.2")))  # the smallest goes to 6 V
+    with (
+        serve(device, framing="tcp") as address,
+        open_guarded(
+            Connection("tcp", address, timeout_s=QUICK_S), clock=clock, family=family
+        ) as supply,
+    ):
+        prepare(supply, limits, model=model.name)
+        switch_on(supply, Decimal("4.5"))
+        assert device.output.voltage == 4.5
+        time.sleep(0.9)
+        assert not device.output.on
+        with pytest.raises(SafetyStop, match=r"its client hangs.*the output is off, confirmed"):
+            watch(supply)
+
+
+@posix
+def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it(
+    device: Device, tmp_path: Path, clock: LeaseClock, limits: Limits
+) -> None:
+    process = client(device, tmp_path, "os.kill(supply.guardian_pid, signal.SIGKILL); os.abort()")
+    process.communicate(timeout=10)
+    time.sleep(1.2)
+    assert device.on()  # no software is left; its trip levels are armed
+    assert device.read(82, 2) == [650, 1200]
+    with open_guarded(device.connection, clock=clock) as supply:
+        assert prepare(supply, limits, model="RD6006").found.output
+    down = [volts for _, volts in device.history][-10:]
+    assert down == [4.5, 4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0]
+
+
+@posix
+def test_a_guardian_that_is_told_to_end_switches_off_first(
+    device: Device, supply: GuardedSupply, clock: LeaseClock, limits: Limits
+) -> None:
+    start(supply, limits)
+    for number in (signal.SIGINT, signal.SIGHUP):  # of the client's terminal, not its business
+        os.kill(supply.guardian_pid, number)
+    clock.sleep(0.2)
+    assert device.on()
+    os.kill(supply.guardian_pid, signal.SIGTERM)
+    with pytest.raises(SafetyStop, match=r"told to end .SIGTERM.; the output is off, confirmed"):
+        clock.sleep(10)
+    assert not device.on()
+
+
+@posix
+def test_the_guardian_is_out_of_reach_of_the_client_s_terminal(supply: GuardedSupply) -> None:
+    assert os.getsid(supply.guardian_pid) != os.getsid(0)
+    assert os.getpgid(supply.guardian_pid) != os.getpgid(0)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk to write to")
+def test_an_output_that_cannot_be_recorded_is_not_switched_on(
+    device: Device, clock: LeaseClock, limits: Limits, tmp_path: Path
+) -> None:
+    (tmp_path / "full").symlink_to("/dev/full")
+    records = Records(events=tmp_path / "full")
+    with (
+        open_guarded(device.connection, clock=clock, records=records) as supply,
+        pytest.raises(SafetyStop, match=r"not switched on, as .* cannot write .*full .No space"),
+    ):
+        start(supply, limits)
+    assert [volts for _, volts in device.history] == [0.0]
+
+
+def test_a_call_that_ctrl_c_cut_leaves_its_answer_to_nobody(
+    supply: GuardedSupply, limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepare(supply, limits, model="RD6006")
+    true_receive = Line.receive
+
+    def interrupted(line: Line, timeout: float) -> object:
+        monkeypatch.setattr(Line, "receive", true_receive)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Line, "receive", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        supply.identify()
+    assert supply.measure_power_on_output() is False
+    assert supply.set_voltage(Decimal(2)) == 2
+
+
+def test_a_stranger_without_the_token_is_turned_away(supply: GuardedSupply) -> None:
+    process = supply._guardian._process
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        address = listener.getsockname()
+        with (
+            socket.create_connection(address) as stranger,
+            socket.create_connection(address) as own,
+        ):
+            stranger.sendall(b'{"token": "guess"}\n')
+            own.sendall(b'{"token": "secret"}\n')
+            line = _accept(listener, "secret", process)
+            assert stranger.recv(1) == b""
+            line.close()
+
+
+def test_a_guardian_is_not_started_by_hand() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "workbench.hw.guardian"],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "started by the workbench, not by hand" in done.stderr

@@ -1,0 +1,76 @@
+"""Real clients killed at random instants: the supply itself tells how long its output stayed on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.hw.guardian_rig import device_process, wait_for
+from tests.killing import BAR_S, SIGNALS, Client, Killed, kill_many, random_instants, table
+from workbench.hw.guardian import Latch
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and fork")
+
+KILLS = 100
+CODES = {"SIGKILL": {-9}, "SIGSTOP": {4, 130}, "SIGTERM": {130}, "SIGHUP": {130}}
+STATUS = {"SIGTERM": "interrupted", "SIGHUP": "interrupted", "SIGKILL": "failed"}
+
+
+def check(found: list[Killed]) -> None:
+    for killed in found:
+        assert killed.lost == 0
+        assert killed.off_s < BAR_S, killed
+        assert killed.code in CODES[killed.signal], killed
+        if killed.was_on:
+            assert killed.confirmed_s is not None
+            assert killed.confirmed_s < BAR_S, killed
+            assert killed.bundle.output_off == "confirmed"
+            wanted = STATUS.get(killed.signal, "safety-stop")
+            assert killed.bundle.manifest["status"] == wanted
+
+
+def test_the_output_is_off_within_a_second_of_each_signal(tmp_path: Path) -> None:
+    found = kill_many(SIGNALS, (1.8, 2.2, 2.6, 3.0), tmp_path)
+    print(table(found))
+    assert [killed.was_on for killed in found].count(True) >= 2
+    check(found)
+
+
+@pytest.mark.check
+def test_the_output_is_off_within_a_second_at_a_hundred_random_instants(tmp_path: Path) -> None:
+    names = [SIGNALS[i % len(SIGNALS)] for i in range(KILLS)]
+    found = kill_many(names, random_instants(KILLS, seed=8), tmp_path)
+    print(table(found))
+    assert [killed.was_on for killed in found].count(True) >= KILLS // 2
+    check(found)
+
+
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGSTOP"])
+def test_a_run_whose_guardian_is_killed_ends_as_a_safety_stop(tmp_path: Path, name: str) -> None:
+    with device_process() as device:
+        client = Client(tmp_path, device)
+        client.heard_until("output_on")
+        wait_for(lambda: device.volts > 0)
+        guardian = client.bundle.read_guardian()[0]["pid"]
+        os.kill(guardian, getattr(signal, name))
+        wait_for(lambda: not device.on(), 5)
+        assert client.end() == 4
+        told = client.err.read_text()
+        assert "its guardian" in told
+        assert "the output is off, confirmed" in told
+        assert client.bundle.manifest["status"] == "safety-stop"
+        assert client.bundle.manifest["output_off"] == "confirmed"
+        assert "its guardian" in client.bundle.manifest["error"]
+        assert client.bundle.read_guardian()[-1]["event"] == "left"
+        trip = Latch.beside(client.runs, device.address).standing()
+        assert trip is not None
+        assert "its guardian" in trip.reason
+
+        again = Client(tmp_path, device)
+        assert again.end() == 4
+        assert "workbench supply acknowledge --bench" in client.err.read_text()
+        assert len(list(client.runs.iterdir())) == 1

@@ -1,0 +1,197 @@
+"""The client's hold on its guardian: start it, ask it, notice soon when it is gone."""
+
+from __future__ import annotations
+
+import hmac
+import itertools
+import os
+import secrets
+import socket
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import workbench
+from workbench.errors import HardwareError
+from workbench.hw.guardian.lease import RENEW_S, SILENT_S
+from workbench.hw.guardian.messages import Line, Message, Task, error_of
+
+__all__ = ["GuardianLost", "GuardianProcess", "GuardianTripped"]
+
+START_S = 20.0  # a slow disk, a cold Python
+CALL_S = 60.0  # the longest call: a ramp from 60 V
+END_S = 8.0  # it may wait for a motor to coast
+HELLO_S = 1.0
+
+
+class GuardianLost(Exception):
+    """The guardian is dead or hangs; whether the output is off is not known."""
+
+
+class GuardianTripped(Exception):
+    """The guardian switched off by itself.
+
+    Args:
+        reason: why.
+        confirmed: whether off was read back.
+    """
+
+    def __init__(self, reason: str, confirmed: bool) -> None:
+        super().__init__(reason)
+        self.confirmed = confirmed
+
+
+class GuardianProcess:
+    """A guardian that was started for one task.
+
+    Args:
+        task: what it is to do.
+
+    Raises:
+        HardwareError: when it does not start.
+    """
+
+    def __init__(self, task: Task) -> None:
+        self._numbers = itertools.count(1)
+        self._unanswered: float | None = None  # since when a renewal is
+        token = secrets.token_hex(16)
+        with socket.create_server(("127.0.0.1", 0)) as listener:
+            self._process = _start()
+            try:
+                self._brief(f"{listener.getsockname()[1]} {token} {task.to_json()}\n")
+                self._line = _accept(listener, token, self._process)
+            except BaseException:
+                self._process.kill()
+                self._process.wait()
+                raise
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def ask(self, call: str, *arguments: str | bool) -> Any:
+        """Let it carry out one call and return the value; renews meanwhile.
+
+        Raises:
+            WorkbenchError: as the call itself does.
+            GuardianLost: when it died or hangs.
+            GuardianTripped: when it switched off.
+        """
+        number = next(self._numbers)
+        self._send({"id": number, "call": call, "arguments": arguments})
+        deadline = time.monotonic() + CALL_S
+        while time.monotonic() < deadline:
+            answer = self._receive(RENEW_S)
+            if answer is None:
+                self._ask_for_life()
+            elif answer.get("id") == number:  # another one belongs to a call that Ctrl-C cut
+                if "error" in answer:
+                    raise error_of(answer)
+                return answer["value"]
+        raise GuardianLost(f"did not answer {call!r} within {CALL_S:g} s")
+
+    def renew(self) -> None:
+        """Show progress, and see that it is alive. Raises as `ask`."""
+        self._ask_for_life()
+        while self._receive(0.0) is not None:
+            pass
+
+    def end(self) -> int:
+        """Say goodbye, wait until it has ended and return its exit code; kill it if it does not.
+
+        The code is 0 when the supply was left as it should be. Ending twice does no harm.
+        """
+        try:
+            self._line.send({"goodbye": 1})
+            self._process.wait(END_S)
+        except (OSError, subprocess.TimeoutExpired):
+            pass  # a Ctrl-C leaves it: it may still be trying to switch off
+        self.kill()
+        return self._process.returncode
+
+    def kill(self) -> None:
+        """End it at once, so that the port becomes free."""
+        self._process.kill()
+        self._process.wait()
+        self._line.close()
+
+    def _brief(self, text: str) -> None:
+        if self._process.stdin is not None:
+            with suppress(BrokenPipeError), self._process.stdin as pipe:  # its exit code tells more
+                pipe.write(text)
+
+    def _ask_for_life(self) -> None:
+        self._send({"renew": 1})
+        if self._unanswered is None:
+            self._unanswered = time.monotonic()
+
+    def _send(self, message: Message) -> None:
+        try:
+            self._line.send(message)
+        except OSError:
+            self._receive(0.0)  # it may have said why
+            raise GuardianLost("ended") from None
+
+    def _receive(self, timeout: float) -> Message | None:
+        try:
+            message = self._line.receive(timeout)
+        except OSError:
+            raise GuardianLost("ended") from None
+        if message is None:
+            asked = self._unanswered
+            if asked is not None and time.monotonic() - asked > SILENT_S:
+                raise GuardianLost(f"hangs: it acknowledged nothing for {SILENT_S:g} s")
+            return None
+        if "alive" in message:
+            self._unanswered = None
+        if "tripped" in message:
+            raise GuardianTripped(message["tripped"], message["confirmed"])
+        return message
+
+
+def _start() -> subprocess.Popen[str]:
+    """Start the process out of reach of this terminal: Ctrl-C and Ctrl-Z stop a whole group."""
+    # a file of the working folder must not stand in for a module
+    command = [sys.executable, "-P", "-m", "workbench.hw.guardian"]
+    source = str(Path(workbench.__file__).resolve().parents[1])
+    path = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH", ""), source]))
+    flags = 0
+    if sys.platform == "win32":
+        flags = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
+    return subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        encoding="utf-8",
+        env=os.environ | {"PYTHONPATH": path},
+        start_new_session=True,
+        creationflags=flags,
+    )
+
+
+def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str]) -> Line:
+    """Wait for the one who knows the token."""
+    deadline = time.monotonic() + START_S
+    listener.settimeout(RENEW_S)
+    while time.monotonic() < deadline:
+        if process.poll() is not None:
+            raise HardwareError(f"the guardian did not start, exit code {process.returncode}")
+        try:
+            link, _ = listener.accept()
+        except TimeoutError:
+            continue
+        link.settimeout(None)
+        line = Line(link)
+        try:
+            hello = line.receive(HELLO_S) or {}
+        except OSError:
+            hello = {}
+        if hmac.compare_digest(str(hello.get("token", "")).encode(), token.encode()):
+            return line
+        line.close()
+    raise HardwareError(f"the guardian did not start within {START_S:g} s")
