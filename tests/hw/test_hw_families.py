@@ -141,7 +141,7 @@ def test_a_hand_at_the_front_panel_ends_the_run(clock: SimulatedClock, name: str
         switch_on(supply, Decimal("3.5"))
         device.fail(Fault.PANEL_VOLTAGE)
         assert device.history[-1][1] == 4.5
-        words = r"its setpoint is 4\.5 V, this program set 3\.50? V; somebody changed.*off, confirm"
+        words = r"its setpoint is 4\.5 V, this program set 3\.5 V; somebody changed.*off, confirm"
         with pytest.raises(SafetyStop, match=words):
             watch(supply)
     assert device.history[-1][1] == 0
@@ -198,7 +198,7 @@ def test_current_limiting_is_told_from_cv(clock: SimulatedClock, name: str) -> N
     device = simulated(name, clock=clock, load=lambda volts: volts / 2)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
-        words = r"current limiting \(CC\)|over-current|output went off"  # some trip instead
+        words = r"current limiting \(CC\)|did not come on and stay on"  # some trip instead
         with pytest.raises(SafetyStop, match=words):
             switch_on(supply, Decimal(5))
     assert device.history[-1][1] == 0
@@ -311,7 +311,7 @@ def test_a_pulled_cable_is_told_and_the_same_supply_is_switched_off_after(
         (lambda clock: SimulatedHanmatek(clock=clock), "dps", "exception 2|not known"),
         (lambda clock: SimulatedDps(clock=clock), "hanmatek", "class 0 and decimals|are not those"),
         (lambda clock: SimulatedKorad(clock=clock), "scpi", "'KORADKA3005PV2.0', which is no kno"),
-        (lambda clock: simulated("DP832", clock=clock), "korad", "'RIGOL TECH.* is no known model"),
+        (lambda clock: simulated("DP832", clock=clock), "korad", "no answer within"),  # no LF
     ],
 )
 def test_a_supply_of_another_family_is_refused_and_nothing_is_set(
