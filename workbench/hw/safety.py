@@ -126,8 +126,8 @@ def _running(supply: Supply) -> Reading:
     if told is not None and abs(reading.set_voltage_V - float(told.volts)) > SAME_V:
         raise _stop(
             supply,
-            f"its setpoint is {reading.set_voltage_V:g} V, this program set {float(told.volts):g} V; "
-            "somebody changed it at the front panel, or it lost its power meanwhile",
+            f"its setpoint is {reading.set_voltage_V:g} V, this program set "
+            f"{float(told.volts):g} V; somebody changed it at the front panel, or it lost its power",
         )
     if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
         raise _stop(supply, _wrong_voltage(float(told.volts), reading))
