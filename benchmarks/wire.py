@@ -15,6 +15,7 @@ import random
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from pymodbus import FramerType
 from pymodbus.client import ModbusTcpClient
@@ -27,8 +28,8 @@ from workbench.hw.dps import DpsSupply
 from workbench.hw.hanmatek import HanmatekSupply
 from workbench.hw.korad import KoradSupply
 from workbench.hw.line import Line
-from workbench.hw.models import RIDEN_REGISTERS
 from workbench.hw.modbus import ModbusSupply
+from workbench.hw.models import RIDEN_REGISTERS, Registers
 from workbench.hw.riden import RidenSupply
 from workbench.hw.scpi import ScpiSupply
 from workbench.hw.simulated import SimulatedRiden, SimulatedSupply, simulated
@@ -43,6 +44,7 @@ LONGEST_S = 8.0  # that an answer is late, sixteen timeouts
 TRAVEL_S = 0.004
 PLACE = Connection("rtu-over-tcp", "127.0.0.1:1")
 SEED = 8
+MODELS = ("RD6006", "DPS5005", "HM305P", "KA3005P", "E36312A")  # one a family
 
 
 @dataclass(frozen=True)
@@ -196,6 +198,7 @@ def read_registers(reads: int, seed: int = SEED) -> Score:
         writable=frozenset(),
         clock=clock,
         wire_log=lambda line: None,
+        mark=_mark(RIDEN_REGISTERS),
         new_client=lambda connection, trace: _Client(wire, trace),
     )
     block = RIDEN_REGISTERS.status[0]
@@ -232,6 +235,10 @@ def read_supply(model: str, readings: int, seed: int = SEED) -> Score:
     return Score(accepted, readings - accepted, wrong, dict(wire.faults))
 
 
+def _mark(registers: Registers) -> tuple[int, int]:
+    return registers.identity.start, registers.identity.count
+
+
 def _opened(device: SimulatedSupply, clock: SimulatedClock, wire: NoisyWire) -> Supply:
     drivers: dict[str, type[ModbusSupply]] = {
         "riden": RidenSupply,
@@ -246,6 +253,7 @@ def _opened(device: SimulatedSupply, clock: SimulatedClock, wire: NoisyWire) -> 
             writable=frozenset(),
             clock=clock,
             wire_log=lambda line: None,
+            mark=_mark(drivers[family].registers),
             new_client=lambda connection, trace: _Client(wire, trace),
         )
         supply: Supply = drivers[family](link, clock)
@@ -274,12 +282,12 @@ def main() -> None:
     share = 50 if parser.parse_args().quick else 1
     print(f"{FAULT_SHARE:.0%} of answers disturbed, up to {LONGEST_S:g} s late, seed {SEED}")
     print("what                       reads  accepted   refused  wrong  processor s")
-    rows: list[tuple[str, Callable[[], Score], int]] = [
-        ("registers of an RD6006", lambda: read_registers(REGISTER_READS // share), 1)
+    rows: list[tuple[str, Callable[[], Score]]] = [
+        ("registers of an RD6006", lambda: read_registers(REGISTER_READS // share))
     ]
-    for model in ("RD6006", "DPS5005", "HM305P", "KA3005P", "E36312A"):
-        rows.append((f"readings of a {model}", lambda m=model: read_supply(m, READINGS // share), 1))
-    for name, run, _ in rows:
+    for model in MODELS:
+        rows.append((f"readings of a {model}", partial(read_supply, model, READINGS // share)))
+    for name, run in rows:
         began = time.process_time()
         score = run()
         spent = time.process_time() - began
