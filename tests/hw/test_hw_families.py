@@ -64,6 +64,12 @@ def opened(
             supply.close()
 
 
+def measure_until_it_fails(supply: Supply) -> None:
+    """Measure until the cut of a cable has reached this end."""
+    for _ in range(100):
+        supply.measure()
+
+
 def driving(volts: float) -> float:
     return 0.1 * volts
 
@@ -128,7 +134,7 @@ def test_a_limit_event_is_a_safety_stop(clock: SimulatedClock, name: str) -> Non
             prepare(supply, LIMITS, model=name)
             switch_on(supply, Decimal("4.5"))
             device.fail(event)
-            with pytest.raises(SafetyStop, match="tripped at|its output went off, not by this"):
+            with pytest.raises(SafetyStop, match=r"tripped at|its output went off, not by this"):
                 watch(supply)
         assert device.history[-1][1] == 0
 
@@ -294,9 +300,8 @@ def test_a_pulled_cable_is_told_and_the_same_supply_is_switched_off_after(
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
         device.fail(Fault.UNPLUGGED)
-        with pytest.raises(HardwareError, match="connection was lost|connection is lost"):
-            for _ in range(20):  # until the cut reached this end
-                supply.measure()
+        with pytest.raises(HardwareError, match="connection was lost"):
+            measure_until_it_fails(supply)
         assert not supply.off()
         assert device.history[-1][1] == 3  # nothing software could do
         device.mend()
@@ -324,9 +329,10 @@ def test_a_supply_of_another_family_is_refused_and_nothing_is_set(
     device.fail(Fault.PANEL_ON)
     before = device.output
     modbus = family in ("riden", "dps", "hanmatek")
-    with serve(device) as address, pytest.raises(HardwareError, match=words):
+    with serve(device) as address:
         place = Connection("rtu-over-tcp" if modbus else "tcp", address, timeout_s=QUICK_S)
-        open_supply(place, clock=clock, wire_log=lambda line: None, family=family)
+        with pytest.raises(HardwareError, match=words):
+            open_supply(place, clock=clock, wire_log=lambda line: None, family=family)
     assert device.output == before
 
 

@@ -127,7 +127,7 @@ def _running(supply: Supply) -> Reading:
         raise _stop(
             supply,
             f"its setpoint is {reading.set_voltage_V:g} V, this program set "
-            f"{float(told.volts):g} V; somebody changed it at the front panel, or it lost its power",
+            f"{float(told.volts):g} V; somebody changed it at the panel, or it lost its power",
         )
     if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
         raise _stop(supply, _wrong_voltage(float(told.volts), reading))
