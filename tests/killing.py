@@ -13,13 +13,11 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -198,27 +196,13 @@ def random_instants(count: int, seed: int) -> list[float]:
 
 def kill_many(names: Sequence[str], instants: Sequence[float], folder: Path) -> list[Killed]:
     """Kill a client with each signal at its instant [s], several at once."""
-    with _devices(min(AT_ONCE, len(names))) as free, ThreadPoolExecutor(AT_ONCE) as pool:
+    with device_process() as devices, ThreadPoolExecutor(AT_ONCE) as pool:
 
         def one(number: int) -> Killed:
-            device = free.get()
-            try:
-                return kill_one(names[number], instants[number], folder / str(number), device)
-            finally:
-                free.put(device)
+            place = folder / str(number)
+            return kill_one(names[number], instants[number], place, devices.new())
 
         return list(pool.map(one, range(len(names))))
-
-
-@contextmanager
-def _devices(count: int) -> Iterator[SimpleQueue[Device]]:
-    free: SimpleQueue[Device] = SimpleQueue()
-    if count == 0:
-        yield free
-        return
-    with device_process() as device, _devices(count - 1) as others:
-        others.put(device)
-        yield others
 
 
 def table(found: Sequence[Killed]) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Command
-from tests.hw.guardian_rig import OUTPUT, Device, device_process, wait_for
+from tests.hw.guardian_rig import OUTPUT, Device, DeviceProcess, device_process, wait_for
 from tests.killing import Client, lab_file
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.bundle import Bundle, verify
@@ -39,10 +39,15 @@ NO_TAKE = "no take in this test"
 At = Callable[[Bundle], object]
 
 
-@pytest.fixture
-def device() -> Iterator[Device]:
+@pytest.fixture(scope="module")
+def devices() -> Iterator[DeviceProcess]:
     with device_process() as found:
         yield found
+
+
+@pytest.fixture
+def device(devices: DeviceProcess) -> Device:
+    return devices.new()
 
 
 def no_take(*words: object) -> Path:

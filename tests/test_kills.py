@@ -51,7 +51,8 @@ def test_the_output_is_off_within_a_second_at_a_hundred_random_instants(tmp_path
 
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGSTOP"])
 def test_a_run_whose_guardian_is_killed_ends_as_a_safety_stop(tmp_path: Path, name: str) -> None:
-    with device_process() as device:
+    with device_process() as devices:
+        device = devices.new()
         client = Client(tmp_path, device)
         client.heard_until("output_on")
         wait_for(lambda: device.volts > 0)

@@ -163,7 +163,10 @@ def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protoc
         (["modes", "--driven", "--hold", "1"], 2, "1 s at each speed are too short for twice 5"),
         (["ingest", "gone.csv"], 2, "gone.csv"),
         (["supply", "read", "--bench", "virtual"], 2, "bench 'virtual' has no real supply"),
-        (["supply", "simulate", "korad"], 2, "no simulated supply 'korad'; there is riden"),
+        (["supply", "simulate", "volta"], 2, "no simulated supply 'volta'; there are riden, dps,"),
+        (["supply", "simulate", "korad", "--model", "RD6006"], 2, "RD6006 is of family riden, not"),
+        (["supply", "simulate", "--fault", "silnt"], 2, "no fault 'silnt'; did you mean 'silent'?"),
+        (["supply", "probe", "--family", "volta"], 2, "no supply family 'volta'; there are riden,"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else None,
 )

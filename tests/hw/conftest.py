@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from decimal import Decimal
 
 import pytest
+from guardian_rig import DeviceProcess, device_process
 from hw_stub import QUICK_S, Play, played
 
 from workbench.hw import Connection, Limits, SimulatedClock, Supply, open_supply
@@ -50,3 +51,9 @@ def supply(connection: Connection, clock: SimulatedClock, wire: list[str]) -> It
 def play() -> Iterator[Play]:
     with ExitStack() as stack:
         yield lambda script: stack.enter_context(played(script))
+
+
+@pytest.fixture(scope="session")
+def devices() -> Iterator[DeviceProcess]:
+    with device_process() as found:
+        yield found

@@ -5,14 +5,16 @@ from __future__ import annotations
 import itertools
 import json
 import multiprocessing
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any
 
 from workbench.hw import Connection, SystemClock
+from workbench.hw.guardian import Latch, Records
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
 
 OUTPUT = 18  # register of the output's flag
@@ -21,21 +23,43 @@ QUICK_S = 0.2  # a fault costs a test so long
 History = list[tuple[float, float]]
 
 
-class Device:
-    """The test's hold on the process.
+class DeviceProcess:
+    """The test's hold on the process; several threads may use it.
 
     Args:
         pipe: to it.
+    """
+
+    def __init__(self, pipe: Pipe) -> None:
+        self._pipe = pipe
+        self._lock = threading.Lock()
+
+    def new(self, serial: int = 12345678) -> Device:
+        """Return one more simulated RD6006, fresh from its box."""
+        return Device(self, *self.ask("new", serial))
+
+    def ask(self, what: str, *arguments: object) -> Any:
+        """Let it do something and return what came of it."""
+        with self._lock:
+            self._pipe.send((what, arguments))
+            return self._pipe.recv()
+
+
+class Device:
+    """The test's hold on one device.
+
+    Args:
+        process: where it is.
+        number: among the devices there.
         address: where it listens.
     """
 
-    def __init__(self, pipe: Pipe, address: str) -> None:
-        self._pipe, self.address = pipe, address
+    def __init__(self, process: DeviceProcess, number: int, address: str) -> None:
+        self._process, self._number, self.address = process, number, address
         self.connection = Connection("rtu-over-tcp", address, timeout_s=QUICK_S)
 
     def _ask(self, what: str, *arguments: object) -> Any:
-        self._pipe.send((what, arguments))
-        return self._pipe.recv()
+        return self._process.ask(what, self._number, *arguments)
 
     @property
     def history(self) -> History:
@@ -69,14 +93,14 @@ class Device:
 
 
 @contextmanager
-def device_process(serial: int = 12345678) -> Iterator[Device]:
-    """Serve a simulated RD6006 in another process."""
+def device_process() -> Iterator[DeviceProcess]:
+    """Start another process for simulated supplies."""
     spawn = multiprocessing.get_context("spawn")
     here, there = spawn.Pipe()
-    process = spawn.Process(target=_serve, args=(there, serial), daemon=True)
+    process = spawn.Process(target=_serve, args=(there,), daemon=True)
     process.start()
     try:
-        yield Device(here, here.recv())
+        yield DeviceProcess(here)
         here.send(("stop", ()))
         process.join(10)
     finally:
@@ -87,19 +111,30 @@ def device_process(serial: int = 12345678) -> Iterator[Device]:
         there.close()
 
 
-def _serve(pipe: Pipe, serial: int) -> None:
-    device = SimulatedRiden(clock=SystemClock(), serial=serial, load=lambda volts: 0.05 * volts)
+def _serve(pipe: Pipe) -> None:
+    devices: list[SimulatedRiden] = []
     answers: dict[str, Callable[..., object]] = {
-        "history": lambda: device.history,
-        "read": device.read,
-        "write": device.write,
-        "fail": device.fail,
-        "mend": device.mend,
+        "history": lambda number: devices[number].history,
+        "read": lambda number, *words: devices[number].read(*words),
+        "write": lambda number, *words: devices[number].write(*words),
+        "fail": lambda number, fault: devices[number].fail(fault),
+        "mend": lambda number: devices[number].mend(),
     }
-    with serve(device) as address:
-        pipe.send(address)
+    with ExitStack() as served:
         while (request := pipe.recv())[0] != "stop":
-            pipe.send(answers[request[0]](*request[1]))
+            what, arguments = request
+            if what == "new":
+                clock = SystemClock()
+                device = SimulatedRiden(clock=clock, serial=arguments[0], load=draw)
+                devices.append(device)
+                pipe.send((len(devices) - 1, served.enter_context(serve(device))))
+            else:
+                pipe.send(answers[what](*arguments))
+
+
+def draw(volts: float) -> float:
+    """Return the current of a motor [A]."""
+    return 0.05 * volts
 
 
 def off_after(history: History, instant: float) -> float:
@@ -119,3 +154,16 @@ def wait_for(what: Callable[[], object], seconds: float = 10.0) -> None:
     while not what():
         assert time.monotonic() < deadline, "it never came"
         time.sleep(0.01)
+
+
+def told(records: Records, event: str) -> list[dict[str, Any]]:
+    """Return what a guardian wrote about one kind of event."""
+    assert records.events is not None
+    return [line for line in events(records.events) if line["event"] == event]
+
+
+def standing(records: Records) -> str:
+    """Return why the supply is latched; empty when it is not."""
+    assert records.latch is not None
+    trip = Latch(records.latch).standing()
+    return "" if trip is None else trip.reason

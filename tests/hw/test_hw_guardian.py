@@ -1,4 +1,4 @@
-"""The guardian against clients that hang or die, and clients whose guardian does."""
+"""A client and its guardian: the contract, a hang of the one, the death of the other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 from collections.abc import Iterator
@@ -15,11 +14,11 @@ from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from guardian_rig import QUICK_S, Device, device_process, events, off_after, wait_for
+from guardian_rig import QUICK_S, Device, DeviceProcess, events, off_after, standing, told
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import Connection, Limits, prepare, switch_on, watch
-from workbench.hw.guardian import GuardedSupply, Latch, LeaseClock, Records, open_guarded
+from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
 from workbench.hw.guardian.messages import Line, Task
 from workbench.hw.guardian.process import _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
@@ -30,9 +29,8 @@ BAR_S = 1.0
 
 
 @pytest.fixture
-def device() -> Iterator[Device]:
-    with device_process() as found:
-        yield found
+def device(devices: DeviceProcess) -> Device:
+    return devices.new()
 
 
 @pytest.fixture
@@ -56,17 +54,6 @@ def supply(device: Device, clock: LeaseClock, records: Records) -> Iterator[Guar
 def start(supply: GuardedSupply, limits: Limits, volts: str = "4.5") -> None:
     prepare(supply, limits, model="RD6006")
     switch_on(supply, Decimal(volts))
-
-
-def told(records: Records, event: str) -> list[dict[str, object]]:
-    assert records.events is not None
-    return [line for line in events(records.events) if line["event"] == event]
-
-
-def standing(records: Records) -> str:
-    assert records.latch is not None
-    trip = Latch(records.latch).standing()
-    return "" if trip is None else trip.reason
 
 
 def test_a_guarded_supply_does_what_every_supply_does(
@@ -161,89 +148,6 @@ def test_the_lease_rests_while_the_output_is_off(
     assert told(records, "trip") == []
 
 
-CLIENT = """
-    import os, signal, sys, time
-    from decimal import Decimal
-    from pathlib import Path
-    from workbench.hw import Connection, Limits, prepare, switch_on
-    from workbench.hw.guardian import LeaseClock, Records, open_guarded
-    address, folder = sys.argv[1], Path(sys.argv[2])
-    clock = LeaseClock()
-    records = Records(folder / "wire.log", folder / "guardian.jsonl", folder / "latch.jsonl")
-    connection = Connection("rtu-over-tcp", address, timeout_s=0.2)
-    supply = open_guarded(connection, clock=clock, records=records)
-    prepare(supply, Limits(*map(Decimal, ("6", "1", "6.5", "1.2"))), model="RD6006")
-    switch_on(supply, Decimal("4.5"))
-    print(supply.guardian_pid, flush=True)
-    {body}
-"""
-
-
-def client(device: Device, folder: Path, body: str = "clock.sleep(30)") -> subprocess.Popen[str]:
-    """Return a client in a process of its own once its output is on."""
-    code = textwrap.dedent(CLIENT).replace("{body}", body)
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, device.address, str(folder)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline().strip().isdigit()
-    return process
-
-
-def test_a_client_that_dies_leaves_its_output_off_confirmed_and_latched(
-    device: Device, tmp_path: Path, records: Records
-) -> None:
-    process = client(device, tmp_path)
-    killed = time.monotonic()
-    process.kill()
-    _, err = process.communicate(timeout=10)  # the guardian holds it until it has ended
-    assert 0 < off_after(device.history, killed) < BAR_S
-    (off,) = [e for e in told(records, "off") if "seconds" in e]
-    assert off["confirmed"] is True
-    assert told(records, "terminals")[0]["dead"] is True
-    assert "its client is dead: the link to it closed; the output is off, confirmed" in err
-    assert "its client is dead" in standing(records)
-
-
-@posix
-def test_a_child_that_holds_the_link_open_does_not_keep_a_dead_client_s_output_on(
-    device: Device, tmp_path: Path, records: Records
-) -> None:
-    process = client(device, tmp_path, "os.fork() or time.sleep(2); clock.sleep(30)")
-    killed = time.monotonic()
-    process.kill()
-    process.wait()
-    wait_for(lambda: not device.on(), 3)
-    assert off_after(device.history, killed) < BAR_S
-    assert "another parent took its place" in str(told(records, "trip"))
-    process.communicate(timeout=10)
-
-
-@posix
-def test_a_crash_of_the_client_switches_off(device: Device, tmp_path: Path) -> None:
-    process = client(device, tmp_path, "os.abort()")
-    process.communicate(timeout=10)
-    wait_for(lambda: not device.on(), BAR_S)
-
-
-def test_an_output_that_stays_on_is_told_loudly_and_written_down(
-    device: Device, tmp_path: Path, records: Records
-) -> None:
-    process = client(device, tmp_path)
-    device.fail(Fault.STUCK_OUTPUT)
-    process.kill()
-    wait_for(lambda: [e for e in told(records, "off") if not e["confirmed"]])
-    assert device.on()
-    device.mend()  # the guardian is still trying
-    _, err = process.communicate(timeout=10)
-    assert "OUTPUT MAY BE ON, trying on (its client is dead" in err
-    assert [e["confirmed"] for e in told(records, "off")][-2:] == [False, True]
-    assert not device.on()
-
-
 def test_a_supply_that_was_only_looked_at_stays_as_it_is(
     device: Device, clock: LeaseClock, records: Records
 ) -> None:
@@ -304,17 +208,17 @@ def test_a_guardian_that_dies_or_hangs_is_noticed_and_replaced_to_switch_off(
 
 @posix
 def test_the_off_of_another_supply_confirms_nothing(
-    device: Device, clock: LeaseClock, limits: Limits
+    devices: DeviceProcess, device: Device, clock: LeaseClock, limits: Limits
 ) -> None:
-    with device_process(serial=7) as other:
-        supply = open_guarded(device.connection, clock=clock)
-        start(supply, limits)
-        supply._task = Task(other.connection, "riden", Records())  # as after a replug
-        os.kill(supply.guardian_pid, signal.SIGKILL)
-        with pytest.raises(SafetyStop, match="its guardian ended; OUTPUT MAY BE ON"):
-            clock.sleep(10)
-        assert not supply.off()
-        assert device.on()
+    other = devices.new(serial=7)
+    supply = open_guarded(device.connection, clock=clock)
+    start(supply, limits)
+    supply._task = Task(other.connection, "riden", Records())  # as after a replug
+    os.kill(supply.guardian_pid, signal.SIGKILL)
+    with pytest.raises(SafetyStop, match="its guardian ended; OUTPUT MAY BE ON"):
+        clock.sleep(10)
+    assert not supply.off()
+    assert device.on()
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -337,21 +241,6 @@ def test_every_family_is_switched_off_when_its_client_hangs(
         assert not device.output.on
         with pytest.raises(SafetyStop, match=r"its client hangs.*the output is off, confirmed"):
             watch(supply)
-
-
-@posix
-def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it(
-    device: Device, tmp_path: Path, clock: LeaseClock, limits: Limits
-) -> None:
-    process = client(device, tmp_path, "os.kill(supply.guardian_pid, signal.SIGKILL); os.abort()")
-    process.communicate(timeout=10)
-    time.sleep(1.2)
-    assert device.on()  # no software is left; its trip levels are armed
-    assert device.read(82, 2) == [650, 1200]
-    with open_guarded(device.connection, clock=clock) as supply:
-        assert prepare(supply, limits, model="RD6006").found.output
-    down = [volts for _, volts in device.history][-10:]
-    assert down == [4.5, 4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0]
 
 
 @posix

@@ -316,7 +316,7 @@ def test_off_reaches_the_device_at_once_after_a_lost_answer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     drained = '{"way": "drained"}'
-    monkeypatch.setattr(Transport, "_drain", lambda link: wire.append(drained))
+    monkeypatch.setattr(Transport, "_clear", lambda link, what: wire.append(drained))
     start(supply, limits)
     device.fail(Fault.SILENT, times=2)
     with pytest.raises(HardwareError, match="no answer"):

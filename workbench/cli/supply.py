@@ -225,14 +225,15 @@ def _row(family: str, model: str) -> Model:
 
 def _take_lines(device: SimulatedSupply, ended: threading.Event) -> None:
     """Carry out the lines of standard input; its end ends nothing, as there may be none."""
-    for line in sys.stdin:
-        if line.strip() == "end":
-            ended.set()
-            return
-        try:
-            people.print(obey(device, line), markup=False)
-        except InputError as error:
-            people.print(str(error), markup=False)
+    with suppress(OSError, ValueError):  # there is none, or it was closed
+        for line in sys.stdin:
+            if line.strip() == "end":
+                ended.set()
+                return
+            try:
+                people.print(obey(device, line), markup=False)
+            except InputError as error:
+                people.print(str(error), markup=False)
 
 
 @contextmanager

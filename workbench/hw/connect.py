@@ -29,8 +29,14 @@ Driver = Callable[[Connection, Clock, WireLog], Supply]
 
 def _over_modbus(driver: type[ModbusSupply]) -> Driver:
     def opened(connection: Connection, clock: Clock, wire_log: WireLog) -> Supply:
-        writable = driver.registers.writable
-        link = Transport(connection, writable=writable, clock=clock, wire_log=wire_log)
+        own = driver.registers
+        link = Transport(
+            connection,
+            writable=own.writable,
+            clock=clock,
+            wire_log=wire_log,
+            mark=(own.identity.start, own.identity.count),
+        )
         try:
             return driver(link, clock)
         except BaseException:

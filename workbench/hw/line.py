@@ -205,12 +205,16 @@ class Line:
 
     def _clear(self, what: str) -> None:
         """Read and drop everything up to the answer to `*IDN?`."""
+        ever = b""
         for _ in range(ROUNDS):
             self._send(WHO, what)
             heard = self._hear(what, lambda data: data.endswith(self._identity), way="discarded")
+            ever += heard
             if self._identity and heard.endswith(self._identity):
                 self._suspect = False
                 return
+        if not ever:
+            raise self._fault(what, self._silence())
         raise self._fault(what, f"it does not answer {WHO} as it did at first; is it another one?")
 
     def _send(self, command: str, what: str) -> None:

@@ -76,7 +76,10 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
         SafetyStop: when it does not, or a limit acts; the output was switched off at once.
     """
     applied = float(supply.set_voltage(volts))
-    supply.set_output(True)
+    try:
+        supply.set_output(True)
+    except HardwareError as error:  # it tripped at once, or nobody knows
+        raise _stop(supply, f"it did not come on and stay on ({error})") from error
     began = supply.clock.now()
     while True:
         reading = _running(supply)
@@ -123,8 +126,8 @@ def _running(supply: Supply) -> Reading:
     if told is not None and abs(reading.set_voltage_V - float(told.volts)) > SAME_V:
         raise _stop(
             supply,
-            f"its setpoint is {reading.set_voltage_V:g} V, this program set {told.volts:g} V; "
-            "somebody changed it at the front panel, or it lost its power meanwhile",
+            f"its setpoint is {reading.set_voltage_V:g} V, this program set "
+            f"{float(told.volts):g} V; somebody changed it at the panel, or it lost its power",
         )
     if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
         raise _stop(supply, _wrong_voltage(float(told.volts), reading))

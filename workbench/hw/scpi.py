@@ -18,7 +18,7 @@ __all__ = ["GAP_S", "MAY_SEND", "TERMINATOR", "ScpiSupply"]
 
 TERMINATOR = b"\n"
 GAP_S = 0.02
-NUMBER = re.compile(rb"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
+NUMBER = re.compile(rb"[+-]?\d+\.\d*([eE][+-]?\d+)?")  # with a point: no switch looks like it
 SWITCH = re.compile(rb"0|1|ON|OFF|YES|NO")
 TRUE = (b"1", b"ON", b"YES")
 ANY = re.compile(rb"[\x20-\x7e]*")
@@ -54,10 +54,10 @@ class ScpiSupply(TextSupply):
 
     def _reading(self) -> Reading:
         output = self._output(again=False)
-        volts, amps = self._ask("MEAS:VOLT?"), self._ask("MEAS:CURR?")
-        set_volts, limit = self._ask("VOLT?"), self._ask("CURR?")
+        volts, amps = self._number("MEAS:VOLT?", output), self._number("MEAS:CURR?", output)
+        set_volts, limit = self._number("VOLT?", output), self._number("CURR?", output)
         protection: Protection = "none" if output else self._tripped()  # a trip switches off
-        self._line.ask_who()  # all numbers look alike: one too many ends up here
+        self._line.ask_who()  # an answer too many ends up here
         step = self._model.current_steps_A[0]
         return Reading(
             time_s=self.clock.now(),
@@ -74,6 +74,7 @@ class ScpiSupply(TextSupply):
         for protection, question in self._row.dialect.tripped:
             if self._line.ask(question, SWITCH, again=False) in TRUE:
                 return protection
+            self._line.ask("CURR?", NUMBER, again=False)  # see `_number`
         return "none"
 
     def _apply_voltage(self, volts: Decimal) -> Decimal:
@@ -106,8 +107,18 @@ class ScpiSupply(TextSupply):
     def _output(self, *, again: bool = True) -> bool:
         return self._line.ask("OUTP?", SWITCH, again=again) in TRUE
 
-    def _ask(self, question: str) -> Decimal:
-        return Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
+    def _number(self, question: str, output: bool) -> Decimal:
+        """Ask for a number, and then for the output's switch, which has to be as before.
+
+        Numbers look alike; so that none can stand for another, no two are asked for in a row.
+        """
+        told = Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
+        if self._output(again=False) != output:
+            raise HardwareError(
+                f"{self.name}: OUTP? answered {output:d} and then {not output:d} within one "
+                "reading; somebody is at its front panel, or the line is disturbed"
+            )
+        return told
 
     def _complaint(self) -> str:
         with suppress(HardwareError):

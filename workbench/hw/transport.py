@@ -2,10 +2,11 @@
 
 RTU replies carry no number, so a late one looks like the answer to the next request. Hence: an
 exchange that did not end well leaves the line suspect, and a suspect line is drained until it was
-quiet for two timeouts before it is used again; counts, function codes and echoes are checked;
-successive reads of a block ask for different lengths, so that an answer that comes even later, or
-twice, does not fit; and a lost connection is never reopened in passing, because another device may
-be there now.
+quiet, and then used only once a block of a length of its own was answered: a supply answers in
+order, so whatever came before that was late, however late; counts, function codes and echoes are
+checked; successive reads of a block ask for different lengths, so that an answer that comes twice
+does not fit; and a lost connection is never reopened in passing, because another device may be
+there now.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ NewClient = Callable[
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 DRAIN_ROUNDS = 20
+MARK_ROUNDS = 2
 READ, WRITE = 3, 6  # function codes
 
 EXCEPTIONS = {
@@ -56,6 +58,8 @@ class Transport:
         clock: stamps the wire log.
         wire_log: takes one JSON line per message: sent, received or discarded bytes in hex. When
             it raises, nothing but urgent writes goes out any more; reading goes on.
+        mark: start and length of a block that no other read has the length of; without it a
+            suspect line is drained until it was quiet for two timeouts.
         new_client: makes the pymodbus client, from the connection and what traces its packets.
 
     Raises:
@@ -69,6 +73,7 @@ class Transport:
         writable: frozenset[int],
         clock: Clock,
         wire_log: WireLog,
+        mark: tuple[int, int] | None = None,
         new_client: NewClient = new_client,
     ) -> None:
         self.connection = connection
@@ -76,6 +81,7 @@ class Transport:
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
         self._heard = b""
+        self._mark = mark
         self._suspect = False  # an answer may still be under way
         self._turn = 0  # how many reads with spare registers there were
         self._client = new_client(connection, self._trace)
@@ -187,7 +193,7 @@ class Transport:
             raise self._fault(what, "the connection is lost; reopen it and check who is there")
         try:
             if self._suspect and not urgent:
-                self._drain()
+                self._clear(what)
             self._discard_waiting()
             self._suspect, self._heard = True, b""
             answer = self._logged(ask)
@@ -211,15 +217,34 @@ class Transport:
         finally:
             self._tap.note("received", self._heard)
 
-    def _drain(self) -> None:
-        """Wait until nothing came for two timeouts; `recv` itself waits for one."""
+    def _clear(self, what: str) -> None:
+        """Wait until no answer to an earlier request can come any more."""
+        self._drain(2 if self._mark is None else 1)
+        if self._mark is None:
+            return
+        start, count = self._mark
+        for _ in range(MARK_ROUNDS):
+            self._discard_waiting()
+            self._heard = b""
+            with suppress(ModbusIOException):
+                answer = self._logged(
+                    lambda: self._client.read_holding_registers(
+                        start, count=count, device_id=self.connection.unit
+                    )
+                )
+                if answer.function_code == READ and len(answer.registers) == count:
+                    return
+        raise self._fault(what, f"not sent, as before it {self._diagnose(5 + 2 * count)}")
+
+    def _drain(self, timeouts: int) -> None:
+        """Wait until nothing came for so many timeouts; `recv` itself waits for one."""
         quiet = 0
         for _ in range(DRAIN_ROUNDS):
             late = self._client.recv(None)
             quiet = 0 if late else quiet + 1
             if late:
                 self._tap.note("discarded", late)
-            if quiet == 2:
+            if quiet == timeouts:
                 return
         raise HardwareError(f"{self.connection.address}: the line never falls silent; who sends?")
 

@@ -10,14 +10,14 @@ __all__ = ["CLASS", "DECIMALS", "HANMATEK", "HANMATEK_REGISTERS"]
 
 CLASS, DECIMALS = 19280, 0x0233  # "KP"; V with 2 decimals, A and W with 3
 
-# The three blocks of a reading have lengths of their own, and the last one alternates, so that no
-# late or repeated answer fits where another is awaited.
+# The blocks of a reading and the identity have lengths of their own, so that no late or repeated
+# answer fits where another is awaited.
 HANMATEK_REGISTERS = Registers(
     identity=Block(0x0003, 3),  # spec, class, decimals
     status=(
         Block(0x0001, 5),  # output, protection, and who it is
         Block(0x0010, 4),  # V, A, W high and low
-        Block(0x0030, 2, spare=1),  # V set, A set, then the time of a timed run
+        Block(0x0030, 2),  # V set, A set
     ),
     voltage_set=0x0030,
     current_set=0x0031,

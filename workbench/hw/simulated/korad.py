@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from workbench.hw.clock import Clock
+from workbench.hw.clock import Clock, SystemClock
 from workbench.hw.models import KoradModel
 from workbench.hw.simulated.device import Load, Output, no_load
 from workbench.hw.simulated.text import SimulatedText
@@ -47,6 +47,9 @@ class SimulatedKorad(SimulatedText):
         load: what hangs on the output.
         padding: what stands behind its identity, as on some units.
         stray: what follows the answer to ISET1?, as with some firmware.
+        deaf_s: for how long after a command it hears nothing [s]; by default as the real ones on a
+            clock that runs by itself, and not at all on a simulated one, which stands still while
+            bytes travel.
     """
 
     def __init__(
@@ -57,6 +60,7 @@ class SimulatedKorad(SimulatedText):
         load: Load = no_load,
         padding: bytes = b"",
         stray: bytes = b"",
+        deaf_s: float | None = None,
     ) -> None:
         super().__init__(clock=clock, model=model, load=load)
         if not isinstance(self.model, KoradModel):
@@ -64,6 +68,8 @@ class SimulatedKorad(SimulatedText):
         self._identity = ANSWERS[self.model.name].encode() + padding
         self._stray = stray
         self._armed = {"OVP": False, "OCP": False, "BEEP": True}
+        by_default = DEAF_S if isinstance(clock, SystemClock) else 0.0
+        self._deaf_s = by_default if deaf_s is None else deaf_s
         self._last = -1.0
 
     def at_power_up(self) -> Output:
@@ -75,7 +81,7 @@ class SimulatedKorad(SimulatedText):
         heard: list[str] = []
         for found in COMMAND.finditer(waiting):
             now = self._clock.now()
-            if now - self._last >= DEAF_S:
+            if now - self._last >= self._deaf_s:
                 heard.append(found.group().decode("ascii"))
                 self._last = now
         return heard, b""  # the device takes a pause for the end
