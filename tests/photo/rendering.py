@@ -8,12 +8,13 @@ JPEG is lossy. Only the board's data, not its reading, is shared with the workbe
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import RectBivariateSpline
 
 from workbench.photo.board import BOARDS, Board
 
@@ -22,8 +23,9 @@ __all__ = ["Optics", "Scene", "board_texture", "random_scene", "render", "thesis
 Array = NDArray[np.float64]
 
 TEXTURE_PX_PER_M = 8000
-FINE = 3  # samples a pixel, each way
-MOST_AT_ONCE = 4  # shifts of the board's sub-samples: FINE of them
+FINE = 2  # samples of the paper a pixel, each way
+COVER_FINE = 5  # samples of the strip a pixel, each way
+COARSE_PX = 16  # the paper's place is smooth: found on a grid, a spline between
 WHITE, BLACK, FOOT_LINE = 0.85, 0.06, 0.14  # light that paper and inks return
 thesis_angles = np.array([
     -2.558, 0.01, 0.112, 0.042, 0.094, 0.147, 0.130, 0.217,
@@ -44,8 +46,8 @@ class Optics(NamedTuple):
     """
 
     size: tuple[int, int] = (2000, 1500)
-    focal: float = 2500.0
-    lens: tuple[float, float, float, float, float] = (-0.12, 0.05, 0.0, 0.0, 0.0)
+    focal: float = 4000.0
+    lens: tuple[float, float, float, float, float] = (-0.4, 0.2, 0.0, 0.0, 0.0)
     height: float = 0.0
     aside: tuple[float, float] = (0.05, -0.08)
     roll: float = np.pi / 2
@@ -102,14 +104,12 @@ def random_scene(seed: int, size: tuple[int, int], off: float, **changes: object
     """A scene of the thesis' shape bent `off` [rad, standard deviation] wrong at each joint."""
     rng = np.random.default_rng(seed)
     angles = thesis_angles + np.append(rng.normal(0, off), rng.normal(0, off, 15))
-    lens = (rng.uniform(-0.2, 0.1), rng.uniform(-0.05, 0.1),
-            *rng.normal(0, 2e-4, 2), rng.normal(0, 0.01))  # fmt: skip
-    focal = rng.uniform(1.05, 1.5) * size[0]
-    roll = np.pi / 2 * rng.integers(0, 4) + rng.normal(0, 0.05)
-    upright = rng.integers(0, 2) * 0  # the long side of the picture follows the board's
+    lens = (rng.uniform(-0.5, 0.3), rng.uniform(-0.5, 0.5),
+            *rng.normal(0, 3e-4, 2), rng.normal(0, 0.5))  # fmt: skip
+    focal = rng.uniform(1.6, 2.4) * size[0]
     optics = Optics(
         size, focal, lens, aside=(rng.normal(0, 0.08), rng.normal(0, 0.12)),
-        roll=np.pi / 2 * (1 + 2 * rng.integers(0, 2)) + rng.normal(0, 0.04) + upright + 0 * roll,
+        roll=np.pi / 2 * (1 + 2 * rng.integers(0, 2)) + rng.normal(0, 0.04),
     )  # fmt: skip
     chosen: dict[str, object] = {
         "side": rng.uniform(0.15, 0.7),
@@ -118,10 +118,21 @@ def random_scene(seed: int, size: tuple[int, int], off: float, **changes: object
         "noise": rng.uniform(0.008, 0.03),
         "quality": int(rng.integers(80, 96)),
         "uneven": rng.uniform(0.1, 0.45),
-        "turn": np.radians(8.0 + rng.normal(0, 1.0)),
         "seed": seed,
     }
-    return Scene(angles, optics, **(chosen | changes))  # type: ignore[arg-type]
+    scene = Scene(angles, optics, **(chosen | changes))  # type: ignore[arg-type]
+    return scene if "turn" in changes else replace(scene, turn=roomiest_turn(scene))
+
+
+def roomiest_turn(scene: Scene) -> float:
+    """How a person would lay the strip: turned so that it fits the field best [rad]."""
+    low, high = scene.board.field
+
+    def room(turn: float) -> float:
+        points, _ = centreline(replace(scene, turn=turn))
+        return float(np.min((high - low) - np.ptp(points, axis=0)))
+
+    return max(np.radians(np.arange(0, 180, 1.0)), key=room)
 
 
 def centreline(scene: Scene) -> tuple[Array, Array]:
@@ -244,11 +255,16 @@ def _paper(scene: Scene, camera: Pinhole) -> NDArray[np.float32]:
     columns, rows = scene.optics.size
     texture = board_texture(scene.board, scene.without != "markers")
     total = np.zeros((rows, columns), dtype=np.float32)
-    grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).astype(float)
+    x, y = np.arange(-COARSE_PX, columns + 2 * COARSE_PX, COARSE_PX), np.arange(
+        -COARSE_PX, rows + 2 * COARSE_PX, COARSE_PX
+    )
+    known = camera.ground(np.stack(np.meshgrid(x, y), axis=-1).astype(float))
+    splines = [RectBivariateSpline(y, x, known[..., k]) for k in (0, 1)]
     shifts = (np.arange(FINE) + 0.5) / FINE - 0.5
     for dx in shifts:
         for dy in shifts:
-            place = _unjoined(scene, camera.ground(grid + [dx, dy]))
+            ground = [one(np.arange(rows) + dy, np.arange(columns) + dx) for one in splines]
+            place = _unjoined(scene, np.stack(ground, axis=-1))
             u = place[..., 0] * TEXTURE_PX_PER_M - 0.5
             v = texture.shape[0] - place[..., 1] * TEXTURE_PX_PER_M - 0.5
             total += cv2.remap(
@@ -321,7 +337,7 @@ def _painted(
     half = len(outline) // 2
     seen = camera.pixels(outline)
     one, other = seen[:half], seen[half:][::-1]
-    fine = 8
+    fine = COVER_FINE
     box_low = np.maximum(np.floor(seen.min(axis=0)).astype(int) - 2, 0)
     box_high = np.minimum(np.ceil(seen.max(axis=0)).astype(int) + 3, [columns, rows])
     wide, tall = box_high - box_low

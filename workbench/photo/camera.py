@@ -1,7 +1,7 @@
 """From pixels to the board's plane: a homography and the lens' distortion, fitted together.
 
-A pixel at undistorted place u from the picture's centre, in half diagonals, is seen at
-u (1 + k1 |u|^2 + k2 |u|^4). Both come from the corners of the one photograph.
+The lens is Brown's: u, in half diagonals from the picture's centre, is seen at
+u (1 + k1 |u|^2 + k2 |u|^4) + |u|^2 p + 2 u (u p). All come from the corners of the one photograph.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ Array = NDArray[np.float64]
 _WORST_FIT_M = 0.00025  # rms on the paper; more, and no smooth lens explains the corners
 _OUTLIER = 5.0  # robust deviations
 _USUAL_FOCAL = 1.25  # half diagonals: a telephone's main camera, 26 mm on 36 x 24 mm film
-_FOCAL_SPREAD = 0.3  # of its logarithm
+_FOCAL_SPREAD = 0.5  # of its logarithm
+_FOCALS = np.geomspace(0.4, 12.0, 200)
+_HEIGHT_SPREAD = 0.1  # of its logarithm, when it is told by the strip's own scale
 _SKEW = 0.004  # how far a fitted homography is from that of square pixels
 _ROUNDS = 12
-_LENS = slice(8, 10)  # of the parameters: k1, k2
-_STRAIGHT = np.zeros(2)
+_LENS = slice(8, 12)  # of the parameters: k1, k2 and the two of p
+_STRAIGHT = np.zeros(4)
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,8 @@ class Camera:
     """How the board's plane appears in one photograph.
 
     Args:
-        numbers: (p,) eight of the homography from board to picture, k1, k2, and for each further
-            sheet its shift (2,) [m] and turn [rad] against the first.
+        numbers: (p,) eight of the homography from board to picture, k1, k2, the two of p, and for
+            each further sheet its shift (2,) [m] and turn [rad] against the first.
         covariance: (p, p) of them.
         centre: (2,) of the picture [pixel].
         half_diagonal: of the picture [pixel].
@@ -76,24 +78,36 @@ class Camera:
     def to_pixels(self, places: Array) -> Array:
         """Return where points of the board, (..., 2) [m], are seen, (..., 2) [pixel]."""
         flat = _projected(self.homography, (places - self.origin) / self.reach)
-        return self.centre + self.half_diagonal * flat * _stretch(flat, self.numbers[_LENS])
+        return self.centre + self.half_diagonal * _bent(flat, self.numbers[_LENS])
 
     def to_board(self, pixels: Array) -> Array:
         """Return the points of the board, (..., 2) [m], seen at pixels (..., 2)."""
         seen = (pixels - self.centre) / self.half_diagonal
         flat = seen
         for _ in range(_ROUNDS):
-            flat = seen / _stretch(flat, self.numbers[_LENS])
+            flat = flat + seen - _bent(flat, self.numbers[_LENS])
         return self.origin + self.reach * _projected(np.linalg.inv(self.homography), flat)
 
-    def viewpoint(self) -> Viewpoint:
+    def viewpoint(self, height: float | None = None) -> Viewpoint:
         """Return where the camera stood, if its pixels are square and its centre the picture's.
 
-        A single plane seen squarely does not tell the focal length, so an everyday one is assumed
-        as far as the photograph leaves it open. That bears on the height alone.
+        A plane seen squarely does not tell the focal length; so a height that is known from
+        something else decides, and without one an everyday focal length is assumed.
+
+        Args:
+            height: of the camera above the board [m].
         """
-        trial = np.geomspace(0.4, 6.0, 200)
-        focal = trial[np.argmin([_unlikely(self.homography, one) for one in trial])]
+        trial = [self._seen_from(focal) for focal in _FOCALS]
+        doubt = [_unlikely(self.homography, focal) for focal in _FOCALS]
+        if height is not None:
+            doubt = [
+                one + (np.log(view.height / height) / _HEIGHT_SPREAD) ** 2
+                for one, view in zip(doubt, trial, strict=True)
+            ]
+        return trial[int(np.argmin(doubt))]
+
+    def _seen_from(self, focal: float) -> Viewpoint:
+        """Return the viewpoint for a focal length [half diagonals]."""
         turned = np.diag([1 / focal, 1 / focal, 1.0]) @ self.homography
         turned /= np.sqrt(np.linalg.norm(turned[:, 0]) * np.linalg.norm(turned[:, 1]))
         across, along, shift = turned.T
@@ -140,6 +154,7 @@ def calibrate(
             )[kept].ravel(),
             numbers,
             x_scale="jac",
+            method="lm",
         )
         numbers = solution.x
         pixels = blank.changed(numbers).to_pixels(_joined(places, sheets, numbers, board))
@@ -170,7 +185,7 @@ def _joined(places: Array, sheets: NDArray[np.int_], numbers: Array, board: Boar
     """Return the corners as the sheets were joined, (n, 2) [m]."""
     joined = places.copy()
     for sheet in range(1, board.sheets):
-        dx, dy, turn = numbers[10 + 3 * (sheet - 1) :][:3]
+        dx, dy, turn = numbers[_LENS.stop + 3 * (sheet - 1) :][:3]
         own = sheets == sheet
         pivot = np.array([board.size[0] / 2, sheet * board.rows_a_sheet * board.square])
         spun = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
@@ -195,9 +210,11 @@ def _projected(matrix: Array, places: Array) -> Array:
     return mapped[..., :2] / mapped[..., 2:]
 
 
-def _stretch(flat: Array, lens: Array) -> Array:
+def _bent(flat: Array, lens: Array) -> Array:
+    """Return where the lens puts undistorted places, (..., 2) [half diagonals]."""
     square = np.sum(flat**2, axis=-1, keepdims=True)
-    return 1 + lens[0] * square + lens[1] * square**2
+    stretch = 1 + lens[0] * square + lens[1] * square**2
+    return flat * (stretch + 2 * (flat @ lens[2:])[..., None]) + square * lens[2:]
 
 
 def _unlikely(homography: Array, focal: float) -> float:

@@ -7,8 +7,12 @@ and the centreline is fitted.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation, percentile_filter
+from scipy.special import ndtri
 
 from workbench.errors import InputError
 from workbench.photo.fit import Points
@@ -21,11 +25,35 @@ Array = NDArray[np.float64]
 
 _STATION_M = 0.0005
 _STEP_M = 0.00005
-_REACH_M = 0.005  # beyond the contour
+_REACH_M = 0.0025  # beyond a thickness from the middle: markers may lie close to the strip
 _HALF = 0.5  # of the way from field to strip, where the contour lies
+_END_REACH_M = 0.007  # either way, in which an end is sought
+_AROUND_M = 0.2  # along the strip, over which its light is compared
+_USUAL = 30  # percentile of it
+_FLANK = 0.3, 0.6  # of the usual light: two levels below saturation
+_GLARE_DOUBT = 5.0
+_GLARE = 1.4  # of the usual light
+_DIM = 0.2
+_SATURATED = 0.97  # of what the sensor can tell
+_BELOW_SATURATED = 0.9
+_HALO_M = 0.003  # along the strip, around glare
 _END_NOISE_M = 0.0003
-_WIDEST_BLUR = 1.2  # thicknesses, from a tenth to nine tenths of the way up
-_MOST_GAPS = 0.3
+_WIDEST_BLUR = 0.5  # thicknesses, standard deviation
+_MOST_GAPS = 0.5
+
+
+class _Contour(NamedTuple):
+    """A contour as seen.
+
+    Args:
+        offset: (n,) how far out it lies [m]; NaN where it is not seen.
+        blur: (n,) standard deviation of its rise [m].
+        doubt: (n,) how much less sure than usual it is.
+    """
+
+    offset: Array
+    blur: Array
+    doubt: Array
 
 
 def refined_points(
@@ -46,26 +74,27 @@ def refined_points(
     middle, normal = arcs.points_at(along), arcs.normals_at(along)
     outward = np.sum((middle - view.below()[0]) * normal, axis=1)
     side = np.where(outward >= 0, 1.0, -1.0)
-    found, rise = _contour(view, middle, side[:, None] * normal, thickness[0])
-    seen = np.isfinite(found)
+    found = _contour(view, middle, side[:, None] * normal, thickness[0])
+    seen = np.isfinite(found.offset)
     if seen.mean() < 1 - _MOST_GAPS:
         raise InputError(
             f"{view.name}: {1 - seen.mean():.0%} of the strip's contour cannot be seen; light it "
             "evenly from above, or put a coloured tape on its edge (--tape)"
         )
-    if np.median(rise[seen]) > _WIDEST_BLUR * thickness[0]:
+    blur = float(np.nanmedian(found.blur))
+    if not blur < _WIDEST_BLUR * thickness[0]:
         raise InputError(
-            f"{view.name}: blurred, the strip's edge spreads over {1000 * np.median(rise[seen]):.1f}"
-            " mm; hold the camera still and focus on the strip"
+            f"{view.name}: blurred, the strip's edge spreads by {1000 * blur:.1f} mm; hold the "
+            "camera still and focus on the strip"
         )
-    places = middle + (side * found)[:, None] * normal
+    places = middle + (side * found.offset)[:, None] * normal
     ends, noise = _ends(view, arcs, thickness[0], width)
     half = thickness[0] / 2, thickness[1] / 2
-    return Points(places[seen], side[seen], ends, noise, half)
+    return Points(places[seen], side[seen], ends, noise, half, found.doubt[seen])
 
 
-def _contour(view: View, middle: Array, out: Array, thickness: float) -> tuple[Array, Array]:
-    """Return how far out the contour lies from each middle, and how wide its rise is, (n,) [m]."""
+def _contour(view: View, middle: Array, out: Array, thickness: float) -> _Contour:
+    """Return the contour from middles (n, 2) along unit vectors (n, 2)."""
     offsets = np.arange(thickness + _REACH_M, -thickness - _REACH_M, -_STEP_M)
     strength = view.at(middle[:, None] + offsets[:, None] * out[:, None]).astype(float)
     ground = np.median(strength[:, offsets > thickness], axis=1)
@@ -73,11 +102,39 @@ def _contour(view: View, middle: Array, out: Array, thickness: float) -> tuple[A
     first = _crossing(above, _HALF * above.max(axis=1))
     inside = first + round(0.5 * thickness / _STEP_M)
     top = np.take_along_axis(above, np.clip(inside, 0, len(offsets) - 1)[:, None], 1)[:, 0]
-    usual = float(np.median(top))
+    usual = percentile_filter(top, _USUAL, size=round(_AROUND_M / _STATION_M), mode="nearest")
+    glaring = (top > _GLARE * usual) | ((top > _SATURATED) & (usual < _BELOW_SATURATED))
+    glaring = binary_dilation(glaring, iterations=round(_HALO_M / _STATION_M))
     place = _between(above, offsets, _HALF * top)
-    rise = _between(above, offsets, 0.1 * top) - _between(above, offsets, 0.9 * top)
-    dim = top < 0.2 * usual
-    return np.where(dim, np.nan, place), rise
+    low, high = (_between(above, offsets, share * usual) for share in _FLANK)
+    rise = (low - high) / _flank(1.0)[0]
+    if glaring.any() and not glaring.all():
+        place[glaring] = _below_glare(low, high, float(np.nanmedian(rise[~glaring])))[glaring]
+    place[top < _DIM * usual] = np.nan
+    return _Contour(place, rise, np.where(glaring, _GLARE_DOUBT, 1.0))
+
+
+def _below_glare(low: Array, high: Array, blur: float) -> Array:
+    """Return the contour where light overflows: half of it then lies outside the contour.
+
+    The flank of a step of height h, blurred by a normal distribution, is known where it passes two
+    levels below saturation; the steeper it is, the higher the step.
+
+    Args:
+        low: (n,) where it passes the lower level [m].
+        high: (n,) where it passes the higher [m].
+        blur: standard deviation where nothing glares [m].
+    """
+    heights = np.geomspace(30.0, 1.0, 200)
+    widths, offsets = np.array([_flank(h) for h in heights]).T
+    height = np.interp((low - high) / blur, widths, heights)
+    return low - blur * np.interp(-height, -heights, offsets)
+
+
+def _flank(height: float) -> tuple[float, float]:
+    """Return a blurred step's way between both levels and the lower's from the step [blurs]."""
+    low, high = (float(ndtri(1 - share / height)) for share in _FLANK)
+    return low - high, low
 
 
 def _crossing(above: Array, level: Array) -> NDArray[np.intp]:
@@ -105,13 +162,29 @@ def _ends(view: View, arcs: Arcs, thickness: float, width: float) -> tuple[Array
     at = np.array([0.0, arcs.length])
     out = arcs.tangents_at(at) * np.array([[-1.0], [1.0]])
     ends = arcs.points_at(at)
-    across = np.linspace(-0.25, 0.25, 5)[:, None] * thickness
     found = np.array([
-        np.nanmedian(_contour(view, end + across * normal, np.tile(way, (5, 1)), 0.004)[0])
+        _last_seen(view, end, way, normal * thickness)
         for end, way, normal in zip(ends, out, arcs.normals_at(at), strict=True)
     ])  # fmt: skip
-    below, height = view.below()
     facing = -np.sum((ends - below) * out, axis=1) * width / height
     noise = np.hypot(_END_NOISE_M, np.maximum(facing, 0.0))
     lost = ~np.isfinite(found)
     return ends + np.where(lost, 0.0, found)[:, None] * out, np.where(lost, 0.01, noise)
+
+
+def _last_seen(view: View, end: Array, way: Array, across: Array) -> float:
+    """Return how far beyond an end the strip ends, on its way from inside out [m]; NaN if unseen.
+
+    Args:
+        view: of the photograph.
+        end: (2,) of the strip as known so far.
+        way: (2,) unit vector out of it.
+        across: (2,) its thickness as a vector.
+    """
+    offsets = np.arange(-_END_REACH_M, _END_REACH_M, _STEP_M)
+    lines = end + np.linspace(-0.2, 0.2, 5)[:, None, None] * across + offsets[:, None] * way
+    strength = np.median(view.at(lines), axis=0).astype(float)
+    ground = float(np.percentile(strength, 5))
+    top = float(np.median(strength[offsets < -_END_REACH_M / 2])) - ground
+    below = (strength - ground < _HALF * top) & (offsets > -_END_REACH_M / 2)
+    return float(offsets[np.argmax(below)]) if below.any() else np.nan

@@ -22,10 +22,12 @@ Array = NDArray[np.float64]
 _BEND_PRIOR_RAD = np.radians(20.0)  # about the target: tells only where the strip is not seen
 _SCALE_PRIOR = 0.1
 _LEAST_NOISE_M = 1e-5
-_OUTLIER = 4.5  # robust deviations
+_FIRST_NOISE_M = 1e-3
+_MAD = 1.4826  # of a median absolute deviation to a normal one
+_CAUCHY = 2.385  # deviations beyond which a point counts less (95 % efficient, Holland 1977)
 _LAG_M = 0.020  # over which residuals are still taken as one disturbance
-_PERPENDICULARS = 3
-_ROUNDS = 3
+_PERPENDICULARS = 2
+_ROUNDS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,7 @@ class Points:
         ends: (2, 2) root and tip.
         end_noise: (2,) standard deviation of where they are along the strip [m].
         half_thickness: as seen, prior mean and standard deviation [m].
+        doubt: (n,) or one for all: how much less sure than the usual point each is.
     """
 
     places: Array
@@ -46,6 +49,7 @@ class Points:
     ends: Array
     end_noise: Array
     half_thickness: tuple[float, float] = (0.0, 1e-6)
+    doubt: Array | float = 1.0
 
     def mirrored(self) -> Points:
         """Return it seen from the other side, x to -x."""
@@ -60,6 +64,7 @@ class Points:
             self,
             places=self.places[::-1],
             sides=-self.sides[::-1],
+            doubt=self.doubt[::-1] if isinstance(self.doubt, np.ndarray) else self.doubt,
             ends=self.ends[::-1],
             end_noise=self.end_noise[::-1],
         )
@@ -76,7 +81,6 @@ class StripFit:
         length: of the strip itself [m].
         noise: standard deviation of a point across the strip [m].
         likeness: how many neighbouring points err alike, at least 1.
-        kept: (n,) points that were used.
         influence: (20, n) what a metre of each point across the strip changes.
         normals: (n, 2) across the strip at each point.
     """
@@ -86,7 +90,6 @@ class StripFit:
     length: float
     noise: float
     likeness: float
-    kept: NDArray[np.bool_]
     influence: Array
     normals: Array
 
@@ -116,30 +119,29 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
         target: (15,) bends that it should have [rad], a weak prior.
     """
     problem = _Problem(points, length, target, start)
-    kept = np.ones(len(points.places), dtype=bool)
-    numbers, noise = start, 1e-3
+    numbers, noise, trust = start, _FIRST_NOISE_M, np.ones(len(points.places))
+    weights, across = trust / noise, np.zeros(len(trust))
     for _ in range(_ROUNDS):
         solution = least_squares(
-            lambda trial, kept=kept, noise=noise: problem.residuals(trial, kept, noise),
+            lambda trial, weights=weights: problem.residuals(trial, weights),
             numbers,
             x_scale=problem.typical,
+            method="lm",  # the default decomposes far more than this needs
         )
         numbers = solution.x
-        across = problem.across(numbers)
-        spread = 1.4826 * float(np.median(np.abs(across[kept] - np.median(across[kept]))))
-        noise = max(spread, _LEAST_NOISE_M)
-        kept = np.abs(across) < _OUTLIER * noise
-    noise = max(float(np.sqrt(np.mean(across[kept] ** 2))), _LEAST_NOISE_M)
-    likeness = _likeness(across[kept], scaled_length(numbers, length) / max(kept.sum(), 1))
-    seen = kept.sum() / likeness
-    noise_free = noise * np.sqrt(seen / max(seen - len(numbers), 1.0))
-    weight = noise_free * np.sqrt(likeness)
-    jacobian = problem.jacobian(numbers, kept, weight)
+        across = problem.across(numbers) / points.doubt
+        noise = max(_MAD * float(np.median(np.abs(across))), _LEAST_NOISE_M)
+        trust = 1 / np.sqrt(1 + (across / (_CAUCHY * noise)) ** 2)
+        weights = trust / (noise * points.doubt)
+    likeness = _likeness(trust * across, scaled_length(numbers, length) / len(across))
+    seen = float(np.sum((trust / points.doubt) ** 2)) / likeness
+    wide = np.sqrt(likeness * seen / max(seen - len(numbers), 1.0))
+    jacobian = problem.jacobian(numbers, weights / wide)
     covariance = np.linalg.inv(jacobian.T @ jacobian)
-    influence = np.zeros((len(numbers), len(kept)))
-    influence[:, kept] = covariance @ jacobian[: kept.sum()].T / weight
+    count = len(across)
+    influence = covariance @ jacobian[:count].T * (weights / wide)
     normals = _arcs(numbers, length).normals_at(problem.distances)
-    return StripFit(numbers, covariance, length, noise, likeness, kept, influence, normals)
+    return StripFit(numbers, covariance, length, noise, likeness, influence, normals)
 
 
 def scaled_length(numbers: Array, length: float) -> float:
@@ -177,8 +179,8 @@ class _Problem:
         gap = self.points.places - arcs.points_at(along)
         return np.sum(gap * arcs.normals_at(along), axis=-1) - self.points.sides * numbers[19]
 
-    def residuals(self, numbers: Array, kept: NDArray[np.bool_], noise: float) -> Array:
-        """Return points, ends and priors."""
+    def residuals(self, numbers: Array, weights: Array) -> Array:
+        """Return points, ends and priors; weights of the points are (n,) [1/m]."""
         arcs = _arcs(numbers, self.length)
         ends = np.array([0.0, arcs.length])
         gap = self.points.ends - arcs.points_at(ends)
@@ -186,15 +188,15 @@ class _Problem:
         half, unsure = self.points.half_thickness
         bends = (numbers[3:18] - self.target) / _BEND_PRIOR_RAD
         priors = [numbers[18] / _SCALE_PRIOR, (numbers[19] - half) / unsure]
-        return np.concatenate([self.across(numbers)[kept] / noise, beyond, bends, priors])
+        return np.concatenate([self.across(numbers) * weights, beyond, bends, priors])
 
-    def jacobian(self, numbers: Array, kept: NDArray[np.bool_], noise: float) -> Array:
+    def jacobian(self, numbers: Array, weights: Array) -> Array:
         """Return the derivatives of the residuals by central differences."""
         columns = []
         for k, step in enumerate(1e-4 * self.typical):
             change = np.zeros(len(numbers))
             change[k] = step
-            ahead, behind = (self.residuals(numbers + s * change, kept, noise) for s in (1, -1))
+            ahead, behind = (self.residuals(numbers + s * change, weights) for s in (1, -1))
             columns.append((ahead - behind) / (2 * step))
         return np.column_stack(columns)
 

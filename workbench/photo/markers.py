@@ -20,6 +20,8 @@ _FEWEST_CORNERS = 40
 _LEAST_SPREAD = 0.7  # of the pattern's area, that the corners seen must span
 _RANSAC_M = 0.004  # on the paper, for a lens that is not straightened yet
 _LEAST_FITTING = 0.7  # of the markers must lie as on the board
+_NEIGHBOURS = 4  # markers that say where a corner is sought
+_NEAR = 6.0  # squares, to the nearest of them
 _WINDOW = 0.3  # of a square, half the side of what a corner is found in
 _FARTHEST = 0.25  # of a square, from where its neighbours say that it is
 _SHARP = 0.08  # of the contrast from one pixel to the next, at a sharp photograph's edges
@@ -67,7 +69,9 @@ def _markers(grey: NDArray[np.uint8]) -> tuple[NDArray[np.int_], Array]:
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
     settings = cv2.aruco.DetectorParameters()
     settings.adaptiveThreshWinSizeMax = 43
+    settings.adaptiveThreshWinSizeStep = 6
     settings.minMarkerPerimeterRate = 0.005
+    settings.perspectiveRemoveIgnoredMarginPerCell = 0.3
     found, numbers, _ = cv2.aruco.ArucoDetector(dictionary, settings).detectMarkers(grey)
     if numbers is None:
         return np.empty(0, dtype=int), np.empty((0, 4, 2))
@@ -143,24 +147,14 @@ def _consistent(
 def _refined(
     board: Board, grey: NDArray[np.uint8], numbers: NDArray[np.int_], seen: Array
 ) -> Corners:
-    """Return the corners between two markers that are seen, to a fraction of a pixel."""
+    """Return the corners with markers nearby, to a fraction of a pixel."""
     cv2 = opencv()
-    by_square = {
-        (int(column), int(row)): k for k, (column, row) in enumerate(board.marked[numbers])
-    }
     places = board.marker_corners()[numbers]
-    number, guess, side = [], [], []
-    for k, (column, row) in enumerate(np.rint(board.corners / board.square).astype(int)):
-        around = [
-            by_square.get((int(column + c), int(row + r))) for c in (-1, 0) for r in (-1, 0)
-        ]
-        both = [m for m in around if m is not None]
-        if len(both) == 2:
-            number.append(k)
-            guess.append(_beside(places[both], seen[both], board.corners[k]))
-            side.append(np.linalg.norm(seen[both][:, 0] - seen[both][:, 1], axis=1).min())
-    if not number:
-        return Corners(board, np.empty(0, dtype=int), np.empty((0, 2)))
+    away = np.linalg.norm(board.corners[:, None] - places.mean(axis=1)[None], axis=-1)
+    near = np.argsort(away, axis=1)[:, :_NEIGHBOURS]
+    number = np.flatnonzero(away.min(axis=1) < _NEAR * board.square)
+    guess = [_beside(places[near[k]], seen[near[k]], board.corners[k]) for k in number]
+    side = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1)
     square = float(np.median(side)) * board.square / board.marker
     window = max(2, round(_WINDOW * square))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
@@ -168,7 +162,7 @@ def _refined(
     found = cv2.cornerSubPix(grey, start.copy(), (window, window), (-1, -1), stop)
     moved = np.linalg.norm((found - start).reshape(-1, 2), axis=1)
     kept = moved < _FARTHEST * square
-    return Corners(board, np.array(number)[kept], found.reshape(-1, 2)[kept].astype(float))
+    return Corners(board, number[kept], found.reshape(-1, 2)[kept].astype(float))
 
 
 def _beside(places: Array, seen: Array, corner: Array) -> Array:

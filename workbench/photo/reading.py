@@ -31,8 +31,10 @@ FOOT_SPREAD_RAD = np.radians(1.0)
 _USUAL_THICKNESS_M = 0.002, 0.0007  # where the shape file does not say: guess and its spread
 _USUAL_WIDTH_M = 0.016
 _THICKNESS_SPREAD_M = 0.00015
+_LEAST_SCALE = 1.003  # below, how much larger the strip appears tells no height
 _REFINEMENTS = 3
 _ROUGH_NOISE_M = 0.001
+_ROUGH_POINTS = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,7 @@ def read_photo(
     fit = fit_strip(rough, target.length, start, goal[1:])
     points = rough
     for _ in range(_REFINEMENTS):
+        view = replace(view, height=_height(target, fit))
         points = refined_points(
             view, fit.arcs, _apparent_thickness(target, fit), target.width or _USUAL_WIDTH_M
         )
@@ -107,7 +110,7 @@ def read_photo(
         "board_residual_mm": 1000 * camera.residual,
         "edge_noise_mm": 1000 * fit.noise,
         "scale": fit.scale,
-        "camera_height_mm": 1000 * camera.viewpoint().height,
+        "camera_height_mm": 1000 * view.below()[1],
         "mirrored": float(mirrored),
     }
     source = f"photograph {path.name}, SHA-256 {digest}"
@@ -168,15 +171,21 @@ def _seen(
 
 def _rough(path: Array) -> Points:
     """Return a rough path as points of the centreline."""
-    return Points(
-        path, np.zeros(len(path)), path[[0, -1]], np.full(2, 2 * _ROUGH_NOISE_M)
-    )
+    sparse = path[:: max(1, len(path) // _ROUGH_POINTS)]
+    return Points(sparse, np.zeros(len(sparse)), path[[0, -1]], np.full(2, 2 * _ROUGH_NOISE_M))
 
 
 def _apparent_thickness(target: ShapeFile, fit: StripFit) -> tuple[float, float]:
     if target.thickness is None:
         return _USUAL_THICKNESS_M
     return target.thickness * fit.scale, _THICKNESS_SPREAD_M
+
+
+def _height(target: ShapeFile, fit: StripFit) -> float | None:
+    """Return how high the camera hung by how much larger the strip's edge appears [m]."""
+    if fit.scale <= _LEAST_SCALE:
+        return None
+    return (target.width or _USUAL_WIDTH_M) * fit.scale / (fit.scale - 1)
 
 
 def _by_camera(view: View, points: Points, fit: StripFit) -> Array:

@@ -55,6 +55,7 @@ class View:
         board: on which the strip lies.
         side: -1 where the board's x is turned round, so that a strip that lies on its other edge
             has its drawn shape, else 1.
+        height: of the camera above the board, where something tells it [m].
     """
 
     name: str
@@ -62,6 +63,7 @@ class View:
     camera: Camera
     board: Board
     side: float = 1.0
+    height: float | None = None
 
     def at(self, places: Array) -> Picture:
         """Return the strength at points of the board, (n, m, 2) [m] to (n, m)."""
@@ -71,7 +73,7 @@ class View:
 
     def below(self) -> tuple[Array, float]:
         """Return the point straight below the camera, (2,) [m], and the camera's height [m]."""
-        viewpoint = self.camera.viewpoint()
+        viewpoint = self.camera.viewpoint(self.height)
         return viewpoint.below * [self.side, 1.0], viewpoint.height
 
     def shifts(self, places: Array) -> Array:
@@ -132,12 +134,18 @@ def find_path(view: View, length: float) -> Array:
         raise _not_found(view.name)
     spans = np.hypot(stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT])
     largest = 1 + int(np.argmax(spans))
+    left, top, wide, tall = stats[largest, :4]
+    free = min(left, top, columns - left - wide, rows - top - tall)
     one = (labels == largest).astype(np.uint8)
     path = _longest_path(cv2.ximgproc.thinning(255 * one)) / fine + low
     seen = float(np.sum(np.linalg.norm(np.diff(path[::5], axis=0), axis=1)))
     if seen < length / 4:
         raise _not_found(view.name)
-    _require_inside(view.name, path, low, high)
+    if free <= round(_RIM_M * fine):
+        raise InputError(
+            f"{view.name}: the strip is cut off at the field's border; lay all of it on the dark "
+            "field, on the board's foot line if it is long, and photograph it from farther away"
+        )
     if not _SHORTEST * length < seen < _LONGEST * length:
         raise InputError(
             f"{view.name}: {1000 * seen:.0f} mm of strip are seen, {1000 * length:.0f} mm are "
@@ -201,14 +209,6 @@ def _longest_path(skeleton: NDArray[np.uint8]) -> Array:
 
 def _farthest(distance: Array) -> int:
     return int(np.argmax(np.where(np.isfinite(distance), distance, -1.0)))
-
-
-def _require_inside(name: str, path: Array, low: Array, high: Array) -> None:
-    close = np.minimum(path[[0, -1]] - low, high - path[[0, -1]]).min()
-    if close < 0.003:
-        raise InputError(
-            f"{name}: the strip is cut off at the field's border; lay all of it on the dark field"
-        )
 
 
 def _not_found(name: str) -> InputError:
