@@ -1,7 +1,7 @@
 """Templates at 1:1: the sheet that a strip is bent against.
 
-`strip` is what is shown, and refuses what cannot be bent; `free` takes the load off shapes that list
-the standing robot. `drawing` makes one drawing of it in mm (`figure` holds its parts, `labels`
+`strip` is what is shown, and refuses what cannot be bent; `free` takes the load off shapes that
+list the standing robot. `drawing` makes one drawing of it in mm (`figure` holds its parts, `labels`
 places its texts), `tiles` spreads that over the fewest pages of a `paper`, and a `sheet` is all of
 it. Three writers draw the same: `pages` (PDF, with `canvas` and the `block` at the bottom), `svg`
 and `dxf`. Nothing here reads photographs. A new line on the sheet is a path of `drawing`, with its

@@ -9,8 +9,9 @@ from reportlab.pdfgen.canvas import Canvas
 from workbench.shape import bend_radii
 from workbench.template.canvas import BLACK, FRAME, NO_COMPENSATION, Pen, set_pen, write_text
 from workbench.template.figure import Layer
-from workbench.template.paper import BAR_STRIP_MM, MARGIN_MM, TITLE_MM
+from workbench.template.paper import BAR_MM, MARGIN_MM
 from workbench.template.sheet import Sheet
+from workbench.template.strip import Strip
 from workbench.template.tiles import Tile
 
 __all__ = ["draw_block", "qr_text"]
@@ -19,7 +20,8 @@ _QR_MM = 25.0  # with its quiet zone
 _QUIET = 4  # modules around a QR code
 _MAP_MM = (30.0, 25.0)  # width and height of the page map
 _GAP_MM = 3.0
-_LINE_MM = 3.25
+_LINE_MM = 3.0
+_WIDEST_MM = 200.0
 _TITLE_SIZE_MM, _TEXT_SIZE_MM = 3.6, 2.2
 _FILLED = Pen(0.12, (0.82, 0.82, 0.82))
 
@@ -32,21 +34,13 @@ def qr_text(sheet: Sheet) -> str:
 def draw_block(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
     """Draw QR code, title block and page map of a page."""
     _draw_qr(canvas, qr_text(sheet), MARGIN_MM, MARGIN_MM)
-    right = sheet.layout.paper.width - MARGIN_MM
-    room = min(right - MARGIN_MM, 210.0)
+    paper = sheet.layout.paper
+    room = paper.width - 2 * MARGIN_MM - (BAR_MM + 2 * _GAP_MM if paper.wide else 0.0)
+    room = min(room, _WIDEST_MM)
     left = MARGIN_MM + _QR_MM + _GAP_MM
     words = room - _QR_MM - _MAP_MM[0] - 2 * _GAP_MM
     _write_title(canvas, sheet, tile, left, words)
     _draw_map(canvas, sheet, tile, left + words + _GAP_MM, MARGIN_MM)
-    _tell_next_step(canvas, right)
-
-
-def _tell_next_step(canvas: Canvas, right: float) -> None:
-    x = MARGIN_MM + BAR_STRIP_MM + 103.0
-    y = MARGIN_MM + TITLE_MM - 6.0
-    room = right - x
-    write_text(canvas, x, y + 1.2, "print at 100 %, never fitted to the page; then", room=room)
-    write_text(canvas, x, y - 2.0, "workbench template confirm FILE --h .. --v ..", room=room)
 
 
 def _draw_qr(canvas: Canvas, text: str, x: float, y: float) -> None:
@@ -76,22 +70,25 @@ def _lines(sheet: Sheet) -> list[str]:
     """Return what the title block says below the name."""
     strip, layout = sheet.strip, sheet.layout
     radius = float(bend_radii(strip.angles, strip.length).min())
-    state = "as its file lists them" if strip.model is None else f"by model {strip.model!r}"
-    listed = "unloaded" if strip.model is None else "loaded (standing robot)"
-    side = "MIRRORED, seen from the robot's left" if sheet.mirror else "seen from the robot's right"
+    side = "MIRRORED: seen from the robot's left" if sheet.mirror else "seen from the robot's right"
     turned = f", turned by {layout.turn_deg:g}° to save paper" if layout.turn_deg else ""
     return [
         f"shape {strip.short_hash}  |  {sheet.day.isoformat()}  |  {layout.paper.name}  |  "
         f"strip {1000 * strip.thickness:g} mm thick, {1000 * strip.length:.2f} mm long",
-        f"shape file: {listed}; angles here: free strip, {state}",
-        "released shape: CHECK UNLOADED, the strip lying free",
+        f"RELEASED SHAPE, check unloaded: {_state(strip)}",
         f"{side}{turned}",
-        "solid: equal-length arcs, the bend of station k spread over half an increment either side; "
-        "dashed: polyline of the model",
-        f"least radius {1000 * radius:.0f} mm, {radius / strip.thickness:.0f} x thickness: neutral "
-        "axis in the middle, no bend allowance",
+        "solid: equal-length arcs, bend k spread half an increment to either side",
+        "of station k, length and mid-increment tangents kept; dashed: the model's polyline",
+        f"least R {1000 * radius:.0f} mm = {radius / strip.thickness:.0f} x thickness: "
+        "neutral axis in the middle, no bend allowance",
         _compensation(sheet),
-    ]  # fmt: skip
+    ]
+
+
+def _state(strip: Strip) -> str:
+    if strip.model is None:
+        return "the shape file lists the free strip"
+    return f"the file lists the standing robot (loaded), freed by model {strip.model}"
 
 
 def _compensation(sheet: Sheet) -> str:
@@ -121,8 +118,8 @@ def _draw_map(canvas: Canvas, sheet: Sheet, tile: Tile, x: float, y: float) -> N
     _draw_strip_small(canvas, sheet, low, scale)
     set_pen(canvas, BLACK)
     for other in tiles:
-        at = scale * (other.low + (other.high - other.low) * 0.5 - low)
-        write_text(canvas, float(at[0]), float(at[1]) - 0.9, str(other.number), anchor="middle")
+        at = scale * (other.low - low) + 0.8  # the lower left corner is no neighbour's
+        write_text(canvas, float(at[0]), float(at[1]), str(other.number), bold=True)
     canvas.restoreState()
 
 

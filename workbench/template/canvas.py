@@ -14,7 +14,7 @@ from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
 from workbench.template.figure import Anchor
-from workbench.template.paper import BAR_MM, BAR_STRIP_MM, MARGIN_MM, TITLE_MM, Paper
+from workbench.template.paper import BAR_MM, BAR_STRIP_MM, MARGIN_MM, Paper
 
 __all__ = [
     "BLACK",
@@ -30,6 +30,7 @@ __all__ = [
 ]
 
 FONT, BOLD = "Vera", "VeraBd"  # come with reportlab; embedded, so that every printer has them
+_THEN = ("print at 100 %, never fitted to the page; then", "template confirm FILE --h .. --v ..")
 _TICK_MM = 2.0  # half of a check bar's end tick
 _MINOR_MM = 10.0  # between a check bar's minor ticks
 
@@ -64,6 +65,7 @@ class Pen(NamedTuple):
 
 
 BLACK = Pen(0.2)
+_BAR = Pen(0.25)
 FRAME = Pen(0.12, (0.45, 0.45, 0.45))
 
 
@@ -149,20 +151,31 @@ def write_text(
     canvas.restoreState()
 
 
-def draw_check_bars(canvas: Canvas) -> None:
-    """Draw a bar along each axis of the page, with the words to measure it."""
+def draw_check_bars(canvas: Canvas, paper: Paper) -> None:
+    """Draw a bar along each axis of the page, with the words to measure it and what to do then."""
     words = f"measure this bar: it must be {BAR_MM:g} mm"
-    set_pen(canvas, Pen(0.25))
-    x, y = MARGIN_MM + BAR_STRIP_MM, MARGIN_MM + TITLE_MM - 6.0
+    left, up = paper.corner
+    x, y, told = _horizontal_place(paper)
+    set_pen(canvas, _BAR)
     _bar(canvas, x, y)
-    write_text(canvas, x, y + 3.0, f"H: {words}", bold=True)
-    up = MARGIN_MM + TITLE_MM + 4.0
+    write_text(canvas, x, y + 3.2, f"H: {words}", bold=True)
+    for k, text in enumerate(_THEN):
+        write_text(canvas, told[0], told[1] - 3.4 * k, text)
     canvas.saveState()
-    canvas.translate(MARGIN_MM + BAR_STRIP_MM - 4.0, up)
+    canvas.translate(left - 4.0, up + 4.0)
     canvas.rotate(90)
     _bar(canvas, 0.0, 0.0)
     canvas.restoreState()
-    write_text(canvas, MARGIN_MM + 2.5, up, f"V: {words}", bold=True, turned=True)
+    write_text(canvas, left - 7.2, up + 4.0, f"V: {words}", bold=True, turned=True)
+
+
+def _horizontal_place(paper: Paper) -> tuple[float, float, tuple[float, float]]:
+    """Return where the horizontal bar begins, and where the words beside or below it do [mm]."""
+    if paper.wide:
+        x, y = paper.width - MARGIN_MM - BAR_MM - 1.0, MARGIN_MM + 13.0
+        return x, y, (x, y - 6.0)
+    x, y = MARGIN_MM + BAR_STRIP_MM, MARGIN_MM + paper.title_height - 8.0
+    return x, y, (x + BAR_MM + 3.0, y + 0.6)
 
 
 def _bar(canvas: Canvas, x: float, y: float) -> None:

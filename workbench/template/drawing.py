@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,17 +12,18 @@ from workbench.template.figure import Drawing, Layer, Path, circle, follow, line
 from workbench.template.labels import Wanted, place_labels
 from workbench.template.strip import Strip
 
-__all__ = ["TICK_MM", "Placement", "draw_strip"]
+__all__ = ["TICK_MM", "Placement", "draw_lines", "draw_strip"]
 
 Array = NDArray[np.float64]
 
-TICK_MM = 3.0
+TICK_MM = 2.5
 """How far a station's tick reaches beyond the contours."""
 
 _FOOT_MM = 30.0  # of the foot's line to either side of the root
 _HATCH_MM = 3.0
 _ARROW_MM = 4.0
 _DIAL_MM = 12.0  # radius of the arc that shows alpha_0
+_ROOT_LABEL = (np.cos(0.3), np.sin(0.3))  # the way from the root to its label
 _TIP_MM = 3.0
 _STRAIGHT_DEG = 0.05  # a smaller bend is written as straight
 
@@ -57,19 +58,25 @@ def draw_strip(strip: Strip, placement: Placement | None = None) -> Drawing:
         strip: the free strip.
         placement: by default upright and seen from the right, forward to the right.
     """
-    placement = placement or Placement()
+    bare = draw_lines(strip, placement or Placement())
+    wanted = _wanted(strip, placement or Placement())
+    return replace(bare, labels=place_labels(wanted, bare.samples()))
+
+
+def draw_lines(strip: Strip, placement: Placement) -> Drawing:
+    """Return the drawing without its labels; arguments as for `draw_strip`."""
     course = placement.course(strip.centreline)
     corners = placement.points(1000 * curve(strip.angles, strip.length))
-    paths = (
-        _outline(course, 1000 * strip.thickness),
-        follow(Layer.CENTRELINE, course),
-        line(Layer.POLYLINE, corners),
-        *_ticks(course, strip),
-        *_foot(strip, placement),
-        *_tip(course),
+    return Drawing(
+        (
+            _outline(course, 1000 * strip.thickness),
+            follow(Layer.CENTRELINE, course),
+            line(Layer.POLYLINE, corners),
+            *_ticks(course, strip),
+            *_foot(strip, placement),
+            *_tip(course),
+        )
     )
-    obstacles = np.concatenate([path.samples() for path in paths])
-    return Drawing(paths, place_labels(_wanted(course, strip, placement), obstacles))
 
 
 def _outline(course: Arcs, thickness: float) -> Path:
@@ -124,30 +131,34 @@ def _tip(course: Arcs) -> list[Path]:
     ]
 
 
-def _wanted(course: Arcs, strip: Strip, placement: Placement) -> list[Wanted]:
+def _wanted(strip: Strip, placement: Placement) -> list[Wanted]:
     """Return the texts with the places that they belong to."""
+    course = placement.course(strip.centreline)
     at = _stations(course, strip)
     middle, normal = course.points_at(at), course.normals_at(at)
     clear = 1000 * strip.thickness / 2 + TICK_MM
     bends = -course.bends[1:-1]  # counter-clockwise, as they lie on the paper
-    inner = np.concatenate([[1.0], np.where(bends >= 0, 1.0, -1.0)])[:, None] * normal
+    inner = np.where(bends >= 0, 1.0, -1.0)[:, None] * normal[1:]
     texts = [_told(k, strip) for k in range(len(strip.angles))]
     wanted = [
         Wanted(Layer.STATIONS, text, point, towards, clear)
-        for text, point, towards in zip(texts, middle, inner, strict=True)
+        for text, point, towards in zip(texts[1:], middle[1:], inner, strict=True)
     ]
-    ahead, below = placement.points([(_FOOT_MM, 0), (0, -1)])
-    tip = Wanted(Layer.TIP, "T", course.knot_points[-1], course.tangents_at(course.length), 5.0)
-    return [*wanted, tip, Wanted(Layer.FOOT, "foot, forward", ahead, below, _HATCH_MM)]
+    ahead, forward, up = placement.points([(_FOOT_MM, 0), (1, 0), _ROOT_LABEL])
+    tip = course.tangents_at(course.length)
+    return [
+        *wanted,
+        Wanted(Layer.STATIONS, texts[0], middle[0], up, _DIAL_MM),
+        Wanted(Layer.FOOT, "foot, forward", ahead, forward, 0.0),
+        Wanted(Layer.TIP, "T", course.knot_points[-1], tip, 1.6 * _TIP_MM),
+    ]
 
 
 def _told(k: int, strip: Strip) -> str:
     degrees = np.degrees(strip.angles[k])
     if k == 0:
-        return f"0  root  {degrees:+.1f}° to the foot"
+        return f"0  root  {degrees:+.1f}°"
     if abs(degrees) < _STRAIGHT_DEG:
         return f"{k}  straight"
     radius = 1000 * strip.length / len(strip.angles) / abs(strip.angles[k])
     return f"{k}  {degrees:+.1f}°  R {radius:.0f}"
-
-

@@ -134,7 +134,7 @@ class Drawing:
     """Paths and labels, x to the right and y up [mm]."""
 
     paths: tuple[Path, ...]
-    labels: tuple[Label, ...]
+    labels: tuple[Label, ...] = ()
 
     def layer(self, layer: Layer) -> tuple[Path, ...]:
         """Return the paths of a layer."""

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 _HEIGHT_MM = 2.5
 _GAP_MM = 1.5  # between a label and what it belongs to
 _CLEAR_MM = 0.8  # around a label
-_FURTHER_MM = (0.0, 4.0, 8.0, 14.0)  # further away, where it is crowded
+_TRIES = ((1, 0.0), (1, 4.0), (1, 8.0), (-1, 0.0), (-1, 4.0), (1, 14.0), (-1, 10.0))
+"""Side and how much further away [mm], in the order in which they are tried."""
 _SIDEWAYS = 0.38  # least share of a direction along x that puts a label beside, not above
 
 
@@ -56,10 +57,9 @@ def place_labels(wanted: Sequence[Wanted], obstacles: Array) -> tuple[Label, ...
 
 
 def _choices(want: Wanted) -> Iterator[Label]:
-    for further in _FURTHER_MM:
-        for side in (want.towards, -want.towards):
-            point = want.point + (want.clear + _GAP_MM + further) * side
-            yield _label(want, point, side)
+    for sign, further in _TRIES:
+        side = sign * want.towards
+        yield _label(want, want.point + (want.clear + _GAP_MM + further) * side, side)
 
 
 def _label(want: Wanted, point: Array, side: Array) -> Label:
@@ -75,7 +75,6 @@ def _hidden(label: Label, placed: Sequence[Label], obstacles: Array) -> int:
     low, high = label.corners + np.array([[-_CLEAR_MM], [_CLEAR_MM]])
     lines = int(np.all((obstacles > low) & (obstacles < high), axis=1).sum())
     others = sum(
-        bool(np.all(low < other.corners[1]) and np.all(high > other.corners[0]))
-        for other in placed
+        bool(np.all(low < other.corners[1]) and np.all(high > other.corners[0])) for other in placed
     )
     return lines + 1000 * others

@@ -16,8 +16,8 @@ from workbench.template.canvas import (
     set_pen,
     write_text,
 )
-from workbench.template.figure import Drawing, Label, Layer, Path, arc
-from workbench.template.paper import BAR_STRIP_MM, MARGIN_MM, OVERLAP_MM, TITLE_MM
+from workbench.template.figure import Label, Layer, Path, arc
+from workbench.template.paper import OVERLAP_MM
 from workbench.template.sheet import Sheet
 from workbench.template.tiles import Mark, Tile
 
@@ -44,36 +44,32 @@ def pdf_pages(sheet: Sheet) -> bytes:
     canvas, stream = new_canvas(f"{strip.name} {strip.short_hash}")
     for tile in sheet.layout.tiles:
         begin_page(canvas, sheet.layout.paper, sheet.compensation)
-        _draw_part(canvas, sheet.layout.drawing, tile)
+        _draw_part(canvas, sheet, tile)
         _draw_edges(canvas, sheet, tile)
-        draw_check_bars(canvas)
+        draw_check_bars(canvas, sheet.layout.paper)
         draw_block(canvas, sheet, tile)
         canvas.showPage()
     canvas.save()
     return stream.getvalue()
 
 
-def _to_window(canvas: Canvas, tile: Tile) -> None:
+def _to_window(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
     """Move the origin to the drawing's as it lies on this page."""
-    x, y = _corner() - tile.low
+    x, y = np.array(sheet.layout.paper.corner) - tile.low
     canvas.translate(float(x), float(y))
 
 
-def _corner() -> np.ndarray:
-    return np.array([MARGIN_MM + BAR_STRIP_MM, MARGIN_MM + TITLE_MM])
-
-
-def _draw_part(canvas: Canvas, drawing: Drawing, tile: Tile) -> None:
+def _draw_part(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
     """Draw what lies in a page's window."""
     canvas.saveState()
-    _to_window(canvas, tile)
+    _to_window(canvas, sheet, tile)
     width, height = (tile.high - tile.low).tolist()
     window = canvas.beginPath()
     window.rect(float(tile.low[0]), float(tile.low[1]), width, height)
     canvas.clipPath(window, stroke=0)
-    for path in drawing.paths:
+    for path in sheet.layout.drawing.paths:
         _draw_path(canvas, path)
-    for label in drawing.labels:
+    for label in sheet.layout.drawing.labels:
         _draw_label(canvas, label)
     canvas.restoreState()
 
@@ -104,7 +100,7 @@ def _draw_label(canvas: Canvas, label: Label) -> None:
 def _draw_edges(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
     """Draw the window, where to cut, where the neighbours' edges come, and the marks."""
     canvas.saveState()
-    _to_window(canvas, tile)
+    _to_window(canvas, sheet, tile)
     set_pen(canvas, FRAME)
     size = (tile.high - tile.low).tolist()
     canvas.rect(*tile.low.tolist(), *size)

@@ -13,7 +13,6 @@ __all__ = [
     "MARGIN_MM",
     "OVERLAP_MM",
     "PAPERS",
-    "TITLE_MM",
     "Paper",
     "paper_named",
 ]
@@ -29,7 +28,10 @@ PAPERS: dict[str, tuple[float, float]] = {
 MARGIN_MM = 12.0
 """Around a page, where printers do not print."""
 TITLE_MM = 38.0
-"""Height of the strip at the bottom: title block, QR code, page map, horizontal check bar."""
+"""Height of the strip at the bottom: title block, QR code, page map, and above them the horizontal
+check bar."""
+WIDE_TITLE_MM = 26.0
+"""Its height on a page that is wide enough to have the check bar beside them."""
 BAR_STRIP_MM = 10.0
 """Width of the strip on the left, which holds the vertical check bar."""
 OVERLAP_MM = 15.0
@@ -38,6 +40,7 @@ BAR_MM = 100.0
 """Length of a check bar."""
 
 _ROLL = "roll"
+_WIDE_MM = 279.0  # least width of such a page
 _LEAST_WINDOW_MM = (165.0, 110.0)  # so that title block and check bars fit
 _CUSTOM = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)mm")
 
@@ -57,6 +60,21 @@ class Paper:
     height: float | None
 
     @property
+    def wide(self) -> bool:
+        """Return whether the horizontal check bar lies beside the title block."""
+        return self.width >= _WIDE_MM
+
+    @property
+    def title_height(self) -> float:
+        """Return the height of the strip at the bottom [mm]."""
+        return WIDE_TITLE_MM if self.wide else TITLE_MM
+
+    @property
+    def corner(self) -> tuple[float, float]:
+        """Return the lower left corner of what is free for the drawing [mm]."""
+        return MARGIN_MM + BAR_STRIP_MM, MARGIN_MM + self.title_height
+
+    @property
     def window_width(self) -> float:
         """Return the width that is free for the drawing [mm]."""
         return self.width - 2 * MARGIN_MM - BAR_STRIP_MM
@@ -64,7 +82,7 @@ class Paper:
     @property
     def window_height(self) -> float | None:
         """Return the height that is free for the drawing [mm]; None for a roll."""
-        return None if self.height is None else self.height - 2 * MARGIN_MM - TITLE_MM
+        return None if self.height is None else self.height - 2 * MARGIN_MM - self.title_height
 
     @property
     def turned(self) -> Paper | None:
@@ -82,7 +100,7 @@ class Paper:
 
     def cut(self, window_height: float) -> Paper:
         """Return the page of a roll that is cut to hold a drawing of a height [mm]."""
-        height = max(window_height, _LEAST_WINDOW_MM[1]) + 2 * MARGIN_MM + TITLE_MM
+        height = max(window_height, _LEAST_WINDOW_MM[1]) + 2 * MARGIN_MM + self.title_height
         return Paper(self.name, self.width, height)
 
 
