@@ -30,7 +30,10 @@ __all__ = [
 ]
 
 FONT, BOLD = "Vera", "VeraBd"  # come with reportlab; embedded, so that every printer has them
-_THEN = ("print at 100 %, never fitted to the page; then", "template confirm FILE --h .. --v ..")
+_THEN = (
+    "print at 100 %, never fitted to the page; then",
+    "workbench template confirm FILE --h .. --v ..",
+)
 _TICK_MM = 2.0  # half of a check bar's end tick
 _MINOR_MM = 10.0  # between a check bar's minor ticks
 

@@ -23,7 +23,6 @@ _FOOT_MM = 30.0  # of the foot's line to either side of the root
 _HATCH_MM = 3.0
 _ARROW_MM = 4.0
 _DIAL_MM = 12.0  # radius of the arc that shows alpha_0
-_ROOT_LABEL = (np.cos(0.3), np.sin(0.3))  # the way from the root to its label
 _TIP_MM = 3.0
 _STRAIGHT_DEG = 0.05  # a smaller bend is written as straight
 
@@ -144,11 +143,13 @@ def _wanted(strip: Strip, placement: Placement) -> list[Wanted]:
         Wanted(Layer.STATIONS, text, point, towards, clear)
         for text, point, towards in zip(texts[1:], middle[1:], inner, strict=True)
     ]
-    ahead, forward, up = placement.points([(_FOOT_MM, 0), (1, 0), _ROOT_LABEL])
+    half = strip.angles[0] / 2  # the label of alpha_0 stands on the middle of its dial
+    between = (np.cos(half), -np.sin(half))
+    ahead, forward, outward = placement.points([(_FOOT_MM, 0), (1, 0), between])
     tip = course.tangents_at(course.length)
     return [
         *wanted,
-        Wanted(Layer.STATIONS, texts[0], middle[0], up, _DIAL_MM),
+        Wanted(Layer.STATIONS, texts[0], middle[0], outward, _DIAL_MM),
         Wanted(Layer.FOOT, "foot, forward", ahead, forward, 0.0),
         Wanted(Layer.TIP, "T", course.knot_points[-1], tip, 1.6 * _TIP_MM),
     ]

@@ -35,6 +35,7 @@ PENS: dict[Layer, Pen] = {
 
 _CUT = Pen(0.18, (0.0, 0.0, 0.0), (3.0, 1.5))
 _BENEATH = Pen(0.12, (0.45, 0.45, 0.45), (0.6, 1.2))
+_EDGE_TEXT_MM = 4.0  # between such words and the window's corner
 _MARK_MM, _CROSS_MM = 2.5, 4.5  # radius of a registration mark, reach of its cross
 
 
@@ -114,7 +115,9 @@ def _draw_edges(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
             _edge(canvas, tile, axis, float(tile.high[axis]), _CUT)
             _tell_edge(canvas, tile, axis, f"cut here, lay over page {beyond}")
         if before is not None:
-            _edge(canvas, tile, axis, float(tile.low[axis]) + OVERLAP_MM, _BENEATH)
+            at = float(tile.low[axis]) + OVERLAP_MM
+            _edge(canvas, tile, axis, at, _BENEATH)
+            _tell_neighbour(canvas, tile, axis, at, f"page {before} comes to here")
     for mark in sheet.layout.marks:
         if tile.number in mark.pages:
             _draw_mark(canvas, mark)
@@ -137,6 +140,15 @@ def _tell_edge(canvas: Canvas, tile: Tile, axis: int, words: str) -> None:
         write_text(canvas, float(tile.high[0]) + 3.2, y, words, anchor="middle", turned=True)
     else:
         write_text(canvas, x, float(tile.high[1]) + 1.2, words, anchor="middle")
+
+
+def _tell_neighbour(canvas: Canvas, tile: Tile, axis: int, at: float, words: str) -> None:
+    """Write along the line to which a neighbour covers the window."""
+    x, y = (tile.high - _EDGE_TEXT_MM).tolist()
+    if axis == 0:
+        write_text(canvas, at - 0.8, y, words, 2.0, anchor="end", turned=True)
+    else:
+        write_text(canvas, x, at + 0.8, words, 2.0, anchor="end")
 
 
 def _draw_mark(canvas: Canvas, mark: Mark) -> None:

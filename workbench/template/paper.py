@@ -13,6 +13,7 @@ __all__ = [
     "MARGIN_MM",
     "OVERLAP_MM",
     "PAPERS",
+    "ROLL",
     "Paper",
     "paper_named",
 ]
@@ -39,7 +40,7 @@ OVERLAP_MM = 15.0
 BAR_MM = 100.0
 """Length of a check bar."""
 
-_ROLL = "roll"
+ROLL = "roll"
 _WIDE_MM = 279.0  # least width of such a page
 _LEAST_WINDOW_MM = (165.0, 110.0)  # so that title block and check bars fit
 _CUSTOM = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)mm")
@@ -128,10 +129,10 @@ def paper_named(name: str, roll_width: float | None = None) -> Paper:
 
 
 def _paper(name: str, roll_width: float | None) -> Paper:
-    if name.lower() == _ROLL:
+    if name.lower() == ROLL:
         if roll_width is None:
             raise InputError('a roll needs its width, for example --roll-width "610 mm"')
-        return Paper(_ROLL, 1000 * roll_width, None)
+        return Paper(ROLL, 1000 * roll_width, None)
     if roll_width is not None:
         raise InputError(f"--roll-width is for --paper roll, not for {name}")
     for known, size in PAPERS.items():
@@ -140,7 +141,7 @@ def _paper(name: str, roll_width: float | None) -> Paper:
     custom = _CUSTOM.fullmatch(name.replace(" ", ""))
     if custom is not None:
         return Paper(name, float(custom[1]), float(custom[2]))
-    names = [*PAPERS, _ROLL]
+    names = [*PAPERS, ROLL]
     raise InputError(
         f"unknown paper {name!r}{did_you_mean(name, names)}; there is {', '.join(names)}, "
         "or a size such as 330x480mm"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from datetime import date
 
@@ -11,6 +12,8 @@ from workbench.template.strip import Strip
 from workbench.template.tiles import Layout, lay_out
 
 __all__ = ["Sheet", "make_sheet"]
+
+_UNSAFE = re.compile(r"[^\w.-]+")  # what a shape's name may hold and a file's may not
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Sheet:
         words += ["mirrored"] if self.mirror else []
         if self.compensation != NO_COMPENSATION:
             words += [f"h{100 / self.compensation.h:.2f}", f"v{100 / self.compensation.v:.2f}"]
-        return "-".join(words)
+        return _UNSAFE.sub("_", "-".join(words))
 
 
 def make_sheet(
