@@ -31,7 +31,9 @@ _DRAW = "draw"
 class _DrawsByDefault(TyperGroup):
     """Takes `template SHAPE` for `template draw SHAPE`."""
 
-    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:
+    def parse_args(  # pyright: ignore[reportIncompatibleMethodOverride] # typer's base is private
+        self, ctx: typer.Context, args: list[str]
+    ) -> list[str]:
         """Put the default command before what is none."""
         known = {*self.commands, *ctx.help_option_names}
         return super().parse_args(ctx, args if not args or args[0] in known else [_DRAW, *args])

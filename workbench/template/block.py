@@ -95,7 +95,7 @@ def _compensation(sheet: Sheet) -> str:
     if sheet.compensation == NO_COMPENSATION:
         return "print compensation: none"
     return (
-        f"print compensation: H x {sheet.compensation.h:.5f}, V x {sheet.compensation.v:.5f}, "
+        f"COMPENSATED: H x {sheet.compensation.h:.5f}, V x {sheet.compensation.v:.5f}, "
         "for one printer only"
     )
 

@@ -35,7 +35,6 @@ PENS: dict[Layer, Pen] = {
 
 _CUT = Pen(0.18, (0.0, 0.0, 0.0), (3.0, 1.5))
 _BENEATH = Pen(0.12, (0.45, 0.45, 0.45), (0.6, 1.2))
-_EDGE_TEXT_MM = 4.0  # between such words and the window's corner
 _MARK_MM, _CROSS_MM = 2.5, 4.5  # radius of a registration mark, reach of its cross
 
 
@@ -144,11 +143,11 @@ def _tell_edge(canvas: Canvas, tile: Tile, axis: int, words: str) -> None:
 
 def _tell_neighbour(canvas: Canvas, tile: Tile, axis: int, at: float, words: str) -> None:
     """Write along the line to which a neighbour covers the window."""
-    x, y = (tile.high - _EDGE_TEXT_MM).tolist()
+    x, y = ((tile.low + tile.high) / 2).tolist()
     if axis == 0:
-        write_text(canvas, at - 0.8, y, words, 2.0, anchor="end", turned=True)
+        write_text(canvas, at - 0.8, y, words, 2.0, anchor="middle", turned=True)
     else:
-        write_text(canvas, x, at + 0.8, words, 2.0, anchor="end")
+        write_text(canvas, x, at + 0.8, words, 2.0, anchor="middle")
 
 
 def _draw_mark(canvas: Canvas, mark: Mark) -> None:

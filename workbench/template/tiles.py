@@ -21,7 +21,7 @@ Cell = tuple[int, int]
 """Column from the left and row from the bottom."""
 _Rank = tuple[int, float, int, int, float]
 
-_TURNS_DEG = tuple(range(180))
+_TURNS_DEG = tuple(range(-89, 91))
 _ALIGNMENTS = (0.5, 0.0, 1.0)  # where the drawing lies in what room the pages have to spare
 _MARKS_AT = ((0.2, 0.1, 0.3, 0.4), (0.8, 0.9, 0.7, 0.6))  # of an edge's length, the best first
 _MARK_CLEAR_MM = 8.0  # between a mark and the drawing
@@ -144,7 +144,7 @@ def _in_order_of_promise(
 def _rank(page: Paper, grid: _Grid, paper: Paper, turn: int) -> _Rank:
     """Return pages, length of roll and how far it is turned; the least is the best."""
     spent = page.height or 0.0 if paper.height is None else 0.0
-    return len(grid.cells), spent, min(turn, 180 - turn), turn, page.width
+    return len(grid.cells), spent, abs(turn), turn, page.width
 
 
 def _fewest(samples: Array, paper: Paper) -> tuple[Paper, _Grid]:
