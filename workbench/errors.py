@@ -5,6 +5,7 @@
     │   ├── FileFaults       2  every fault of one YAML file, with line and column
     │   └── TakeError        2  an export that cannot be read
     ├── DataFault            1  runs are not what they are said to be, and too few others are left
+    ├── PrintRefused         1  a printed template is not at 1:1
     ├── HardwareError        3  a device cannot be reached or does not answer rightly
     ├── SafetyStop           4  a limit or a protection ended the run
     └── Interrupted        130  the user stopped it, the output is off
@@ -25,6 +26,7 @@ __all__ = [
     "HardwareError",
     "InputError",
     "Interrupted",
+    "PrintRefused",
     "SafetyStop",
     "TakeError",
     "WorkbenchError",
@@ -107,6 +109,10 @@ class DataFault(WorkbenchError):
     def __init__(self, message: str, evidence: Sequence[tuple[str, str]]) -> None:
         self.evidence = tuple(evidence)
         super().__init__(message)
+
+
+class PrintRefused(WorkbenchError):
+    """A printed template is not at 1:1, and by more than a printer's own error."""
 
 
 class HardwareError(WorkbenchError):

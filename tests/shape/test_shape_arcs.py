@@ -118,3 +118,9 @@ def test_crossing_tells_a_bow_tie_from_a_square() -> None:
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     assert crossing(square) is None
     assert crossing(square[[0, 2, 1, 3]]) == (0, 2)
+
+
+def test_sides_on_one_line_do_not_cross() -> None:
+    along = np.linspace(0, 1, 8)[:, None] * np.array([0.83, -0.55])  # no binary fractions
+    beside = along[::-1] + [0.055, 0.083]
+    assert crossing(np.concatenate([along, beside])) is None

@@ -20,6 +20,7 @@ __all__ = ["Arcs", "Box", "crossing", "equal_length_arcs"]
 Array = NDArray[np.float64]
 
 _STRAIGHT = 1e-12  # [rad] a piece that turns by less is straight
+_PARALLEL = 1e-9  # [rad] sides at a smaller angle have no one point in common
 _QUARTERS = np.arange(4) * (np.pi / 2)  # [rad] headings along an axis
 
 
@@ -201,9 +202,10 @@ def crossing(points: ArrayLike) -> tuple[int, int] | None:
     side = np.roll(corner, -1, axis=0) - corner
     between = corner[None] - corner[:, None]  # from the start of side i to that of side j
     across = _cross(side[:, None], side[None])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along_i = _cross(between, side[None]) / across
-        along_j = _cross(between, side[:, None]) / across
+    long = np.linalg.norm(side, axis=1)
+    across[np.abs(across) <= _PARALLEL * long[:, None] * long] = np.nan
+    along_i = _cross(between, side[None]) / across
+    along_j = _cross(between, side[:, None]) / across
     hit = (along_i >= 0) & (along_i <= 1) & (along_j >= 0) & (along_j <= 1)
     n = len(corner)
     apart = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
