@@ -166,6 +166,7 @@ def _ends(view: View, arcs: Arcs, thickness: float, width: float) -> tuple[Array
         _last_seen(view, end, way, normal * thickness)
         for end, way, normal in zip(ends, out, arcs.normals_at(at), strict=True)
     ])  # fmt: skip
+    below, height = view.below()
     facing = -np.sum((ends - below) * out, axis=1) * width / height
     noise = np.hypot(_END_NOISE_M, np.maximum(facing, 0.0))
     lost = ~np.isfinite(found)
