@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from workbench.photo.board import BOARDS, Board
+from workbench.protocol import ShapeFile
 
-__all__ = ["Optics", "Scene", "board_texture", "random_scene", "render", "thesis_angles"]
+__all__ = ["TARGET", "Optics", "Scene", "board_texture", "random_scene", "render", "thesis_angles"]
 
 Array = NDArray[np.float64]
 
@@ -27,10 +28,16 @@ FINE = 2  # samples of the paper a pixel, each way
 COVER_FINE = 5  # samples of the strip a pixel, each way
 COARSE_PX = 16  # the paper's place is smooth: found on a grid, a spline between
 WHITE, BLACK, FOOT_LINE = 0.85, 0.06, 0.14  # light that paper and inks return
+CLEARANCE = 0.014  # [m] so that a strip, nearer to the camera than the paper, stays in the field
 thesis_angles = np.array([
     -2.558, 0.01, 0.112, 0.042, 0.094, 0.147, 0.130, 0.217,
     0.182, 0.339, 0.339, 0.347, 0.399, 0.234, 0.344, 0.175,
 ])  # fmt: skip
+TARGET = ShapeFile.model_validate({
+    "schema": "workbench/shape-1", "name": "thesis", "angles": thesis_angles.tolist(),
+    "length": "615 mm", "thickness": "2 mm", "width": "16 mm", "state": "unloaded",
+    "source": "Appendix B",
+})  # fmt: skip
 
 
 class Optics(NamedTuple):
@@ -100,8 +107,14 @@ class Scene:
     without: str = ""
 
 
-def random_scene(seed: int, size: tuple[int, int], off: float, **changes: object) -> Scene:
-    """A scene of the thesis' shape bent `off` [rad, standard deviation] wrong at each joint."""
+def random_scene(
+    seed: int, size: tuple[int, int], off: float, aligned: bool = False, **changes: object
+) -> Scene:
+    """A scene of the thesis' shape bent `off` [rad, standard deviation] wrong at each joint.
+
+    The strip lies as it fits the field best; or, aligned, along the board's foot line, and is drawn
+    anew until it fits so.
+    """
     rng = np.random.default_rng(seed)
     angles = thesis_angles + np.append(rng.normal(0, off), rng.normal(0, off, 15))
     lens = (rng.uniform(-0.5, 0.3), rng.uniform(-0.5, 0.5),
@@ -121,18 +134,25 @@ def random_scene(seed: int, size: tuple[int, int], off: float, **changes: object
         "seed": seed,
     }
     scene = Scene(angles, optics, **(chosen | changes))  # type: ignore[arg-type]
+    if aligned:
+        while room(scene) < CLEARANCE:
+            angles = thesis_angles + rng.normal(0, off, 16)
+            scene = replace(scene, angles=angles)
+        return scene
     return scene if "turn" in changes else replace(scene, turn=roomiest_turn(scene))
 
 
 def roomiest_turn(scene: Scene) -> float:
     """How a person would lay the strip: turned so that it fits the field best [rad]."""
+    turns = np.radians(np.arange(0, 180, 1.0))
+    return float(max(turns, key=lambda turn: room(replace(scene, turn=turn))))
+
+
+def room(scene: Scene) -> float:
+    """How much wider or higher, whichever is less, the field is than the strip's box [m]."""
     low, high = scene.board.field
-
-    def room(turn: float) -> float:
-        points, _ = centreline(replace(scene, turn=turn))
-        return float(np.min((high - low) - np.ptp(points, axis=0)))
-
-    return max(np.radians(np.arange(0, 180, 1.0)), key=room)
+    points, _ = centreline(scene)
+    return float(np.min((high - low) - np.ptp(points, axis=0)))
 
 
 def centreline(scene: Scene) -> tuple[Array, Array]:

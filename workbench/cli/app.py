@@ -25,7 +25,7 @@ from workbench.cli.runs import runs
 from workbench.cli.schema import schema
 from workbench.cli.simulate import simulate
 from workbench.cli.supply import supply
-from workbench.cli.template import template
+from workbench.cli.template_photo import template
 from workbench.errors import Interrupted, WorkbenchError
 
 __all__ = ["app", "main"]

@@ -8,13 +8,14 @@ only when it is used. A new board is a row in `board`, a new tape a row in `stri
 """
 
 from workbench.photo.board import BOARDS, FOOT_TURN_RAD, Board, find_board
-from workbench.photo.board_page import write_board
+from workbench.photo.board_page import CHECK_BAR_MM, write_board
 from workbench.photo.manual import read_angles, read_points
 from workbench.photo.reading import FOOT_SPREAD_RAD, AsBent, read_photo
 from workbench.photo.strip import TAPES
 
 __all__ = [
     "BOARDS",
+    "CHECK_BAR_MM",
     "FOOT_SPREAD_RAD",
     "FOOT_TURN_RAD",
     "TAPES",

@@ -174,7 +174,9 @@ def _mask(view: View, field: Picture, fine: float) -> NDArray[np.uint8]:
     mask = (above > _THRESHOLD * strength).astype(np.uint8) * 255
     rim = max(1, round(_RIM_M * fine))
     mask[:rim], mask[-rim:], mask[:, :rim], mask[:, -rim:] = 0, 0, 0, 0
-    return cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(_JOIN_M * fine))
+    pad = round(_JOIN_M * fine)  # or closing would join the strip to the field's edge
+    closed = cv2.morphologyEx(np.pad(mask, pad), cv2.MORPH_CLOSE, _disc(_JOIN_M * fine))
+    return np.ascontiguousarray(closed[pad:-pad, pad:-pad])
 
 
 def _disc(diameter: float) -> NDArray[np.uint8]:
