@@ -21,13 +21,15 @@ Array = NDArray[np.float64]
 
 _BEND_PRIOR_RAD = np.radians(20.0)  # about the target: tells only where the strip is not seen
 _SCALE_PRIOR = 0.1
-_LEAST_NOISE_M = 1e-5
+_LEAST_NOISE_M = 1e-6
+_LEAST_SLOPE = 0.1  # where most points are doubted
 _FIRST_NOISE_M = 1e-3
 _MAD = 1.4826  # of a median absolute deviation to a normal one
 _CAUCHY = 2.385  # deviations beyond which a point counts less (95 % efficient, Holland 1977)
-_LAG_M = 0.020  # over which residuals are still taken as one disturbance
+_BAND = 2.5  # octave and a bit of wavelengths, beyond those that the fit can follow
 _PERPENDICULARS = 2
-_ROUNDS = 5
+_ROUGH = 1e-5  # of the first solution, which reweighting refines
+_ROUNDS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,6 @@ class StripFit:
         covariance: (20, 20) of them.
         length: of the strip itself [m].
         noise: standard deviation of a point across the strip [m].
-        likeness: how many neighbouring points err alike, at least 1.
         influence: (20, n) what a metre of each point across the strip changes.
         normals: (n, 2) across the strip at each point.
     """
@@ -89,7 +90,6 @@ class StripFit:
     covariance: Array
     length: float
     noise: float
-    likeness: float
     influence: Array
     normals: Array
 
@@ -119,34 +119,31 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
         target: (15,) bends that it should have [rad], a weak prior.
     """
     problem = _Problem(points, length, target, start)
-    numbers, noise, trust = start, _FIRST_NOISE_M, np.ones(len(points.places))
-    weights, across = trust / noise, np.zeros(len(trust))
+    weights = 1 / (_FIRST_NOISE_M * np.broadcast_to(points.doubt, len(points.places)))
+    numbers = least_squares(
+        problem.residuals,
+        start,
+        args=(weights,),
+        x_scale=problem.typical,
+        method="lm",  # the default decomposes far more than this needs
+        xtol=_ROUGH,
+        ftol=_ROUGH,
+    ).x
     for _ in range(_ROUNDS):
-        solution = least_squares(
-            lambda trial, weights=weights: problem.residuals(trial, weights),
-            numbers,
-            x_scale=problem.typical,
-            method="lm",  # the default decomposes far more than this needs
-        )
-        numbers = solution.x
         across = problem.across(numbers) / points.doubt
         noise = max(_MAD * float(np.median(np.abs(across))), _LEAST_NOISE_M)
         trust = 1 / np.sqrt(1 + (across / (_CAUCHY * noise)) ** 2)
         weights = trust / (noise * points.doubt)
-    likeness = _likeness(trust * across, scaled_length(numbers, length) / len(across))
-    seen = float(np.sum((trust / points.doubt) ** 2)) / likeness
-    wide = np.sqrt(likeness * seen / max(seen - len(numbers), 1.0))
-    jacobian = problem.jacobian(numbers, weights / wide)
+        jacobian = problem.jacobian(numbers, weights)
+        downhill = jacobian.T @ problem.residuals(numbers, weights)
+        numbers = numbers - np.linalg.solve(jacobian.T @ jacobian, downhill)
+    across = problem.across(numbers) / points.doubt
+    weights = _worth(across, trust, len(numbers)) / points.doubt
+    jacobian = problem.jacobian(numbers, weights)
     covariance = np.linalg.inv(jacobian.T @ jacobian)
-    count = len(across)
-    influence = covariance @ jacobian[:count].T * (weights / wide)
+    influence = covariance @ jacobian[: len(across)].T * weights
     normals = _arcs(numbers, length).normals_at(problem.distances)
-    return StripFit(numbers, covariance, length, noise, likeness, influence, normals)
-
-
-def scaled_length(numbers: Array, length: float) -> float:
-    """Return the strip's length as seen [m]."""
-    return float(length * np.exp(numbers[18]))
+    return StripFit(numbers, covariance, length, noise, influence, normals)
 
 
 class _Problem:
@@ -191,14 +188,11 @@ class _Problem:
         return np.concatenate([self.across(numbers) * weights, beyond, bends, priors])
 
     def jacobian(self, numbers: Array, weights: Array) -> Array:
-        """Return the derivatives of the residuals by central differences."""
-        columns = []
-        for k, step in enumerate(1e-4 * self.typical):
-            change = np.zeros(len(numbers))
-            change[k] = step
-            ahead, behind = (self.residuals(numbers + s * change, weights) for s in (1, -1))
-            columns.append((ahead - behind) / (2 * step))
-        return np.column_stack(columns)
+        """Return the derivatives of the residuals by differences."""
+        here = self.residuals(numbers, weights)
+        steps = 1e-5 * self.typical
+        moved = [self.residuals(numbers + row, weights) for row in np.diag(steps)]
+        return (np.array(moved) - here).T / steps
 
 
 def _arcs(numbers: Array, length: float) -> Arcs:
@@ -206,13 +200,36 @@ def _arcs(numbers: Array, length: float) -> Arcs:
     return arcs.moved(0.0, numbers[:2])
 
 
-def _likeness(across: Array, spacing: float) -> float:
-    """Return how many neighbouring residuals count as one (Bartlett's window)."""
-    centred = across - across.mean()
-    variance = float(centred @ centred)
-    last = min(int(_LAG_M / spacing), len(across) // 4)
-    if last < 1 or variance == 0:
-        return 1.0
-    lags = np.arange(1, last + 1)
-    alike = np.array([centred[k:] @ centred[:-k] for k in lags]) / variance
-    return max(1.0, float(1 + 2 * np.sum((1 - lags / (last + 1)) * alike)))
+def _worth(across: Array, trust: Array, parameters: int) -> Array:
+    """Return by what each point counts for the covariance, (n,) [1/m].
+
+    Huber's sandwich for Cauchy's weights: the noise of the influence over its mean slope.
+
+    Args:
+        across: (n,) residuals in order along the strip.
+        trust: (n,) roots of their weights.
+        parameters: of the fit.
+    """
+    square = trust**2
+    noise = _independent_noise(square * across, parameters)
+    slope = float(np.mean(square * (2 * square - 1)))
+    return trust * max(slope, _LEAST_SLOPE) / (noise * np.sqrt(square.mean()))
+
+
+def _independent_noise(across: Array, parameters: int) -> float:
+    """Return the deviation that independent points would need to disturb the fit as these do.
+
+    Neighbours err alike, and what they share over more than the fit's own wavelengths the fit takes
+    away. So the density of power is measured just beyond these wavelengths.
+
+    Args:
+        across: (n,) residuals in order along the strip.
+        parameters: of the fit; that many over two wavelengths it can follow.
+    """
+    count = len(across)
+    white = float(across @ across) / max(count - parameters, 1)
+    power = np.abs(np.fft.rfft(across)) ** 2 / count
+    first = parameters // 2
+    band = power[first : round(_BAND * first)]
+    beyond = float(band.mean()) if len(band) else 0.0
+    return max(float(np.sqrt(max(white, beyond))), _LEAST_NOISE_M)

@@ -16,7 +16,7 @@ _SAMPLES = 400
 _LABEL_MM = 11.0  # outside the line
 _STATION_MM = 3.0
 _MOST_MARKED = 6  # joints named in the picture; the table has all
-_MARGIN_MM = 38.0
+_MARGIN_MM = 85.0
 
 
 def deviation_figure(deviation: Deviation) -> Figure:
