@@ -74,7 +74,7 @@ def readings(photos: int, size: tuple[int, int], folder: Path) -> Iterator[Readi
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--photos", type=int, default=32)
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
@@ -107,9 +107,11 @@ def _summarize(read: list[Reading], refused: int) -> None:
               f"{np.mean(np.abs(own) < WITHIN_90):7.0%}")  # fmt: skip
     held = float(np.mean(np.abs(pulls) < WITHIN_90))
     print(f"\nrefused: {refused} of {refused + len(read)}")
-    print(f"angles, rms: {_rms(errors):.3f} deg (bar {BAR_DEG:g}), worst {np.abs(errors).max():.3f}")
-    print(f"90 % intervals hold {held:.1%} of the truths (bar {COVERAGE[0]:.0%} to {COVERAGE[1]:.0%})")
-    print(f"pulls: rms {_rms(pulls):.2f}, median |pull| {np.median(np.abs(pulls)):.2f} (honest 0.67)")
+    worst, middle = np.abs(errors).max(), np.median(np.abs(pulls))
+    low, high = COVERAGE
+    print(f"angles, rms: {_rms(errors):.3f} deg (bar {BAR_DEG:g}), worst {worst:.3f}")
+    print(f"90 % intervals hold {held:.1%} of the truths (bar {low:.0%} to {high:.0%})")
+    print(f"pulls: rms {_rms(pulls):.2f}, median |pull| {middle:.2f} (honest 0.67)")
 
 
 def _rms(values: NDArray[np.float64]) -> float:

@@ -2,8 +2,8 @@
 
 A pinhole camera with radial and tangential distortion looks at the board. The strip is a wall that
 stands on the paper: its upper edge, its visible side and its end faces are drawn as polygons, far
-ones first. Light falls off, aluminium is streaky and glares, the lens blurs, the sensor is noisy and
-JPEG is lossy. Only the board's data, not its reading, is shared with the workbench.
+ones first. Light falls off, aluminium is streaky and glares, the lens blurs, the sensor is noisy
+and JPEG is lossy. Only the board's data, not its reading, is shared with the workbench.
 """
 
 from __future__ import annotations
@@ -275,8 +275,9 @@ def _paper(scene: Scene, camera: Pinhole) -> NDArray[np.float32]:
     columns, rows = scene.optics.size
     texture = board_texture(scene.board, scene.without != "markers")
     total = np.zeros((rows, columns), dtype=np.float32)
-    x, y = np.arange(-COARSE_PX, columns + 2 * COARSE_PX, COARSE_PX), np.arange(
-        -COARSE_PX, rows + 2 * COARSE_PX, COARSE_PX
+    x, y = (
+        np.arange(-COARSE_PX, columns + 2 * COARSE_PX, COARSE_PX),
+        np.arange(-COARSE_PX, rows + 2 * COARSE_PX, COARSE_PX),
     )
     known = camera.ground(np.stack(np.meshgrid(x, y), axis=-1).astype(float))
     splines = [RectBivariateSpline(y, x, known[..., k]) for k in (0, 1)]
@@ -291,7 +292,7 @@ def _paper(scene: Scene, camera: Pinhole) -> NDArray[np.float32]:
                 texture, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR,
                 borderMode=cv2.BORDER_CONSTANT, borderValue=WHITE,
             )  # fmt: skip
-    return np.repeat((total / FINE**2)[..., None], 3, axis=2)
+    return np.repeat((total / FINE**2)[..., None], 3, axis=2).astype(np.float32)
 
 
 def _unjoined(scene: Scene, place: Array) -> Array:
@@ -372,7 +373,8 @@ def _painted(
         mask = np.zeros((rows_here * fine, wide * fine), dtype=np.uint8)
         quads = np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
         local = (quads - box_low - [0, band] + 0.5) * fine - 0.5
-        inside = (local[..., 1].max(axis=1) > -9) & (local[..., 1].min(axis=1) < rows_here * fine + 9)
+        high, low = local[..., 1].max(axis=1), local[..., 1].min(axis=1)
+        inside = (high > -9) & (low < rows_here * fine + 9)
         for quad in np.rint(local[inside] * 16).astype(np.int32):
             cv2.fillConvexPoly(mask, quad, 255, cv2.LINE_8, 4)
         cover[band : band + rows_here] = (

@@ -70,5 +70,5 @@ def test_corners_keep_off_the_joint() -> None:
 
 
 def test_an_unknown_paper_is_refused() -> None:
-    with pytest.raises(InputError, match="no board for paper 'A5'.*there are A3, A4"):
+    with pytest.raises(InputError, match=r"no board for paper 'A5'.*there are A3, A4"):
         find_board("A5")

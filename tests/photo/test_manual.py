@@ -85,7 +85,7 @@ def test_points_that_cannot_be(tmp_path: Path) -> None:
         read_points(path, TARGET, "+x", "-x")
     with pytest.raises(InputError, match="10 points, at least 32 are needed"):
         read_points(table(path, rows[:10]), TARGET)
-    with pytest.raises(InputError, match="run over .* mm, the strip is 615 mm long"):
+    with pytest.raises(InputError, match=r"run over .* mm, the strip is 615 mm long"):
         read_points(table(path, rows / 10), TARGET)
     with pytest.raises(InputError, match="cannot be read: No such file"):
         read_points(tmp_path / "none.csv", TARGET)

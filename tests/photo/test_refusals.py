@@ -118,9 +118,7 @@ def test_an_unknown_tape(photo: Path) -> None:
     refuse(photo, "tape 'pink' is not known; it is one of none, blue", tape="pink")
 
 
-def test_without_the_extra(
-    photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_the_extra(photo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
     refuse(photo, r"pip install hopping-workbench\[photo\]")
     with pytest.raises(InputError, match=r"pip install hopping-workbench\[photo\]"):

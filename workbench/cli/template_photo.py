@@ -122,7 +122,8 @@ def read(
         cost = simulate_cost(bent, target, robot.content, omega, duration, draws)
     written = write_as_bent(out, bent, target)
     page = out.with_suffix(".html")
-    rows = {"target": shape, "model": f"{model}, SHA-256 {sha256(robot.text.encode()).hexdigest()}", "as bent": bent.source}
+    digest = sha256(robot.text.encode()).hexdigest()
+    rows = {"target": shape, "model": f"{model}, SHA-256 {digest}", "as bent": bent.source}
     write_readback(page, written.content.name, bent, deviation, cost, rows)
     files = [str(out), str(page), str(page.with_suffix(".svg"))]
     if as_json:

@@ -82,7 +82,7 @@ class Board:
     @cached_property
     def corners(self) -> Array:
         """Return where four squares of one sheet meet, (n, 2) [m]."""
-        return self.square * self._crossings
+        return (self.square * self._crossings).astype(np.float64)
 
     @cached_property
     def corner_sheets(self) -> NDArray[np.int_]:
@@ -101,9 +101,11 @@ class Board:
 
     def marker_corners(self) -> Array:
         """Return each marker's corners, (n, 4, 2) [m], from upper left clockwise."""
-        middle = self.square * (self.marked + 0.5)
+        middle = (self.square * (self.marked + 0.5)).astype(np.float64)
         half = self.marker / 2
-        return middle[:, None] + half * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]])
+        return middle[:, None] + half * np.array(
+            [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]
+        )
 
     def sheet_of(self, points: Array) -> NDArray[np.int_]:
         """Return the sheet, from below, that points lie on, (n, 2) [m] to (n,)."""

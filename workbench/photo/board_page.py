@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from reportlab.lib.colors import Color, black, white
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
+from reportlab.pdfgen.pathobject import PDFPathObject
 
 from workbench.errors import InputError
 from workbench.photo.board import FOOT_TURN_RAD, Board
@@ -161,15 +162,15 @@ def _instructions(board: Board) -> list[str]:
         "",
         "1. Print at 100 %, without fitting to the page, on dull paper. Tape it flat to a plate.",
         *joined,
-        f"2. Measure bar H ({CHECK_BAR_MM:.1f} mm) and the pattern's height V ({height:.1f} mm) to",
-        "   0.2 mm and give both to `workbench template read` as --h and --v if they are off.",
-        "3. Lay the strip on its edge, all of it on the dark field, nothing on the border. Any place",
-        "   and turn will do. For the angle at the foot too, lay the foot along the foot line, the",
-        "   robot's forward the way of the arrow, and say --foot-aligned.",
-        "4. Light from above, evenly, no lamp mirrored in the strip. On a bright strip that does not",
+        f"2. Measure bar H ({CHECK_BAR_MM:.1f} mm) and the pattern's height V ({height:.1f} mm)",
+        "   to 0.2 mm and give both to `workbench template read` as --h and --v if they are off.",
+        "3. Lay the strip on its edge, all of it on the dark field, nothing on the border. Any",
+        "   place and turn will do. For the angle at the foot too, lay the foot along the foot",
+        "   line, the robot's forward the way of the arrow, and say --foot-aligned.",
+        "4. Light from above, evenly, no lamp mirrored in the strip. On a strip that does not",
         "   stand out, put coloured tape on the upper edge and say --tape blue.",
-        "5. Photograph from straight above, at least 0.8 m away (zoom in rather than come close), the",
-        "   whole board sharp and filling the picture. Do not crop, no wide angle, no panorama.",
+        "5. Photograph from straight above, at least 0.8 m away (zoom in rather than come close),",
+        "   the whole board sharp and filling the picture. No wide angle, panorama or cropping.",
         "6. workbench template read PHOTO.jpg --shape TARGET.yaml --out as-bent.yaml",
     ]
 
@@ -182,7 +183,7 @@ def _fill(
     canvas.rect(x, y, width, height, stroke=0, fill=1)
 
 
-def _rectangle(canvas: Canvas, corner: list[float], size: list[float]):
+def _rectangle(canvas: Canvas, corner: list[float], size: list[float]) -> PDFPathObject:
     path = canvas.beginPath()
     x, y, width, height = np.array([*corner, *size]) * _POINTS_PER_M
     path.rect(x, y, width, height)

@@ -6,6 +6,7 @@ u (1 + k1 |u|^2 + k2 |u|^4) + |u|^2 p + 2 u (u p). All come from the corners of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ _FOCAL_SPREAD = 0.5  # of its logarithm
 _FOCALS = np.geomspace(0.4, 12.0, 200)
 _HEIGHT_SPREAD = 0.1  # of its logarithm, when it is told by the strip's own scale
 _SKEW = 0.004  # how far a fitted homography is from that of square pixels
+_REJECTIONS = 2
+_SHARPEST_PX = 0.02  # no corner is known better
 _ROUNDS = 12
 _LENS = slice(8, 12)  # of the parameters: k1, k2 and the two of p
 _STRAIGHT = np.zeros(4)
@@ -84,9 +87,10 @@ class Camera:
         """Return the points of the board, (..., 2) [m], seen at pixels (..., 2)."""
         seen = (pixels - self.centre) / self.half_diagonal
         flat = seen
+        back = np.linalg.inv(self.homography).astype(np.float64)
         for _ in range(_ROUNDS):
             flat = flat + seen - _bent(flat, self.numbers[_LENS])
-        return self.origin + self.reach * _projected(np.linalg.inv(self.homography), flat)
+        return self.origin + self.reach * _projected(back, flat)
 
     def viewpoint(self, height: float | None = None) -> Viewpoint:
         """Return where the camera stood, if its pixels are square and its centre the picture's.
@@ -145,30 +149,35 @@ def calibrate(
     seen = (corners.pixels - centre) / half_diagonal
     start = _first_homography((places - origin) / reach, seen)
     numbers = np.concatenate([start, _STRAIGHT, np.zeros(3 * (board.sheets - 1))])
+
+    def misses(trial: Array) -> Array:
+        joined = _joined(places, sheets, trial, board)
+        return blank.changed(trial).to_pixels(joined) - corners.pixels
+
     kept = np.ones(len(places), dtype=bool)
-    for _ in range(3):
-        solution = least_squares(
-            lambda trial, kept=kept: (
-                blank.changed(trial).to_pixels(_joined(places, sheets, trial, board))
-                - corners.pixels
-            )[kept].ravel(),
-            numbers,
-            x_scale="jac",
-            method="lm",
-        )
-        numbers = solution.x
-        pixels = blank.changed(numbers).to_pixels(_joined(places, sheets, numbers, board))
-        off = np.linalg.norm(pixels - corners.pixels, axis=1)
-        kept = off < _OUTLIER * max(float(np.median(off[kept])), 0.02)
-    free = max(solution.fun.size - len(numbers), 1)
-    covariance = np.linalg.pinv(solution.jac.T @ solution.jac) * float(solution.fun @ solution.fun)
-    fitted = blank.changed(numbers)
-    error = (fitted.to_board(corners.pixels) - _joined(places, sheets, numbers, board))[kept]
+    for _ in range(_REJECTIONS):
+        numbers = _solved(misses, numbers, kept)[0]
+        off = np.linalg.norm(misses(numbers), axis=1)
+        kept = off < _OUTLIER * max(float(np.median(off[kept])), _SHARPEST_PX)
+    numbers, covariance = _solved(misses, numbers, kept)
+    joined = _joined(places, sheets, numbers, board)
+    error = (blank.changed(numbers).to_board(corners.pixels) - joined)[kept]
     residual = float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
-    _require_fit(name, residual, int(kept.sum()), len(kept))
-    return Camera(
-        numbers, covariance / free, centre, half_diagonal, origin, reach, residual, int(kept.sum())
+    count = int(kept.sum())
+    _require_fit(name, residual, count, len(kept))
+    return Camera(numbers, covariance, centre, half_diagonal, origin, reach, residual, count)
+
+
+def _solved(
+    misses: Callable[[Array], Array], start: Array, kept: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Return the numbers that miss the kept corners least, and their covariance."""
+    solution = least_squares(
+        lambda trial: misses(trial)[kept].ravel(), start, x_scale="jac", method="lm"
     )
+    free = max(solution.fun.size - len(start), 1)
+    spread = float(solution.fun @ solution.fun) / free
+    return solution.x, np.linalg.pinv(solution.jac.T @ solution.jac) * spread
 
 
 def _require_fit(name: str, residual: float, kept: int, seen: int) -> None:
@@ -223,6 +232,5 @@ def _unlikely(homography: Array, focal: float) -> float:
     scale = across @ across + along @ along
     skew = 2 * (across @ along) / scale, (across @ across - along @ along) / scale
     return float(
-        np.sum(np.square(skew)) / _SKEW**2
-        + (np.log(focal / _USUAL_FOCAL) / _FOCAL_SPREAD) ** 2
+        np.sum(np.square(skew)) / _SKEW**2 + (np.log(focal / _USUAL_FOCAL) / _FOCAL_SPREAD) ** 2
     )

@@ -56,9 +56,7 @@ class _Contour(NamedTuple):
     doubt: Array
 
 
-def refined_points(
-    view: View, arcs: Arcs, thickness: tuple[float, float], width: float
-) -> Points:
+def refined_points(view: View, arcs: Arcs, thickness: tuple[float, float], width: float) -> Points:
     """Return points of the contour that faces away from the camera's foot, and both ends.
 
     Args:
@@ -103,8 +101,9 @@ def _contour(view: View, middle: Array, out: Array, thickness: float) -> _Contou
     inside = first + round(0.5 * thickness / _STEP_M)
     top = np.take_along_axis(above, np.clip(inside, 0, len(offsets) - 1)[:, None], 1)[:, 0]
     usual = percentile_filter(top, _USUAL, size=round(_AROUND_M / _STATION_M), mode="nearest")
-    glaring = (top > _GLARE * usual) | ((top > _SATURATED) & (usual < _BELOW_SATURATED))
-    glaring = binary_dilation(glaring, iterations=round(_HALO_M / _STATION_M))
+    spots = (top > _GLARE * usual) | ((top > _SATURATED) & (usual < _BELOW_SATURATED))
+    halo = round(_HALO_M / _STATION_M)
+    glaring = np.asarray(binary_dilation(spots, iterations=halo), dtype=bool)
     place = _between(above, offsets, _HALF * top)
     low, high = (_between(above, offsets, share * usual) for share in _FLANK)
     rise = (low - high) / _flank(1.0)[0]

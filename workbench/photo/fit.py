@@ -56,9 +56,7 @@ class Points:
     def mirrored(self) -> Points:
         """Return it seen from the other side, x to -x."""
         flip = np.array([-1.0, 1.0])
-        return replace(
-            self, places=self.places * flip, sides=-self.sides, ends=self.ends * flip
-        )
+        return replace(self, places=self.places * flip, sides=-self.sides, ends=self.ends * flip)
 
     def reversed(self) -> Points:
         """Return it with root and tip exchanged."""
@@ -129,6 +127,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
         xtol=_ROUGH,
         ftol=_ROUGH,
     ).x
+    noise, trust = _FIRST_NOISE_M, np.ones(len(weights))
     for _ in range(_ROUNDS):
         across = problem.across(numbers) / points.doubt
         noise = max(_MAD * float(np.median(np.abs(across))), _LEAST_NOISE_M)
@@ -140,7 +139,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
     across = problem.across(numbers) / points.doubt
     weights = _worth(across, trust, len(numbers)) / points.doubt
     jacobian = problem.jacobian(numbers, weights)
-    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    covariance = np.linalg.inv(jacobian.T @ jacobian).astype(np.float64)
     influence = covariance @ jacobian[: len(across)].T * weights
     normals = _arcs(numbers, length).normals_at(problem.distances)
     return StripFit(numbers, covariance, length, noise, influence, normals)

@@ -22,7 +22,7 @@ _RANSAC_M = 0.004  # on the paper, for a lens that is not straightened yet
 _LEAST_FITTING = 0.7  # of the markers must lie as on the board
 _NEIGHBOURS = 4  # markers that say where a corner is sought
 _NEAR = 6.0  # squares, to the nearest of them
-_WINDOW = 0.3  # of a square, half the side of what a corner is found in
+_WINDOW = 0.2  # of a square, half the side of what a corner is found in: up to the markers' bits
 _FARTHEST = 0.25  # of a square, from where its neighbours say that it is
 _SHARP = 0.08  # of the contrast from one pixel to the next, at a sharp photograph's edges
 
@@ -129,9 +129,7 @@ def _consistent(
     """Return the markers that lie as on the board."""
     cv2 = opencv()
     places = board.marker_corners()[numbers]
-    _, fits = cv2.findHomography(
-        seen.reshape(-1, 2), places.reshape(-1, 2), cv2.RANSAC, _RANSAC_M
-    )
+    _, fits = cv2.findHomography(seen.reshape(-1, 2), places.reshape(-1, 2), cv2.RANSAC, _RANSAC_M)
     kept = np.zeros(len(numbers), dtype=bool)
     if fits is not None:
         kept = fits.reshape(-1, 4).all(axis=1)
@@ -153,12 +151,16 @@ def _refined(
     away = np.linalg.norm(board.corners[:, None] - places.mean(axis=1)[None], axis=-1)
     near = np.argsort(away, axis=1)[:, :_NEIGHBOURS]
     number = np.flatnonzero(away.min(axis=1) < _NEAR * board.square)
-    guess = [_beside(places[near[k]], seen[near[k]], board.corners[k]) for k in number]
+    guess = np.array([_beside(places[near[k]], seen[near[k]], board.corners[k]) for k in number])
     side = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1)
     square = float(np.median(side)) * board.square / board.marker
     window = max(2, round(_WINDOW * square))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-3)
-    start = np.array(guess, dtype=np.float32).reshape(-1, 1, 2)
+    inside = ((guess > window) & (guess < np.array(grey.shape[::-1]) - 1 - window)).all(axis=1)
+    number = number[inside]
+    if not len(number):
+        return Corners(board, number, np.empty((0, 2)))
+    start = guess[inside].astype(np.float32)[:, None]
     found = cv2.cornerSubPix(grey, start.copy(), (window, window), (-1, -1), stop)
     moved = np.linalg.norm((found - start).reshape(-1, 2), axis=1)
     kept = moved < _FARTHEST * square

@@ -15,6 +15,7 @@ __all__ = ["oriented", "rough_numbers"]
 Array = NDArray[np.float64]
 
 _CLEARLY = 0.8  # of the second best misfit, that the best must stay below
+_ENOUGH = 400  # points; of more, only some are taken
 _SMOOTHING = 0.5  # of an increment, over which a heading is taken
 
 
@@ -26,11 +27,11 @@ def rough_numbers(places: Array, length: float, half_thickness: float) -> Array:
         length: of the strip [m].
         half_thickness: as seen [m].
     """
-    steps = np.linalg.norm(np.diff(places[:: max(1, len(places) // 400)], axis=0), axis=1)
-    sparse = places[:: max(1, len(places) // 400)]
+    sparse = places[:: max(1, len(places) // _ENOUGH)]
+    steps = np.linalg.norm(np.diff(sparse, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     along *= 16 / along[-1]
-    middle = np.arange(16) + 0.5
+    middle = np.arange(0.5, 16.0)
 
     def at(where: Array) -> Array:
         return np.column_stack([np.interp(where, along, column) for column in sparse.T])

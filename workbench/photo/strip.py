@@ -88,9 +88,7 @@ class View:
         return np.array(moved) * [self.side, 1.0]
 
 
-def make_view(
-    name: str, photo: NDArray[np.uint8], camera: Camera, board: Board, tape: str
-) -> View:
+def make_view(name: str, photo: NDArray[np.uint8], camera: Camera, board: Board, tape: str) -> View:
     """Return the view of a photograph.
 
     Args:
@@ -158,7 +156,7 @@ def find_path(view: View, length: float) -> Array:
 def _resolution(view: View) -> float:
     """Return the photograph's pixels per metre in the field's middle."""
     middle = view.board.size / 2
-    pixels = view.camera.to_pixels(np.array([middle, middle + [0.01, 0.0]]))
+    pixels = view.camera.to_pixels(middle + np.array([[0.0, 0.0], [0.01, 0.0]]))
     return float(np.linalg.norm(pixels[1] - pixels[0])) / 0.01
 
 
@@ -215,6 +213,6 @@ def _farthest(distance: Array) -> int:
 
 def _not_found(name: str) -> InputError:
     return InputError(
-        f"{name}: no strip is found on the dark field; lay it there on its edge, lit from above, or "
-        "put a coloured tape on the edge and name it with --tape"
+        f"{name}: no strip is found on the dark field; lay it there on its edge, lit from above, "
+        "or put a coloured tape on the edge and name it with --tape"
     )

@@ -1,8 +1,9 @@
 """What a beam as it was bent means: the joints to correct, the tip, and the distance it costs.
 
-`deviation` compares it with its target, `cost` simulates both, `figure` draws both over each other,
-`page` tells all of it, and `files` keeps the beam as a shape that the twin uses. How the angles were
-read lives in `photo`. A further consequence of a deviation is a further section of the page.
+`deviation` compares it with its target, `cost` simulates both, `figure` draws both over each
+other, `page` tells all of it, and `files` keeps the beam as a shape that the twin uses. How the
+angles were read lives in `photo`. A further consequence of a deviation is a further section of
+the page.
 """
 
 from workbench.readback.cost import Cost, simulate_cost

@@ -93,18 +93,17 @@ def _warnings(bent: AsBent) -> list[str]:
 
 
 def _joints(deviation: Deviation) -> Markup:
+    target, bent, off = (
+        np.degrees(one) for one in (deviation.target, deviation.bent, deviation.difference)
+    )
     rows = []
-    for k in range(len(deviation.bent)):
-        known = deviation.error is not None
-        error = f"{np.degrees(deviation.error[k]):.2f}" if known else "unknown"  # type: ignore[index]
+    for k in range(len(bent)):
+        error = "unknown" if deviation.error is None else f"{np.degrees(deviation.error[k]):.2f}"
+        seen = (f"{bent[k]:.2f}", f"{off[k]:+.2f}")
         if k == 0 and not deviation.foot_seen:
-            rows.append(("0", f"{np.degrees(deviation.target[0]):.2f}", "not seen", "", error, ""))
-            continue
-        rows.append((
-            str(k), f"{np.degrees(deviation.target[k]):.2f}", f"{np.degrees(deviation.bent[k]):.2f}",
-            f"{np.degrees(deviation.difference[k]):+.2f}", error,
-            deviation.in_words(k) if k in deviation.correct else "",
-        ))  # fmt: skip
+            seen = ("not seen", "")
+        to_do = deviation.in_words(k) if k in deviation.correct else ""
+        rows.append((str(k), f"{target[k]:.2f}", *seen, error, to_do))
     return table(rows, ("Joint", "Target [deg]", "Bent [deg]", "Off [deg]", "Error [deg]", "To do"))
 
 
