@@ -28,7 +28,7 @@ def released(held: float, thickness: float, metal: Metal, layers: int = 20_001) 
     """The radius that is left, by the moment of many layers, each elastic and then plastic."""
     height = np.linspace(-thickness / 2, thickness / 2, layers)
     stress = np.clip(metal.modulus * height / held, -metal.yield_strength, metal.yield_strength)
-    moment = np.trapezoid(stress * height, height)
+    moment = float(np.trapezoid(stress * height, height))
     return 1 / (1 / held - moment * 12 / (metal.modulus * thickness**3))
 
 
@@ -41,7 +41,7 @@ def test_a_strip_held_at_the_radius_told_springs_back_to_the_shape(radius: float
     assert held < ALUMINIUM.modulus * THICKNESS / (2 * ALUMINIUM.yield_strength)  # 350 mm
 
 
-def test_a_straight_station_stays_straight(sheet: MakeSheet) -> None:
+def test_a_straight_station_stays_straight() -> None:
     assert held_radius(float("inf"), THICKNESS, ALUMINIUM) == float("inf")
 
 

@@ -3,10 +3,10 @@
 `strip` is what is shown, and refuses what cannot be bent; `free` takes the load off shapes that
 list the standing robot. `drawing` makes one drawing of it in mm (`figure` holds its parts, `labels`
 places its texts), `tiles` spreads that over the fewest pages of a `paper`, and a `sheet` is all of
-it. Three writers draw the same: `pages` (PDF, with `canvas`, the `block` at the bottom and the table
-of `overbend`), `svg` and `dxf`; `files` writes them, `record` keeps what they were drawn from, and
-`confirm` judges a print by its check bars. Nothing here reads photographs. A new line on the sheet
-is a path of `drawing`, with its layer; a new paper is a row in `paper`.
+it. Three writers draw the same: `pages` (PDF, with `canvas`, the `block` at the bottom and the
+table of `overbend`), `svg` and `dxf`; `files` writes them, `record` keeps what they were drawn
+from, and `confirm` judges a print by its check bars. Nothing here reads photographs. A new line on
+the sheet is a path of `drawing`, with its layer; a new paper is a row in `paper`.
 """
 
 from workbench.template.canvas import NO_COMPENSATION, Compensation
