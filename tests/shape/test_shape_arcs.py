@@ -121,6 +121,10 @@ def test_crossing_tells_a_bow_tie_from_a_square() -> None:
 
 
 def test_sides_on_one_line_do_not_cross() -> None:
-    along = np.linspace(0, 1, 8)[:, None] * np.array([0.83, -0.55])  # no binary fractions
-    beside = along[::-1] + [0.055, 0.083]
-    assert crossing(np.concatenate([along, beside])) is None
+    """Whatever rounding makes of the angle between them."""
+    share = np.linspace(0, 1, 8)[:, None]
+    for heading in np.linspace(0.1, 3.0, 50):
+        way = np.array([np.cos(heading), np.sin(heading)])
+        there = share * way
+        back = there[::-1] + 0.1 * np.array([-way[1], way[0]])
+        assert crossing(np.concatenate([there, back])) is None

@@ -37,15 +37,16 @@ def pages(pdf: bytes, folder: Path) -> list[Array]:
     return found
 
 
-def walked(angles: Array, length: float, steps: int = 160_000) -> tuple[Array, Array]:
-    """Stations 0 to 16 and their headings by summing tiny steps of the equal-length arcs [mm]."""
+def walked(angles: Array, length: float, parts: int = 16) -> tuple[Array, Array]:
+    """Ends of equal parts of the equal-length arcs and their headings, by tiny steps [mm]."""
+    steps = 160_000
     increment = length / len(angles)
     middle = (np.arange(steps) + 0.5) * length / steps
     share = np.clip(middle[:, None] / increment - np.arange(1, len(angles)) + 0.5, 0, 1)
     heading = angles[0] + share @ angles[1:]
     way = 1000 * length / steps * np.stack([np.cos(heading), -np.sin(heading)], axis=1)
     points = np.concatenate([np.zeros((1, 2)), np.cumsum(way, axis=0)])
-    stride = steps // len(angles)
+    stride = steps // parts
     return points[::stride], np.append(heading, heading[-1])[::stride]
 
 
@@ -77,7 +78,7 @@ def cross_near(page: Array, point: Array, arm: float) -> Array:
 
 
 def bars(page: Array) -> list[tuple[str, float]]:
-    """The check bars: lines between 98 and 102 mm long, and the distance of their end ticks [mm]."""
+    """The check bars, lines between 98 and 102 mm, with the distance of their end ticks [mm]."""
     return [("H", length) for length in _level_bars(page)] + [
         ("V", length) for length in _level_bars(np.rot90(page, -1))
     ]

@@ -24,8 +24,9 @@ def words(pdf: bytes, page: int = 0) -> str:
 
 
 def test_a_viewer_is_asked_not_to_scale(sheet: MakeSheet) -> None:
-    catalogue = opened(pdf_pages(sheet("A4"))).trailer["/Root"]
-    assert catalogue["/ViewerPreferences"]["/PrintScaling"] == "/None"
+    preferences = opened(pdf_pages(sheet("A4"))).viewer_preferences
+    assert preferences is not None
+    assert preferences.print_scaling == "/None"
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from workbench.template import (
     free_angles,
     make_sheet,
     make_strip,
+    metal_of,
     paper_named,
     write_template,
 )
@@ -68,6 +69,11 @@ def draw(
     model: Annotated[
         str, typer.Option(help="Model name or file; frees a shape listed as standing.")
     ] = "thesis",
+    yield_strength: Annotated[
+        str | None,
+        typer.Option("--yield", help='Of the metal, "200 MPa": adds the radii to bend to.'),
+    ] = None,
+    modulus: Annotated[str | None, typer.Option(help='Of the metal, "70 GPa".')] = None,
     as_json: JsonFlag = False,
 ) -> None:
     """Draw the free strip at 1:1 on the fewest pages, and for laser and CNC.
@@ -79,17 +85,20 @@ def draw(
     loaded = document.content.state == "loaded"
     strip = make_strip(
         document,
-        _length(thickness, "--thickness"),
+        _quantity(thickness, "length", "--thickness"),
         free_angles(document.content, robot) if loaded else None,
         robot.name if loaded else None,
     )
-    page = paper_named(paper, _length(roll_width, "--roll-width"))
-    sheet = make_sheet(strip, page, date.today(), mirror)
+    page = paper_named(paper, _quantity(roll_width, "length", "--roll-width"))
+    metal = metal_of(
+        _quantity(yield_strength, "stress", "--yield"), _quantity(modulus, "stress", "--modulus")
+    )
+    sheet = make_sheet(strip, page, date.today(), mirror, metal=metal)
     files = write_template(sheet, out, document.path, formats_named(formats))
     layout = sheet.layout
     found = {
         "files": [str(path) for path in files],
-        "pages": len(layout.tiles),
+        "pages": sheet.pages,
         "paper": layout.paper.name,
         "page_mm": [layout.paper.width, layout.paper.height],
         "turned_deg": layout.turn_deg,
@@ -141,12 +150,12 @@ def confirm(
     print(f"print {found.files[0]} on the same printer at 100 % and confirm that one")
 
 
-def _length(text: str | None, option: str) -> float | None:
-    """Return a length [m]."""
+def _quantity(text: str | None, dimension: str, option: str) -> float | None:
+    """Return what an option says, SI."""
     if text is None:
         return None
     try:
-        value, _ = parse_quantity(text, "length")
+        value, _ = parse_quantity(text, dimension)
     except ValueError as error:
         raise InputError(f"{option}: {error}") from None
     if value <= 0:

@@ -30,6 +30,7 @@ DIMENSIONS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "force": {"N": 1.0, "mN": 1e-3},
     "rate": {"Hz": 1.0},
+    "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }
 """Dimension -> unit -> factor to SI."""
 

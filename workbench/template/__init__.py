@@ -3,10 +3,10 @@
 `strip` is what is shown, and refuses what cannot be bent; `free` takes the load off shapes that
 list the standing robot. `drawing` makes one drawing of it in mm (`figure` holds its parts, `labels`
 places its texts), `tiles` spreads that over the fewest pages of a `paper`, and a `sheet` is all of
-it. Three writers draw the same: `pages` (PDF, with `canvas` and the `block` at the bottom), `svg`
-and `dxf`; `files` writes them, `record` keeps what they were drawn from, and `confirm` judges a
-print by its check bars. Nothing here reads photographs. A new line on the sheet is a path of
-`drawing`, with its layer; a new paper is a row in `paper`.
+it. Three writers draw the same: `pages` (PDF, with `canvas`, the `block` at the bottom and the
+table of `overbend`), `svg` and `dxf`; `files` writes them, `record` keeps what they were drawn
+from, and `confirm` judges a print by its check bars. Nothing here reads photographs. A new line on
+the sheet is a path of `drawing`, with its layer; a new paper is a row in `paper`.
 """
 
 from workbench.template.canvas import NO_COMPENSATION, Compensation
@@ -14,6 +14,8 @@ from workbench.template.confirm import AT_SCALE_MM, REFUSED_MM, Confirmed, confi
 from workbench.template.dxf import dxf_drawing
 from workbench.template.files import FORMATS, formats_named, write_template
 from workbench.template.free import free_angles
+from workbench.template.metal import Metal, metal_of
+from workbench.template.overbend import held_radius, overbends
 from workbench.template.pages import pdf_pages
 from workbench.template.paper import PAPERS, Paper, paper_named
 from workbench.template.sheet import Sheet, make_sheet
@@ -29,6 +31,7 @@ __all__ = [
     "REFUSED_MM",
     "Compensation",
     "Confirmed",
+    "Metal",
     "Paper",
     "Sheet",
     "Strip",
@@ -36,8 +39,11 @@ __all__ = [
     "dxf_drawing",
     "formats_named",
     "free_angles",
+    "held_radius",
     "make_sheet",
     "make_strip",
+    "metal_of",
+    "overbends",
     "paper_named",
     "pdf_pages",
     "svg_drawing",

@@ -12,7 +12,6 @@ from workbench.template.figure import Layer
 from workbench.template.paper import BAR_MM, MARGIN_MM
 from workbench.template.sheet import Sheet
 from workbench.template.strip import Strip
-from workbench.template.tiles import Tile
 
 __all__ = ["draw_block", "qr_text"]
 
@@ -31,16 +30,16 @@ def qr_text(sheet: Sheet) -> str:
     return f"{sheet.strip.name} {sheet.strip.short_hash}"
 
 
-def draw_block(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
-    """Draw QR code, title block and page map of a page."""
+def draw_block(canvas: Canvas, sheet: Sheet, number: int) -> None:
+    """Draw QR code, title block and page map of a page, which has a number from 1."""
     _draw_qr(canvas, qr_text(sheet), MARGIN_MM, MARGIN_MM)
     paper = sheet.layout.paper
     room = paper.width - 2 * MARGIN_MM - (BAR_MM + 2 * _GAP_MM if paper.wide else 0.0)
     room = min(room, _WIDEST_MM)
     left = MARGIN_MM + _QR_MM + _GAP_MM
     words = room - _QR_MM - _MAP_MM[0] - 2 * _GAP_MM
-    _write_title(canvas, sheet, tile, left, words)
-    _draw_map(canvas, sheet, tile, left + words + _GAP_MM, MARGIN_MM)
+    _write_title(canvas, sheet, number, left, words)
+    _draw_map(canvas, sheet, number, left + words + _GAP_MM, MARGIN_MM)
 
 
 def _draw_qr(canvas: Canvas, text: str, x: float, y: float) -> None:
@@ -55,10 +54,10 @@ def _draw_qr(canvas: Canvas, text: str, x: float, y: float) -> None:
             canvas.rect(left, top - (k + 1) * size, width, size, stroke=0, fill=1)
 
 
-def _write_title(canvas: Canvas, sheet: Sheet, tile: Tile, x: float, room: float) -> None:
+def _write_title(canvas: Canvas, sheet: Sheet, number: int, x: float, room: float) -> None:
     set_pen(canvas, BLACK)
     y = MARGIN_MM + _QR_MM - _TITLE_SIZE_MM
-    page = f"page {tile.number} of {len(sheet.layout.tiles)}"
+    page = f"page {number} of {sheet.pages}"
     write_text(canvas, x, y, sheet.strip.name, _TITLE_SIZE_MM, bold=True, room=room - 30.0)
     write_text(canvas, x + room, y, page, _TITLE_SIZE_MM, bold=True, anchor="end")
     for text in _lines(sheet):
@@ -100,7 +99,7 @@ def _compensation(sheet: Sheet) -> str:
     )
 
 
-def _draw_map(canvas: Canvas, sheet: Sheet, tile: Tile, x: float, y: float) -> None:
+def _draw_map(canvas: Canvas, sheet: Sheet, number: int, x: float, y: float) -> None:
     """Draw all pages small, this one filled, with the strip across them."""
     tiles = sheet.layout.tiles
     low = np.min([t.low for t in tiles], axis=0)
@@ -108,10 +107,10 @@ def _draw_map(canvas: Canvas, sheet: Sheet, tile: Tile, x: float, y: float) -> N
     scale = float(np.min(np.array(_MAP_MM) / span))
     canvas.saveState()
     canvas.translate(x, y)
-    for other in sorted(tiles, key=lambda other: other is tile):
+    for other in sorted(tiles, key=lambda other: other.number == number):
         set_pen(canvas, _FILLED)
         box = (scale * np.concatenate([other.low - low, other.high - other.low])).tolist()
-        if other is tile:
+        if other.number == number:
             canvas.rect(*box, stroke=0, fill=1)
         set_pen(canvas, FRAME)
         canvas.rect(*box)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError
 from workbench.template.dxf import dxf_drawing
 from workbench.template.pages import pdf_pages
 from workbench.template.record import confirmations_path, keep, record_of, record_path
@@ -31,10 +31,7 @@ def formats_named(text: str) -> tuple[str, ...]:
     named = tuple(dict.fromkeys(word.strip().lower() for word in text.split(",")))
     for name in named:
         if name not in FORMATS:
-            raise InputError(
-                f"unknown format {name!r}{did_you_mean(name, FORMATS)}; there is "
-                f"{', '.join(FORMATS)}"
-            )
+            raise InputError(f"unknown format {name!r}; there is {', '.join(FORMATS)}")
     return named
 
 

@@ -17,6 +17,7 @@ from workbench.template.canvas import (
     write_text,
 )
 from workbench.template.figure import Label, Layer, Path, arc
+from workbench.template.overbend import draw_overbend
 from workbench.template.paper import OVERLAP_MM
 from workbench.template.sheet import Sheet
 from workbench.template.tiles import Mark, Tile
@@ -47,7 +48,13 @@ def pdf_pages(sheet: Sheet) -> bytes:
         _draw_part(canvas, sheet, tile)
         _draw_edges(canvas, sheet, tile)
         draw_check_bars(canvas, sheet.layout.paper)
-        draw_block(canvas, sheet, tile)
+        draw_block(canvas, sheet, tile.number)
+        canvas.showPage()
+    if sheet.metal is not None:
+        begin_page(canvas, sheet.layout.paper, sheet.compensation)
+        draw_overbend(canvas, sheet, sheet.metal)
+        draw_check_bars(canvas, sheet.layout.paper)
+        draw_block(canvas, sheet, sheet.pages)
         canvas.showPage()
     canvas.save()
     return stream.getvalue()

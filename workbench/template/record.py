@@ -12,6 +12,7 @@ from pydantic import Field
 from workbench.errors import InputError
 from workbench.protocol import Section, ShapeFile, load
 from workbench.template.canvas import Compensation
+from workbench.template.metal import metal_of
 from workbench.template.paper import ROLL, paper_named
 from workbench.template.sheet import Sheet, make_sheet
 from workbench.template.strip import Strip, digest
@@ -52,6 +53,9 @@ class TemplateRecord(Section):
     day: date
     compensation_h: float
     compensation_v: float
+    yield_strength_Pa: float | None
+    modulus_Pa: float | None
+    """Of the metal, where the template tells the radii to bend to."""
 
 
 class Measured(Section):
@@ -120,6 +124,8 @@ def record_of(sheet: Sheet, pdf: bytes, shape_file: Path) -> TemplateRecord:
         day=sheet.day,
         compensation_h=sheet.compensation.h,
         compensation_v=sheet.compensation.v,
+        yield_strength_Pa=sheet.metal.yield_strength if sheet.metal else None,
+        modulus_Pa=sheet.metal.modulus if sheet.metal else None,
     )
 
 
@@ -135,7 +141,8 @@ def sheet_of(record: TemplateRecord) -> Sheet:
     )
     paper = paper_named(record.paper, record.roll_width_m)
     compensation = Compensation(record.compensation_h, record.compensation_v)
-    return make_sheet(strip, paper, record.day, record.mirror, compensation)
+    metal = metal_of(record.yield_strength_Pa, record.modulus_Pa)
+    return make_sheet(strip, paper, record.day, record.mirror, compensation, metal)
 
 
 def unchanged_record(pdf: Path) -> TemplateRecord:

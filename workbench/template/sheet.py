@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 
 from workbench.template.canvas import NO_COMPENSATION, Compensation
+from workbench.template.metal import Metal
 from workbench.template.paper import Paper
 from workbench.template.strip import Strip
 from workbench.template.tiles import Layout, lay_out
@@ -26,6 +27,7 @@ class Sheet:
         mirror: whether it is for the strip's other side.
         day: it is dated.
         compensation: of the printer.
+        metal: of the strip, where the radii to bend to are told on a page of their own.
     """
 
     strip: Strip
@@ -33,12 +35,19 @@ class Sheet:
     mirror: bool
     day: date
     compensation: Compensation = NO_COMPENSATION
+    metal: Metal | None = None
+
+    @property
+    def pages(self) -> int:
+        """Return how many pages it has."""
+        return len(self.layout.tiles) + (self.metal is not None)
 
     @property
     def stem(self) -> str:
         """Return the name of its files without ending."""
         words = [self.strip.name, self.strip.short_hash, self.layout.paper.name]
         words += ["mirrored"] if self.mirror else []
+        words += ["overbend"] if self.metal is not None else []
         if self.compensation != NO_COMPENSATION:
             words += [f"h{100 / self.compensation.h:.2f}", f"v{100 / self.compensation.v:.2f}"]
         return _UNSAFE.sub("_", "-".join(words))
@@ -50,6 +59,7 @@ def make_sheet(
     day: date,
     mirror: bool = False,
     compensation: Compensation = NO_COMPENSATION,
+    metal: Metal | None = None,
 ) -> Sheet:
-    """Return the template of a strip, laid on the fewest pages."""
-    return Sheet(strip, lay_out(strip, paper, mirror), mirror, day, compensation)
+    """Return the template of a strip, laid on the fewest pages; arguments as for `Sheet`."""
+    return Sheet(strip, lay_out(strip, paper, mirror), mirror, day, compensation, metal)

@@ -14,7 +14,7 @@ from workbench.template.figure import Drawing
 from workbench.template.paper import OVERLAP_MM, Paper
 from workbench.template.strip import Strip
 
-__all__ = ["Layout", "Mark", "Tile", "lay_out"]
+__all__ = ["BORDER_MM", "Layout", "Mark", "Tile", "lay_out"]
 
 Array = NDArray[np.float64]
 Cell = tuple[int, int]
@@ -26,7 +26,8 @@ _ALIGNMENTS = (0.5, 0.0, 1.0)  # where the drawing lies in what room the pages h
 _MARKS_AT = ((0.2, 0.1, 0.3, 0.4), (0.8, 0.9, 0.7, 0.6))  # of an edge's length, the best first
 _MARK_CLEAR_MM = 8.0  # between a mark and the drawing
 _COARSE_MM = 4.0  # between the points that stand for the drawing in the first look
-_BORDER_MM = 1.0  # between the drawing and the edge of its pages
+BORDER_MM = 1.0
+"""Between the drawing and the edge of its pages."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def _rank(page: Paper, grid: _Grid, paper: Paper, turn: int) -> _Rank:
 
 
 def _fewest(samples: Array, paper: Paper) -> tuple[Paper, _Grid]:
-    low, high = samples.min(axis=0) - _BORDER_MM, samples.max(axis=0) + _BORDER_MM
+    low, high = samples.min(axis=0) - BORDER_MM, samples.max(axis=0) + BORDER_MM
     page = paper if paper.height is not None else paper.cut(float(high[1] - low[1]))
     window = np.array([page.window_width, page.window_height or 0.0])
     pitch = window - OVERLAP_MM
