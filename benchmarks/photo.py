@@ -32,8 +32,8 @@ from workbench.photo import read_photo
 BAR_DEG = 0.3
 COVERAGE = (0.80, 0.98)
 OFF_RAD = np.radians(2.0)
-SIZE = 3200, 2400
-QUICK_SIZE = 2000, 1500
+SIZE = 2400, 1800
+QUICK_SIZE = 1600, 1200
 FIRST_SEED = 1000
 WITHIN_90 = float(norm.ppf(0.95))
 
