@@ -27,9 +27,12 @@ def commands(page: Path) -> list[str]:
     "page", [p for p in PAGES if commands(p)], ids=lambda p: str(p.relative_to(ROOT))
 )
 def test_every_quoted_command_works_in_order(page: Path, tmp_path: Path) -> None:
-    here = os.environ | {"WORKBENCH_RUNS": str(tmp_path / "runs"), "NO_COLOR": "1"}
+    runs, templates = tmp_path / "runs", tmp_path / "templates"
+    here = os.environ | {"WORKBENCH_RUNS": str(runs), "NO_COLOR": "1"}
+    here |= {"WORKBENCH_TEMPLATES": str(templates)}
     for command in commands(page):
-        words = shlex.split(command.replace("RUN", _newest(tmp_path / "runs")))
+        command = command.replace("RUN", _newest(runs, "*", "RUN"))
+        words = shlex.split(command.replace("TEMPLATE", _newest(templates, "*.pdf", "TEMPLATE")))
         assert words[0] == "workbench"
         done = subprocess.run(
             [*MAIN, *words[1:]], cwd=ROOT, env=here, capture_output=True, text=True, timeout=120
@@ -44,6 +47,6 @@ def test_every_link_to_a_file_leads_somewhere(page: Path) -> None:
         assert (page.parent / target).exists(), target
 
 
-def _newest(runs: Path) -> str:
-    found = sorted(runs.glob("*")) if runs.exists() else []
-    return str(found[-1]) if found else "RUN"
+def _newest(folder: Path, pattern: str, otherwise: str) -> str:
+    found = sorted(folder.glob(pattern)) if folder.exists() else []
+    return str(found[-1]) if found else otherwise

@@ -10,6 +10,7 @@ from workbench import errors
         (errors.InputError, 2),
         (errors.FileFaults, 2),
         (errors.TakeError, 2),
+        (errors.PrintRefused, 1),
         (errors.HardwareError, 3),
         (errors.SafetyStop, 4),
         (errors.Interrupted, 130),

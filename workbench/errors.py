@@ -6,6 +6,7 @@
     │   └── TakeError        2  an export that cannot be read
     ├── RecordError          1  what happens cannot be written down
     ├── DataFault            1  runs are not what they are said to be, and too few others are left
+    ├── PrintRefused         1  a printed template is not at 1:1
     ├── HardwareError        3  a device cannot be reached or does not answer rightly
     ├── SafetyStop           4  a limit or a protection ended the run
     └── Interrupted        130  the user stopped it, the output is off
@@ -26,6 +27,7 @@ __all__ = [
     "HardwareError",
     "InputError",
     "Interrupted",
+    "PrintRefused",
     "RecordError",
     "SafetyStop",
     "TakeError",
@@ -113,6 +115,10 @@ class DataFault(WorkbenchError):
 
 class RecordError(WorkbenchError):
     """What happens cannot be written down, so nothing more is done; the output is switched off."""
+
+
+class PrintRefused(WorkbenchError):
+    """A printed template is not at 1:1, and by more than a printer's own error."""
 
 
 class HardwareError(WorkbenchError):

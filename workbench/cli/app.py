@@ -25,6 +25,7 @@ from workbench.cli.runs import runs
 from workbench.cli.schema import schema
 from workbench.cli.simulate import simulate
 from workbench.cli.supply import supply
+from workbench.cli.template_photo import template
 from workbench.errors import Interrupted, WorkbenchError
 
 __all__ = ["app", "main"]
@@ -55,6 +56,7 @@ for verb in (
     app.command()(verb)
 app.add_typer(runs)
 app.add_typer(supply)
+app.add_typer(template)
 
 
 def _version(asked: bool) -> None:

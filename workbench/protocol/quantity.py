@@ -32,6 +32,7 @@ DIMENSIONS: dict[str, dict[str, float]] = {
     "rate": {"Hz": 1.0},
     "mass": {"kg": 1.0, "g": 1e-3},
     "temperature": {"degC": 1.0},
+    "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }
 """Dimension -> unit -> factor to SI; temperatures stay in degrees Celsius."""
 

@@ -30,5 +30,12 @@ class ShapeFile(Section):
     """Straight increments of equal length joined at the angles, as the thesis models it."""
     state: Literal["unloaded", "loaded"]
     """Whether the angles are those of the free strip or of the standing robot."""
+    uncertainty: (
+        Annotated[
+            tuple[Annotated[float, Field(ge=0, le=3.2)], ...], Field(min_length=16, max_length=16)
+        ]
+        | None
+    ) = None
+    """Standard error of each angle [rad], where the shape was measured."""
     source: str
     """Where the angles come from."""

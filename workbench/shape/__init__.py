@@ -1,10 +1,12 @@
 """The beam's shape as geometry: angles to a curve in the x-z plane.
 
-What a beam of straight increments looks like lives here, in the thesis' convention: angle 0 turns
-the first increment against the foot, every further one against its predecessor, about +y. Nothing
-here knows of forces, files or drawing. A new property of a shape is a function of the curve.
+What a beam of straight increments looks like lives here (`curve`), and the smooth line that a strip
+is bent along (`arcs`), in the thesis' convention: angle 0 turns the first increment against the
+foot, every further one against its predecessor, about +y. Nothing here knows of forces, files or
+drawing. A new property of a shape is a function of the curve.
 """
 
+from workbench.shape.arcs import Arcs, Box, crossing, equal_length_arcs
 from workbench.shape.curve import bend_radii, curve
 
-__all__ = ["bend_radii", "curve"]
+__all__ = ["Arcs", "Box", "bend_radii", "crossing", "curve", "equal_length_arcs"]
