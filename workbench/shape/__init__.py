@@ -6,5 +6,6 @@ here knows of forces, files or drawing. A new property of a shape is a function 
 """
 
 from workbench.shape.curve import bend_radii, curve
+from workbench.shape.metrics import Metrics, clearance, crosses_itself, metrics
 
-__all__ = ["bend_radii", "curve"]
+__all__ = ["Metrics", "bend_radii", "clearance", "crosses_itself", "curve", "metrics"]
