@@ -91,13 +91,13 @@ class Uncertainty:
 def altered(robot: Robot, departure: Departure) -> Robot:
     """Return the robot as it may turn out.
 
-    Sticking friction stays at least sliding friction, and no quantity falls below a tenth of what
-    was stated: their tolerances are wide enough to say otherwise.
+    Sticking friction stays at least sliding friction, and what is above zero stays above a tenth of
+    what was stated: the tolerances are wide enough to say otherwise.
     """
-    values = {
-        name: max(value + departure.values.get(name, 0.0), 0.1 * value) if value > 0 else value
-        for name, value in robot.values.items()
-    }
+    values = dict(robot.values)
+    for name, off in departure.values.items():
+        least = 0.1 * values[name] if values[name] > 0 else -np.inf
+        values[name] = float(max(values[name] + off, least))
     values["friction_stick"] = max(values["friction_stick"], values["friction_slide"])
     angles = tuple(float(a) for a in np.asarray(robot.angles) + departure.angles)
     return replace(robot, values=values, angles=angles)
