@@ -18,6 +18,7 @@ from workbench.cli.ingest import ingest
 from workbench.cli.investigate import investigate
 from workbench.cli.live import live
 from workbench.cli.modes import modes
+from workbench.cli.optimize import optimize
 from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
@@ -48,6 +49,7 @@ for verb in (
     investigate,
     simulate,
     modes,
+    optimize,
     review,
     schema,
     doctor,

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from workbench.errors import InputError
 from workbench.shape import bend_radii, clearance, curve
 
-__all__ = ["LEAST_RADIUS_M", "Strip"]
+__all__ = ["LEAST_RADIUS_M", "Strip", "beam_points"]
 
 LEAST_RADIUS_M = 0.03
 """Bend radius at which bending by hand over an edge begins; 0.6 rad at a joint is 64 mm."""
@@ -29,11 +29,9 @@ class Strip:
         length: of the beam [m].
         thickness: of the strip [m]; 0 where it is not known takes the centreline alone.
         least_radius: the tightest bend that is allowed [m].
-        foot_length: T must rest above it [m].
     """
 
     length: float
-    foot_length: float
     thickness: float = 0.0
     least_radius: float = LEAST_RADIUS_M
 
@@ -66,9 +64,7 @@ class Strip:
         Raises:
             InputError: with the place and what is allowed.
         """
-        names = (model.body(k).name for k in range(model.nbody))
-        chain = [*(name for name in names if name.startswith("increment_")), "top"]
-        points = np.array([data.body(name).xpos[[0, 2]] for name in chain])
+        points = beam_points(model, data)
         foot = data.body("foot").xpos
         self._require_apart(points, "at rest")
         lowest = float(points[1:, 1].min() - foot[2])
@@ -77,11 +73,12 @@ class Strip:
                 f"this shape cannot hop: at rest its strip reaches {1e3 * lowest:.0f} mm from the "
                 "foot's plane; it must stay above it"
             )
-        overhang = abs(float(points[-1, 0] - foot[0])) - self.foot_length / 2
+        half = float(model.geom_size[model.body("foot").geomadr[0], 0])
+        overhang = abs(float(points[-1, 0] - foot[0])) - half
         if overhang > 0:
             raise InputError(
                 f"this shape cannot hop: at rest T is {1e3 * overhang:.0f} mm off the foot's "
-                f"edge; it must be above the foot, within {1e3 * self.foot_length / 2:g} mm of "
+                f"edge; it must be above the foot, within {1e3 * half:g} mm of "
                 "its centre"
             )
 
@@ -95,3 +92,10 @@ class Strip:
             f"this shape cannot be bent: {when}, parts of its strip come within "
             f"{1e3 * gap:.1f} mm and the strip is {1e3 * self.thickness:g} mm thick"
         )
+
+
+def beam_points(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the ends of the increments from the root to T, (N + 1, 2) as x, z [m]."""
+    names = (model.body(k).name for k in range(model.nbody))
+    chain = [*(name for name in names if name.startswith("increment_")), "top"]
+    return np.array([data.body(name).xpos[[0, 2]] for name in chain])

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.design.goals import FITNESS_OFFSET, GOALS, PENALTY, Goal, Hop
+from workbench.design.goals import GOALS, PENALTY, Hop
 from workbench.design.problem import Problem
 from workbench.design.uncertainty import altered
 from workbench.errors import InputError
 from workbench.optimize import Evaluation
-from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation
+from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation, applied, unloaded
 
 __all__ = ["Objective"]
 
@@ -65,7 +65,8 @@ class Objective:
         if not self._problem.space.contains(candidate):
             return "the candidate is outside the bounds of the angles or of their sum"
         try:
-            self._strip.require_bendable(self._problem.robot(candidate).angles)
+            free = unloaded(applied(self._problem.robot(candidate)))
+            self._strip.require_bendable(free.angles)
         except InputError as refusal:
             return str(refusal)
         return None
@@ -85,9 +86,7 @@ class Objective:
     def _judged(
         self, jobs: Sequence[Job], results: Sequence[Simulation | InputError]
     ) -> Evaluation:
-        hops = [
-            self._hop(robot, result) for (robot, _), result in zip(jobs, results, strict=True)
-        ]
+        hops = [self._hop(robot, result) for (robot, _), result in zip(jobs, results, strict=True)]
         good = [hop for hop in hops if isinstance(hop, Hop)]
         if not good:
             return self._failed(next(hop for hop in hops if isinstance(hop, str)))

@@ -77,8 +77,7 @@ class Problem:
     def strip(self) -> Strip:
         """What can be bent and can stand."""
         thickness = self.shape.thickness if self.thickness is None else self.thickness
-        foot = self.model.values()["foot_length"]
-        return Strip(self.shape.length, foot, thickness or 0.0, self.least_radius)
+        return Strip(self.shape.length, thickness or 0.0, self.least_radius)
 
     @property
     def identity(self) -> str:
@@ -106,9 +105,7 @@ class Problem:
         """Return the robot of a candidate (d,); it moves in the hopping plane."""
         values = self.model.values()
         values |= {k: v for k, v in self.numbers(candidate).items() if k != SPEED}
-        made = make_robot(
-            values, self.shape, self.model.increments, self.model.quantities()
-        )
+        made = make_robot(values, self.shape, self.model.increments, self.model.quantities())
         angles = tuple(float(a) for a in candidate[: len(ANGLES)])
         return replace(made, angles=angles, planar=True)
 
