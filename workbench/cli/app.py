@@ -26,6 +26,7 @@ from workbench.cli.runs import runs
 from workbench.cli.schema import schema
 from workbench.cli.simulate import simulate
 from workbench.cli.supply import supply
+from workbench.cli.thesis import thesis
 from workbench.errors import Interrupted, WorkbenchError
 
 __all__ = ["app", "main"]
@@ -50,6 +51,7 @@ for verb in (
     simulate,
     modes,
     optimize,
+    thesis,
     review,
     schema,
     doctor,

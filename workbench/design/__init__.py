@@ -5,7 +5,8 @@ within which bounds, `goals` what is to become better (`stability` defines one o
 `uncertainty` what a robust search averages over, `bendable` which shapes can be made at all.
 `objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a search in its
 folder, begun or gone on with, by one of the algorithms of `optimize`, which know no physics.
-`appraisal` tells what a design is, `results`, `figures` and `report` write it down.
+`appraisal` tells what a design is, `results`, `figures` and `report` write it down;
+`experiments` are those of the thesis.
 
 A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
 algorithm a line in `study`.
@@ -13,6 +14,7 @@ algorithm a line in `study`.
 
 from workbench.design.appraisal import Appraisal, Resonances, appraise, resonances
 from workbench.design.bendable import LEAST_RADIUS_M, Strip
+from workbench.design.experiments import EXPERIMENTS, SEEDS, SPEEDS, Lab, Table
 from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
@@ -26,22 +28,27 @@ from workbench.design.variables import BOUNDS, Bounds, Varied, make_space, parse
 __all__ = [
     "ALGORITHMS",
     "BOUNDS",
+    "EXPERIMENTS",
     "GOALS",
     "LEAST_RADIUS_M",
     "MUTATIONS",
     "PENALTY",
+    "SEEDS",
+    "SPEEDS",
     "Appraisal",
     "Bounds",
     "Departure",
     "Found",
     "Goal",
     "Hop",
+    "Lab",
     "Objective",
     "Problem",
     "Resonances",
     "Settings",
     "Strip",
     "Study",
+    "Table",
     "Uncertainty",
     "Varied",
     "altered",

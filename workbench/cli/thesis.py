@@ -1,0 +1,89 @@
+"""`workbench thesis`: the thesis' experiments again, beside its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.optimize import SchedulerOption
+from workbench.cli.output import JsonFlag, emit, show_table, tell
+from workbench.cli.progress import SearchProgress
+from workbench.design import (
+    ALGORITHMS,
+    BOUNDS,
+    EXPERIMENTS,
+    SEEDS,
+    SPEEDS,
+    Lab,
+    Settings,
+    Table,
+    goal_named,
+)
+from workbench.errors import InputError, WorkbenchError, did_you_mean
+from workbench.protocol import load_model, load_shape
+from workbench.sim import Fanout
+
+__all__ = ["thesis"]
+
+_QUICK = {"duration": 1.0, "evaluations": 24}
+_QUICK_SEEDS, _QUICK_SPEEDS = SEEDS[:2], SPEEDS[:2]
+
+
+def thesis(
+    experiment: Annotated[str, typer.Argument(help=f"One of {', '.join(EXPERIMENTS)}.")],
+    algorithm: Annotated[
+        str, typer.Option(help=f"One of {', '.join(a for a in ALGORITHMS if a != 'pareto')}.")
+    ] = "ga",
+    bounds: Annotated[str, typer.Option(help=f"One of {', '.join(BOUNDS)}.")] = "thesis",
+    evaluations: Annotated[int, typer.Option(help="Of each search.", min=1)] = 480,
+    duration: Annotated[float, typer.Option(help="Of a hop [s].", min=0.1, max=600)] = 10.0,
+    model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
+    shape: Annotated[
+        str, typer.Option(help="Shape to begin at; by default that of the thesis' Appendix E.")
+    ] = "thesis-ga-start",
+    out: Annotated[Path, typer.Option(help="Folder of all searches.")] = Path("searches/thesis"),
+    quick: Annotated[bool, typer.Option("--quick", help="Hops of 1 s, few candidates.")] = False,
+    scheduler: SchedulerOption = None,
+    as_json: JsonFlag = False,
+) -> None:
+    """Do an experiment of the thesis again and print it beside the thesis' numbers.
+
+    Searches that are in the folder already are read or gone on with, so this can be stopped.
+
+    Example: workbench thesis repeatability
+    """
+    if experiment not in EXPERIMENTS:
+        raise InputError(
+            f"no experiment named {experiment!r}{did_you_mean(experiment, EXPERIMENTS)}; there are "
+            f"{', '.join(EXPERIMENTS)}"
+        )
+    settings = Settings(
+        duration=duration, algorithm=algorithm, bounds=bounds, evaluations=evaluations
+    )
+    seeds, speeds = SEEDS, SPEEDS
+    if quick:
+        settings, seeds, speeds = replace(settings, **_QUICK), _QUICK_SEEDS, _QUICK_SPEEDS
+    goal = goal_named(settings.goals[0])
+    with Fanout(scheduler) as fanout, SearchProgress(goal, settings.evaluations) as progress:
+        stated, start = load_model(model, Path()), load_shape(shape, Path())
+        lab = Lab(out, settings, stated, start, fanout, progress, tell)
+        try:
+            tables = list(EXPERIMENTS[experiment](lab, seeds, speeds))
+        except (KeyboardInterrupt, WorkbenchError) as error:
+            if not isinstance(error, InputError):
+                tell("the same command goes on where this was stopped")
+            raise
+    if as_json:
+        emit({"experiment": experiment, "tables": [table._asdict() for table in tables]})
+        return
+    for table in tables:
+        _show(table)
+
+
+def _show(table: Table) -> None:
+    show_table(table.title, table.heads, table.rows)
+    if table.note:
+        print(f"thesis: {table.note}")
