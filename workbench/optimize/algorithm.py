@@ -29,7 +29,7 @@ class Algorithm(ABC):
     """
 
     name: ClassVar[str]
-    goals: ClassVar[int] = 1
+    goals: int = 1
 
     def __init__(self, space: Space, seed: int) -> None:
         self.space = space

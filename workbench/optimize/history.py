@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ __all__ = ["Generation", "History", "Trial"]
 _COLUMNS = ("generation", "best", "mean", "best so far", "failures", "evaluated", "seconds")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """A candidate with what it was worth.
 
@@ -29,7 +29,7 @@ class Trial:
     evaluation: Evaluation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Generation:
     """What was asked for at once.
 
@@ -41,7 +41,7 @@ class Generation:
 
     trials: tuple[Trial, ...]
     evaluated: int
-    seconds: float = field(compare=False)
+    seconds: float
 
     @property
     def fitness(self) -> NDArray[np.float64]:
@@ -66,7 +66,7 @@ class Generation:
         return float(np.mean(good)) if good else float("nan")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class History:
     """All generations of a search, in order.
 
@@ -108,6 +108,21 @@ class History:
         if not self.generations:
             raise WorkbenchError("the search has no generation yet; give it more evaluations")
         return min(self.trials, key=lambda trial: trial.evaluation.fitness[0])
+
+    def front(self) -> tuple[Trial, ...]:
+        """Return the trials that no other beats in all goals, by rising first goal.
+
+        A trial that failed is not among them, of equal ones only the first is.
+        """
+        good = [trial for trial in self.trials if trial.evaluation.failure is None]
+        unique = {trial.evaluation.fitness: trial for trial in reversed(good)}
+        worth = np.array(list(unique))
+        chosen = [
+            trial
+            for one, trial in unique.items()
+            if not np.any(np.all(worth <= one, axis=1) & np.any(worth < one, axis=1))
+        ]
+        return tuple(sorted(chosen, key=lambda trial: trial.evaluation.fitness))
 
     def columns(self) -> Mapping[str, NDArray[np.float64]]:
         """Return the table of the generations: a column (generations,) under each heading."""

@@ -35,6 +35,8 @@ def search(
 ) -> History:
     """Let an algorithm search its space until its next generation would exceed the evaluations.
 
+    It ends earlier when the algorithm has nothing more to ask.
+
     A candidate that was evaluated before, an elite, is not evaluated again; it counts as one of the
     evaluations all the same, so that algorithms are compared by how often they ask. An evaluation
     that raises is a penalty with its reason in the history; an error of the workbench, such as a
@@ -60,7 +62,7 @@ def search(
     while True:
         begin = time.perf_counter()
         candidates = algorithm.ask()
-        if history.asked + len(candidates) > evaluations:
+        if not len(candidates) or history.asked + len(candidates) > evaluations:
             return history
         trials, new = _try(problem_id, candidates, evaluate, history, tuple(penalty))
         fitness = np.array([trial.evaluation.fitness for trial in trials])
