@@ -24,9 +24,11 @@ from workbench.design.variables import BOUNDS, parse_varied
 from workbench.errors import InputError, did_you_mean
 from workbench.optimize import (
     Algorithm,
+    Cmaes,
     GeneticAlgorithm,
     GeneticOptions,
     History,
+    Pareto,
     Progress,
     Space,
     search,
@@ -130,7 +132,19 @@ def _ga(space: Space, settings: Settings) -> Algorithm:
     return GeneticAlgorithm(space, settings.seed, options)
 
 
-ALGORITHMS: dict[str, Callable[[Space, Settings], Algorithm]] = {"ga": _ga}
+def _cma(space: Space, settings: Settings) -> Algorithm:
+    return Cmaes(space, settings.seed)
+
+
+def _pareto(space: Space, settings: Settings) -> Algorithm:
+    return Pareto(space, settings.seed, len(settings.goals))
+
+
+ALGORITHMS: dict[str, Callable[[Space, Settings], Algorithm]] = {
+    "cma": _cma,
+    "ga": _ga,
+    "pareto": _pareto,
+}
 """Name -> what makes the algorithm."""
 
 
