@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
 from workbench.design.bendable import LEAST_RADIUS_M
 from workbench.design.goals import PENALTY, goal_named
@@ -247,7 +247,8 @@ def _read(path: Path) -> Settings:
         if set(found) != known:
             raise ValueError(f"keys {', '.join(sorted(set(found) ^ known))} are missing or unknown")
         return TypeAdapter(Settings).validate_python(found)
+    except ValidationError as error:
+        why = "; ".join(f"{'.'.join(map(str, e['loc']))}: {e['msg']}" for e in error.errors())
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"{path}: settings of no search, {error}; take another folder, or search anew"
-        ) from None
+        why = str(error)
+    raise InputError(f"{path}: settings of no search, {why}; take another folder, or search anew")
