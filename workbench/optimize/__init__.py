@@ -10,7 +10,7 @@ algorithm is one file with a subclass of `Algorithm`, and its name in `tests/opt
 """
 
 from workbench.optimize.algorithm import Algorithm, State
-from workbench.optimize.cma_es import Cmaes, CmaesOptions
+from workbench.optimize.cma_es import Cmaes, CmaesOptions, neighbour_correlation
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
 from workbench.optimize.genetic import GeneticAlgorithm, GeneticOptions
 from workbench.optimize.history import Generation, History, Trial
@@ -36,5 +36,6 @@ __all__ = [
     "Trial",
     "candidate_key",
     "hypervolume",
+    "neighbour_correlation",
     "search",
 ]

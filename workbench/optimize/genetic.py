@@ -161,12 +161,13 @@ def expectation(fitness: NDArray[np.float64], max_survival_rate: float) -> NDArr
     The values are a linear function of the fitness (n,): the best is due `max_survival_rate`, the
     mean 1. Where the worst would be due less than nothing it is due nothing, and the best less.
     """
-    score = fitness.mean() - fitness  # above 0 is better than the mean
-    best, worst = score.max(), score.min()
-    if not best > 0:
+    best, worst = fitness.min(), fitness.max()
+    if best == worst:
         return np.ones(len(fitness))
-    slope = min((max_survival_rate - 1) / best, -1 / worst)
-    return np.maximum(1 + slope * score, 0.0)
+    score = (worst - fitness) / (worst - best)  # 1 is the best, 0 the worst
+    mean = score.mean()
+    slope = min((max_survival_rate - 1) / (1 - mean), 1 / mean)
+    return np.maximum(1 + slope * (score - mean), 0.0)
 
 
 def roulette(

@@ -56,7 +56,7 @@ def search(
     """
     if len(penalty) != algorithm.goals:
         raise InputError(
-            f"{algorithm.name} has {algorithm.goals} goals, the penalty has {len(penalty)} numbers"
+            f"{algorithm.name} takes {algorithm.goals} goals, the penalty has {len(penalty)}"
         )
     history = _begin(problem_id, algorithm, checkpoint)
     while True:
