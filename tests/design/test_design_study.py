@@ -138,7 +138,7 @@ def test_settings_that_fit_nothing_are_refused(change: dict[str, str], why: str)
 
 
 def test_nothing_is_written_for_a_search_that_cannot_be(begin: Begin, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="top_mass: lower 0.2 and upper 0.1 leave nothing"):
+    with pytest.raises(InputError, match=r"top_mass: lower 0\.2 and upper 0\.1 leave nothing"):
         begin(replace(SMALL, vary=("top_mass=0.2:0.1",)))
     assert not (tmp_path / "search").exists()
 
