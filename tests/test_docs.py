@@ -27,7 +27,8 @@ def commands(page: Path) -> list[str]:
     "page", [p for p in PAGES if commands(p)], ids=lambda p: str(p.relative_to(ROOT))
 )
 def test_every_quoted_command_works_in_order(page: Path, tmp_path: Path) -> None:
-    here = os.environ | {"WORKBENCH_RUNS": str(tmp_path / "runs"), "NO_COLOR": "1"}
+    folders = {"WORKBENCH_RUNS": tmp_path / "runs", "WORKBENCH_SEARCHES": tmp_path / "searches"}
+    here = os.environ | {n: str(path) for n, path in folders.items()} | {"NO_COLOR": "1"}
     for command in commands(page):
         words = shlex.split(command.replace("RUN", _newest(tmp_path / "runs")))
         assert words[0] == "workbench"

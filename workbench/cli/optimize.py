@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
@@ -33,11 +33,14 @@ from workbench.optimize import History
 from workbench.protocol import load_model, load_shape
 from workbench.sim import Fanout
 
-__all__ = ["SchedulerOption", "optimize", "searching"]
+__all__ = ["SchedulerOption", "SearchesFolder", "optimize", "searching"]
 
 SchedulerOption = Annotated[
     str | None,
     typer.Option(help="Of a cluster, tcp://host:8786; by default all cores of this machine."),
+]
+SearchesFolder = Annotated[
+    Path, typer.Option("--searches", help="Folder of all searches.", envvar="WORKBENCH_SEARCHES")
 ]
 _MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
 """Options that may be given together with --resume; the others are those of the search."""
@@ -74,8 +77,9 @@ def optimize(
         float, typer.Option(help="Tightest bend that can be made [mm].", min=0)
     ] = 1e3 * LEAST_RADIUS_M,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the search; by default searches/<time>.")
+        Path | None, typer.Option(help="Folder of this search; by default named by the time.")
     ] = None,
+    searches: SearchesFolder = Path("searches"),
     resume: Annotated[
         Path | None, typer.Option(help="Go on with the search of this folder or file.")
     ] = None,
@@ -102,7 +106,7 @@ def optimize(
             draws, seed, evaluations, mutation, None if thickness is None else thickness / 1e3,
             min_radius / 1e3,
         )  # fmt: skip
-        folder = out or Path("searches") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
+        folder = out or searches / datetime.now().strftime("%Y-%m-%d_%H%M%S")
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         study = Study.begin(folder, settings, stated, start)
     with searching(study, scheduler, patience) as (fanout, progress):
@@ -120,7 +124,9 @@ def optimize(
 
 
 @contextmanager
-def searching(study: Study, scheduler: str | None, patience: float):
+def searching(
+    study: Study, scheduler: str | None, patience: float
+) -> Iterator[tuple[Fanout, SearchProgress]]:
     """Yield what simulates and what tells of it; where that ends early, say how to go on."""
     goal = study.problem.goals[0]
     try:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.optimize import SchedulerOption
+from workbench.cli.optimize import SchedulerOption, SearchesFolder
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.cli.progress import SearchProgress
 from workbench.design import (
@@ -44,7 +44,10 @@ def thesis(
     shape: Annotated[
         str, typer.Option(help="Shape to begin at; by default that of the thesis' Appendix E.")
     ] = "thesis-ga-start",
-    out: Annotated[Path, typer.Option(help="Folder of all searches.")] = Path("searches/thesis"),
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of these searches; by default thesis.")
+    ] = None,
+    searches: SearchesFolder = Path("searches"),
     quick: Annotated[bool, typer.Option("--quick", help="Hops of 1 s, few candidates.")] = False,
     scheduler: SchedulerOption = None,
     as_json: JsonFlag = False,
@@ -69,7 +72,7 @@ def thesis(
     goal = goal_named(settings.goals[0])
     with Fanout(scheduler) as fanout, SearchProgress(goal, settings.evaluations) as progress:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
-        lab = Lab(out, settings, stated, start, fanout, progress, tell)
+        lab = Lab(out or searches / "thesis", settings, stated, start, fanout, progress, tell)
         try:
             tables = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:
