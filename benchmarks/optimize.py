@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from optimize_peers import peer_names, peer_search
+from search import PEERS
 from twin import THREADS, floor
 
 from workbench.design import Objective, Problem, Settings, Study, appraise
@@ -64,10 +64,13 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few hops of 1 s, two seeds")
     parser.add_argument("--log", type=Path, help="folder of the searches, to go on from")
     parser.add_argument("--seeds", type=int, help="of each method, by default 7")
+    parser.add_argument("--evaluations", type=int, help="of each search, by default 480")
     parser.add_argument("--only", default="speed,ga,cma,peers", help="parts, commas between")
     given = parser.parse_args()
     plan = QUICK if given.quick else Plan()
-    plan = plan._replace(seeds=given.seeds or plan.seeds)
+    plan = plan._replace(
+        seeds=given.seeds or plan.seeds, evaluations=given.evaluations or plan.evaluations
+    )
     parts = given.only.split(",")
     if "speed" in parts:
         print_speed(plan)
@@ -87,17 +90,19 @@ def print_speed(plan: Plan) -> None:
     asked = problem(plan, "thesis-initial")
     robot = asked.robot(asked.space.start)
     floor(robot, 0.1, THREADS, THREADS)  # compiles the ground law
-    ours: list[float] = []
-    base: list[float] = []
+    ours: list[Spent] = []
+    base: list[Spent] = []
 
     def in_turn(history: History, _: int) -> None:
         count = len(history.generations[-1].trials)
-        ours.append(time.perf_counter() - begun[0])
-        base.append(clock(lambda: floor(robot, plan.seconds, count, THREADS)))
-        begun[0] = time.perf_counter()
+        ours.append(since(begun[0]))
+        begun[0] = now()
+        floor(robot, plan.seconds, count, THREADS)
+        base.append(since(begun[0]))
+        begun[0] = now()
 
     with tempfile.TemporaryDirectory() as scratch, Fanout() as fanout:
-        begun = [time.perf_counter()]
+        begun = [now()]
         history = search(
             asked.identity,
             Cmaes(asked.space, 0, CmaesOptions(sigma=NEAR)),
@@ -108,23 +113,34 @@ def print_speed(plan: Plan) -> None:
             progress=in_turn,
         )
     failed = sum(len(generation.failures) for generation in history.generations)
-    share = sum(ours) / sum(base)
+    own, bare = (Spent(*(sum(each) for each in zip(*all_, strict=True))) for all_ in (ours, base))
+    share = own.wall / bare.wall
     print(f"{history.asked} hops of {plan.seconds:g} s at {OMEGA:g} rad/s on {THREADS} threads")
-    print(f"{'':44}{'wall s':>9}{'over the floor':>16}{'bar':>7}")
-    print(f"{'floor: bare mj_step loops in C':44}{sum(base):9.1f}{1.0:16.2f}")
+    print(f"{'':36}{'wall s':>9}{'of floor':>10}{'of its cpu':>12}{'bar':>7}")
+    print(f"{'floor: bare mj_step loops in C':36}{bare.wall:9.1f}{1.0:10.2f}{1.0:12.2f}")
     print(
-        f"{f'ours: a search, {failed} failed':44}{sum(ours):9.1f}{share:16.2f}{SLOWER:7.2f}  "
-        f"{met(share <= SLOWER)}"
+        f"{f'ours: a search, {failed} failed':36}{own.wall:9.1f}{share:10.2f}"
+        f"{own.cpu / bare.cpu:12.2f}{SLOWER:7.2f}  {met(share <= SLOWER)}"
     )
-    turns = [o / b for o, b in zip(ours, base, strict=True)]
-    print(f"{'median over the generations':44}{'':9}{median(turns):16.2f}\n")
+    turns = [o.wall / b.wall for o, b in zip(ours, base, strict=True)]
+    print(f"{'median over the generations':36}{'':9}{median(turns):10.2f}\n")
 
 
-def clock(work: Callable[[], object]) -> float:
-    """Return how long something takes [s]."""
-    begin = time.perf_counter()
-    work()
-    return time.perf_counter() - begin
+class Spent(NamedTuple):
+    """Time on the clock and of the processors [s]."""
+
+    wall: float
+    cpu: float
+
+
+def now() -> Spent:
+    """Return what both clocks show."""
+    return Spent(time.perf_counter(), time.process_time())
+
+
+def since(begun: Spent) -> Spent:
+    """Return what has passed on both clocks."""
+    return Spent(*(later - before for later, before in zip(now(), begun, strict=True)))
 
 
 def met(whether: bool) -> str:
@@ -159,7 +175,7 @@ def rows(
     if "peers" in parts:
         asked = problem(plan, "thesis-initial")
         first = appraise(asked, asked.space.start).values["distance"]
-        for name in peer_names():
+        for name in (name for name in PEERS if not name.startswith("ours")):
             yield name, first, peers(plan, folder, asked, name)
 
 
@@ -188,7 +204,7 @@ def peers(plan: Plan, folder: Path, asked: Problem, name: str) -> list[float]:
     for seed in range(plan.seeds):
         log = folder / f"{name.replace(' ', '-')}-seed-{seed}.txt"
         if not log.exists():
-            best = peer_search(name, evaluate, asked.space, seed, plan.evaluations)
+            best = PEERS[name](evaluate, asked.space, seed, plan.evaluations)
             folder.mkdir(parents=True, exist_ok=True)
             log.write_text(f"{best!r}\n", encoding="utf-8")
         found.append(100 - float(log.read_text(encoding="utf-8")))

@@ -22,9 +22,8 @@ from workbench.design import (
     write_history,
     write_report,
 )
-from workbench.design.results import nondominated
 from workbench.errors import InputError, WorkbenchError
-from workbench.optimize import Evaluation, Generation, History, Trial
+from workbench.optimize import Evaluation, Trial
 from workbench.protocol import ShapeFile, load_model, load_shape, parse
 from workbench.sim import Fanout
 
@@ -191,16 +190,6 @@ def test_a_varied_number_is_written_as_a_model(begin: Begin) -> None:
     assert {n for n in stated if stated[n] != values[n]} <= {"top_mass"}
 
 
-def test_the_front_is_what_nothing_beats() -> None:
-    fitness = [(1.0, 5.0), (2.0, 2.0), (3.0, 3.0), (5.0, 1.0), (0.0, 0.0)]
-    trials = [
-        Trial(np.array([float(k)]), Evaluation(f, {}, "fell" if k == 4 else None))
-        for k, f in enumerate(fitness)
-    ]
-    history = History(("x",), (Generation((*trials, trials[1]), 5, 0.0),))
-    assert [t.evaluation.fitness for t in nondominated(history)] == [fitness[0], *fitness[1:4:2]]
-
-
 def test_the_report_of_a_search_needs_nothing_beside_it(begin: Begin) -> None:
     study = begin(replace(SMALL, evaluations=12))
     with Fanout() as fanout:
@@ -209,7 +198,7 @@ def test_the_report_of_a_search_needs_nothing_beside_it(begin: Begin) -> None:
     page = study.folder / "report.html"
     write_report(page, study, history, found, {"workbench": "0"})
     text = page.read_text(encoding="utf-8")
-    assert text.count("<svg") == 3
+    assert text.count("<svg") == 4
     assert f"goes {found[0].values['distance_m']:.2f} m" in text
     assert "zeta L, clamped" in text
     assert found[0].shape.name in text
@@ -242,15 +231,17 @@ def test_two_goals_give_a_front_of_shapes(begin: Begin) -> None:
     assert np.all(np.diff(fitness[:, 1]) < 0)
     page = study.folder / "report.html"
     write_report(page, study, history, found, {})
-    assert page.read_text(encoding="utf-8").count("<svg") == 4
+    assert page.read_text(encoding="utf-8").count("<svg") == 5
 
 
-def test_a_search_where_all_fails_still_ends(begin: Begin) -> None:
+def test_a_search_where_all_fails_ends_and_says_why(begin: Begin) -> None:
     study = begin(replace(SMALL, evaluations=12, least_radius=1.0))
     with Fanout() as fanout:
         history = study.run(fanout)
     assert all("cannot be bent" in text for text in history.generations[0].failures)
     assert len(history.generations[0].failures) == 12
+    with pytest.raises(WorkbenchError, match=r"none of 12 candidates hopped.* most often: this "):
+        found_by(study, history, DAY)
 
 
 def test_a_lost_cluster_ends_the_search_with_its_checkpoint_whole(begin: Begin) -> None:

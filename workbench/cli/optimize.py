@@ -111,8 +111,8 @@ def optimize(
         study = Study.begin(folder, settings, stated, start)
     with searching(study, scheduler, patience) as (fanout, progress):
         history = study.run(fanout, progress)
-    found = found_by(study, history, datetime.now().date())
     write_history(study.folder / "history.csv", study, history)
+    found = found_by(study, history, datetime.now().date())
     page = study.folder / "report.html"
     write_report(page, study, history, found, versions())
     result = _object(study, history, found) | {"wall_s": time.perf_counter() - begin}

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from workbench.cli.optimize import SchedulerOption, SearchesFolder
-from workbench.cli.output import JsonFlag, emit, show_table, tell
+from workbench.cli.output import JsonFlag, emit, people, show_table, tell
 from workbench.cli.progress import SearchProgress
 from workbench.design import (
     ALGORITHMS,
@@ -21,6 +21,7 @@ from workbench.design import (
     Settings,
     Table,
     goal_named,
+    write_experiment,
 )
 from workbench.errors import InputError, WorkbenchError, did_you_mean
 from workbench.protocol import load_model, load_shape
@@ -72,18 +73,26 @@ def thesis(
     goal = goal_named(settings.goals[0])
     with Fanout(scheduler) as fanout, SearchProgress(goal, settings.evaluations) as progress:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
-        lab = Lab(out or searches / "thesis", settings, stated, start, fanout, progress, tell)
+        folder = out or searches / "thesis"
+        lab = Lab(folder, settings, stated, start, fanout, progress, tell)
         try:
-            tables = list(EXPERIMENTS[experiment](lab, seeds, speeds))
+            parts = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:
             if not isinstance(error, InputError):
                 tell("the same command goes on where this was stopped")
             raise
+    page = folder / f"{experiment}.html"
+    hops = f"{settings.evaluations} hops of {settings.duration:g} s"
+    about = f"searches by {settings.algorithm}, {hops} each, begun at {shape}"
+    write_experiment(page, experiment, about, parts)
+    tables = [part for part in parts if isinstance(part, Table)]
     if as_json:
-        emit({"experiment": experiment, "tables": [table._asdict() for table in tables]})
+        found = [table._asdict() for table in tables]
+        emit({"experiment": experiment, "tables": found, "report": str(page)})
         return
     for table in tables:
         _show(table)
+    people.print(f"report: {page}", markup=False)
 
 
 def _show(table: Table) -> None:

@@ -14,11 +14,11 @@ algorithm a line in `study`.
 
 from workbench.design.appraisal import Appraisal, Resonances, appraise, resonances
 from workbench.design.bendable import LEAST_RADIUS_M, Strip
-from workbench.design.experiments import EXPERIMENTS, SEEDS, SPEEDS, Lab, Table
+from workbench.design.experiments import EXPERIMENTS, SEEDS, SPEEDS, Lab, Part, Picture, Table
 from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
-from workbench.design.report import verdict, write_report
+from workbench.design.report import verdict, write_experiment, write_report
 from workbench.design.results import Found, found_by, shape_text, write_history
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
@@ -43,6 +43,8 @@ __all__ = [
     "Hop",
     "Lab",
     "Objective",
+    "Part",
+    "Picture",
     "Problem",
     "Resonances",
     "Settings",
@@ -61,6 +63,7 @@ __all__ = [
     "shape_text",
     "tipping_margin",
     "verdict",
+    "write_experiment",
     "write_history",
     "write_report",
 ]

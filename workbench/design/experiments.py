@@ -13,16 +13,20 @@ from statistics import median
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.design.appraisal import Appraisal, appraise
+from workbench.design.figures import path_figure, shape_figure
 from workbench.design.study import Settings, Study
 from workbench.errors import InputError
 from workbench.optimize import History, Progress
+from workbench.optimize.figures import draw_generations, draw_repeats
 from workbench.protocol import Document, ModelFile, ShapeFile
+from workbench.review.drawing import drawn
 from workbench.sim import Fanout
 
-__all__ = ["EXPERIMENTS", "SEEDS", "SPEEDS", "Lab", "Table"]
+__all__ = ["EXPERIMENTS", "SEEDS", "SPEEDS", "Lab", "Part", "Picture", "Table"]
 
 SPEEDS = (17.0, 18.0, 19.0, 20.0, 21.0)
 """Of the thesis' table in section 6.1 [rad/s]; its figure 6.2 also has 16."""
@@ -53,6 +57,26 @@ class Table(NamedTuple):
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
+
+
+class Picture(NamedTuple):
+    """A figure of an experiment.
+
+    Args:
+        name: keeps it apart from others on a page.
+        title: heading.
+        caption: of it.
+        figure: drawn.
+    """
+
+    name: str
+    title: str
+    caption: str
+    figure: Figure
+
+
+Part = Table | Picture
+"""What an experiment yields."""
 
 
 class Searched(NamedTuple):
@@ -121,7 +145,7 @@ class Lab:
         return appraise(problem, problem.space.start)
 
 
-def _increase(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Table]:
+def _increase(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
     """Compare the distance before and after (5.3.1, figure 6.1)."""
     first = lab.first(_MAIN)
     found = lab.searched(_MAIN, seeds[0])
@@ -140,20 +164,28 @@ def _increase(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterat
         ],
         "figure 6.1, section 7.1",
     )
+    best = appraise(found.study.problem, found.best)
+    paths = path_figure({"first shape": first.motion, "best shape": best.motion})
+    yield Picture("path", "Paths", "The foot before and after, as in figure 6.1.", paths)
 
 
-def _speeds(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Table]:
+def _speeds(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
     """Search at every speed (figures 6.2 and 6.3, table of section 6.1)."""
     rows, shapes = [], []
+    histories, drawings = {}, {}
+    root = np.array([lab.model.content.values()["beam_root"], 0.0])
     for omega in (_SLOWEST, *speeds):
         first, found = lab.first(omega), lab.searched(omega, seeds[0])
+        histories[f"{omega:g} rad/s"] = found.history
         before = first.values.get("distance", float("nan"))
         rows.append(
             [f"{omega:g}", f"{before:.3f}", f"{found.distance:.3f}",
              _increase_of(before, found.distance)]
         )  # fmt: skip
         if omega in _THESIS_SHAPES:
-            shapes.append(_shape_row(omega, appraise(found.study.problem, found.best)))
+            best = appraise(found.study.problem, found.best)
+            shapes.append(_shape_row(omega, best))
+            drawings[f"{omega:g} rad/s"] = [best.standing, best.free + root]
     yield Table(
         f"distance in {lab.settings.duration:g} s, before and after",
         ["speed [rad/s]", "first [m]", "best [m]", "increase [%]"],
@@ -166,12 +198,18 @@ def _speeds(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator
         shapes,
         "table of section 6.1; the thesis finds no formula for a good shape either (7.1)",
     )
+    progress = drawn(lambda f: draw_generations(f, histories, "distance_m"), 4.6)
+    yield Picture("progress", "Searches", "As in figure 6.2.", progress)
+    foot = lab.model.content.values()["foot_length"]
+    caption = "As in figure 6.3: standing, and thin the free strip."
+    yield Picture("shapes", "Shapes found", caption, shape_figure(drawings, foot))
 
 
-def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Table]:
+def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
     """Repeat one search with other seeds (5.3.2, figure 6.4)."""
     before = lab.first(_MAIN).values.get("distance", float("nan"))
-    best = {seed: lab.searched(_MAIN, seed).distance for seed in seeds}
+    found = {seed: lab.searched(_MAIN, seed) for seed in seeds}
+    best = {seed: one.distance for seed, one in found.items()}
     rows = [
         [str(seed), f"{distance:.3f}", _increase_of(before, distance)]
         for seed, distance in best.items()
@@ -189,9 +227,12 @@ def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> I
         rows,
         "figure 6.4, section 7.2: a spread of about 40 % without the outlier",
     )
+    histories = [one.history for one in found.values()]
+    repeats = drawn(lambda f: draw_repeats(f, histories, "distance_m"), 3.4)
+    yield Picture("repeats", "Searches", "Best so far of every seed, as in figure 6.4.", repeats)
 
 
-def _cross(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Table]:
+def _cross(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
     """Run shapes designed for two speeds at both (5.3.3, section 6.3)."""
     designed = [lab.searched(omega, seeds[0]) for omega in (_MAIN, _OTHER)]
     rows = [["first shape", *(_distance(lab.first(omega)) for omega in (_MAIN, _OTHER))]]
@@ -208,7 +249,7 @@ def _cross(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[
     )
 
 
-def _resonance(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Table]:
+def _resonance(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
     """Ask whether zeta_L of the shapes found follows the drive (table of 6.1, section 7.1)."""
     first = lab.first(_MAIN).resonances.zeta_L_hz
     rows, drives, found = [], [], []
@@ -252,11 +293,11 @@ def _distance(found: Appraisal) -> str:
     return f"{found.values['distance']:.3f}" if found.values else found.outcome
 
 
-EXPERIMENTS: Mapping[str, Callable[[Lab, Sequence[int], Sequence[float]], Iterable[Table]]] = {
+EXPERIMENTS: Mapping[str, Callable[[Lab, Sequence[int], Sequence[float]], Iterable[Part]]] = {
     "increase": _increase,
     "speeds": _speeds,
     "repeatability": _repeatability,
     "cross": _cross,
     "resonance": _resonance,
 }
-"""Name -> what yields its tables."""
+"""Name -> what yields its tables and figures."""

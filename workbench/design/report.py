@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +11,19 @@ from markupsafe import Markup
 
 from workbench.bundle import sha256
 from workbench.design.appraisal import Appraisal, appraise
-from workbench.design.figures import front_figure, path_figure, progress_figure, shape_figure
+from workbench.design.experiments import Part, Table
+from workbench.design.figures import path_figure, shape_figure
 from workbench.design.goals import GOALS
 from workbench.design.problem import Problem
 from workbench.design.results import Found
 from workbench.design.study import Study
 from workbench.errors import InputError
 from workbench.optimize import History
-from workbench.review.drawing import as_svg
+from workbench.optimize.figures import draw_front, draw_generations, draw_variables
+from workbench.review.drawing import as_svg, drawn
 from workbench.review.page import figure, table, warning_list, write_page
 
-__all__ = ["write_report"]
+__all__ = ["verdict", "write_experiment", "write_report"]
 
 _ROWS = {
     "distance_m": ("Distance", 1.0, "m", 3),
@@ -72,7 +74,7 @@ def write_report(
         ("Path", _paths(first, best)),
         ("Search", _progress(study, history)),
         ("Shape", _shapes(problem, first, best)),
-        ("Angles", _angles(study, found[0])),
+        ("Angles", _angles(study, history, found[0])),
         ("What failed", _failures(history)),
         ("Go on", _next(study, found[0])),
         ("Made from", _provenance(study, history, versions)),
@@ -82,10 +84,26 @@ def write_report(
     write_page(path, title, about, verdict(found[0], first), sections)
 
 
+def write_experiment(path: Path, name: str, about: str, parts: Iterable[Part]) -> None:
+    """Write the page of an experiment of the thesis.
+
+    Args:
+        path: the `.html` file; one that is there is replaced.
+        name: of the experiment.
+        about: what was searched how.
+        parts: its tables and figures.
+    """
+    sections = [
+        (part.title, table(part.rows, part.heads) + Markup("<p>Thesis: {}</p>").format(part.note))
+        if isinstance(part, Table)
+        else (part.title, figure(as_svg(part.figure, part.name), part.caption))
+        for part in parts
+    ]
+    write_page(path, f"The thesis' experiment: {name}", about, "Ours beside the thesis.", sections)
+
+
 def verdict(found: Found, first: Appraisal | None) -> str:
     """Return the result in a sentence."""
-    if not found.values:
-        return f"No candidate hopped to its end: {found.trial.evaluation.failure}."
     told = f"The best design goes {found.values['distance_m']:.2f} m"
     if first is None or "distance" not in first.values:
         return f"{told}; the first shape does not hop."
@@ -126,9 +144,9 @@ def _told(value: float | None, factor: float, unit: str, digits: int) -> str:
 def _front(study: Study, history: History, found: Sequence[Found]) -> Markup:
     if len(study.settings.goals) == 1:
         return Markup()
-    front = np.array([one.trial.evaluation.fitness for one in found])
-    picture = as_svg(front_figure(history, study.problem.goals, front), "front")
-    heads = ("", *(goal.column for goal in study.problem.goals))
+    first, second = (goal.column for goal in study.problem.goals)
+    picture = as_svg(drawn(lambda f: draw_front(f, history, (first, second)), 3.6), "front")
+    heads = ("", first, second)
     rows = [
         (one.shape.name, *(f"{one.values[goal.column]:.3g}" for goal in study.problem.goals))
         for one in found[:: max(1, -(-len(found) // _MOST_FRONT))]
@@ -143,7 +161,9 @@ def _paths(first: Appraisal | None, best: Appraisal) -> Markup:
 
 
 def _progress(study: Study, history: History) -> Markup:
-    picture = as_svg(progress_figure({"search": history}, study.problem.goals[0]), "progress")
+    column = study.problem.goals[0].column
+    picture = drawn(lambda f: draw_generations(f, {"search": history}, column), 4.6)
+    picture = as_svg(picture, "progress")
     return figure(picture, "Best and mean over the generations, as in figure 6.2.")
 
 
@@ -155,7 +175,7 @@ def _shapes(problem: Problem, first: Appraisal | None, best: Appraisal) -> Marku
     return figure(picture, "The beam of the standing robot; thin, as the free strip was bent.")
 
 
-def _angles(study: Study, found: Found) -> Markup:
+def _angles(study: Study, history: History, found: Found) -> Markup:
     space = study.problem.space
     rows = [
         (name, f"{start:.3f}", f"{value:.3f}", f"{low:g} to {high:g}")
@@ -163,7 +183,10 @@ def _angles(study: Study, found: Found) -> Markup:
             space.names, space.start, found.trial.candidate, space.lower, space.upper, strict=True
         )
     ]
-    return table(rows, ("[rad], or SI", "First", "Best", "Bounds"))
+    picture = drawn(lambda f: draw_variables(f, space, {"best": history}), 3.4)
+    return figure(as_svg(picture, "variables"), "The best candidate between its bounds.") + table(
+        rows, ("[rad], or SI", "First", "Best", "Bounds")
+    )
 
 
 def _failures(history: History) -> Markup:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -14,10 +15,11 @@ from ruamel.yaml.comments import CommentedMap
 from workbench.design.goals import GOALS
 from workbench.design.study import Study
 from workbench.design.variables import ANGLES, SPEED
+from workbench.errors import WorkbenchError
 from workbench.optimize import History, Trial, candidate_key
 from workbench.protocol import ShapeFile, parse, write_changed
 
-__all__ = ["Found", "found_by", "nondominated", "shape_text", "write_history"]
+__all__ = ["Found", "found_by", "shape_text", "write_history"]
 
 
 @dataclass(frozen=True)
@@ -53,23 +55,16 @@ def found_by(study: Study, history: History, day: date) -> list[Found]:
         day: of the search, for the files' provenance.
 
     Raises:
-        WorkbenchError: when the search has no generation yet.
+        WorkbenchError: when there is no generation yet, or no candidate hopped to its end.
     """
-    trials = [history.best] if len(study.settings.goals) == 1 else nondominated(history)
+    trials = [history.best] if len(study.settings.goals) == 1 else history.front()
+    if not trials or history.best.evaluation.failure is not None:
+        reasons = Counter(text for g in history.generations for text in g.failures)
+        raise WorkbenchError(
+            f"none of {history.asked} candidates hopped to its end; most often: "
+            f"{reasons.most_common(1)[0][0]}; begin at another shape, or widen what is allowed"
+        )
     return [_write(study, history, trial, day) for trial in trials]
-
-
-def nondominated(history: History) -> list[Trial]:
-    """Return the trials that no other is better than by all goals, by their first goal."""
-    good = {t.candidate.tobytes(): t for t in history.trials if t.evaluation.failure is None}
-    trials = list(good.values())
-    fitness = np.array([trial.evaluation.fitness for trial in trials])
-    front = [
-        trial
-        for trial, own in zip(trials, fitness, strict=True)
-        if not np.any(np.all(fitness <= own, axis=1) & np.any(fitness < own, axis=1))
-    ]
-    return sorted(front, key=lambda trial: trial.evaluation.fitness)
 
 
 def _write(study: Study, history: History, trial: Trial, day: date) -> Found:

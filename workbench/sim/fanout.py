@@ -35,13 +35,12 @@ __all__ = ["Fanout", "Progress", "versions"]
 Job = tuple[Robot, Condition]
 
 R = TypeVar("R")
-R_co = TypeVar("R_co", covariant=True)
 
 
-class Work(Protocol[R_co]):
+class Work(Protocol[R]):
     """Simulates jobs on so many threads; all cores by default."""
 
-    def __call__(self, jobs: Sequence[Job], threads: int = 0) -> list[R_co]:
+    def __call__(self, jobs: Sequence[Job], threads: int = 0) -> list[R]:
         """Return one result a job, in their order."""
         ...
 
