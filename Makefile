@@ -40,6 +40,8 @@ bench: install
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
+	$(BIN)/python benchmarks/search.py
+	$(BIN)/python benchmarks/optimize.py --only speed
 
 SEED ?= 1
 CASES ?= 40

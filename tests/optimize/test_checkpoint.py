@@ -14,13 +14,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.optimize import killed
 from tests.optimize.contract import ALGORITHMS, NAMES, beam, facts, ridges
-from workbench.errors import InputError
+from workbench.errors import InputError, Interrupted
 from workbench.optimize import (
     Cmaes,
     CmaesOptions,
+    Evaluation,
     GeneticAlgorithm,
     GeneticOptions,
     History,
@@ -83,17 +85,28 @@ def _asked(checkpoint: Path) -> int:
 
 
 def test_what_is_known_is_not_evaluated_again(tmp_path: Path) -> None:
+    def never(_: NDArray[np.float64]) -> list[Evaluation]:
+        raise Interrupted("evaluated again")
+
     hop(tmp_path / "search.json", 96)
-    history = search("hop at 17 rad/s", Cmaes(beam(), 1), pytest.fail, evaluations=96,
+    history = search("hop at 17 rad/s", Cmaes(beam(), 1), never, evaluations=96,
                      penalty=PENALTY, checkpoint=tmp_path / "search.json")  # fmt: skip
     assert history.asked == 96
 
 
 def test_numbers_that_json_has_no_word_for_are_kept(tmp_path: Path) -> None:
-    history = hop(tmp_path / "search.json")
-    assert any(np.isnan(t.evaluation.numbers.get("distance_m", 0.0)) for t in history.trials)
-    assert facts(hop(tmp_path / "search.json")) == facts(history)
+    worth = {"nan": float("nan"), "more": float("inf"), "less": -float("inf"), "tenth": 0.1}
+
+    def evaluate(candidates: NDArray[np.float64]) -> list[Evaluation]:
+        return [Evaluation((1.0,), worth) for _ in candidates]
+
+    def go() -> History:
+        return search("n", Cmaes(beam(), 0), evaluate, evaluations=8, penalty=PENALTY,
+                      checkpoint=tmp_path / "search.json")  # fmt: skip
+
+    go()
     json.loads((tmp_path / "search.json").read_text(), parse_constant=pytest.fail)
+    assert repr(dict(go().trials[3].evaluation.numbers)) == repr(worth)
 
 
 def test_a_crash_while_writing_leaves_the_last_generation(

@@ -34,7 +34,7 @@ def test_neighbours_move_alike_where_that_is_asked_for() -> None:
     correlation = neighbour_correlation(space, space.names[1:], 2.0)
     options = CmaesOptions(population_size=4000, sigma=0.02)
     candidates = Cmaes(space, 0, options, correlation).ask()
-    found = np.corrcoef(candidates[2:].T)
+    found = np.asarray(np.corrcoef(candidates[2:].T))
     assert found[1, 2] == pytest.approx(0.99 * np.exp(-1 / 8), abs=0.03)
     assert found[1, 7] == pytest.approx(0.99 * np.exp(-36 / 8), abs=0.06)
     assert found[0, 1:] == pytest.approx(0.0, abs=0.08)

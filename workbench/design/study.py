@@ -25,7 +25,6 @@ from workbench.errors import InputError, did_you_mean
 from workbench.optimize import (
     Algorithm,
     Cmaes,
-    CmaesOptions,
     GeneticAlgorithm,
     GeneticOptions,
     History,
@@ -47,7 +46,6 @@ _MODEL, _START = "model.yaml", "start.yaml"
 _NEIGHBOURHOOD = 3.0
 """Joints over which the first candidates bend alike: what a beam does hangs on how much it turns
 over a stretch, hardly on which joint turns, so independent angles mostly undo one another."""
-_SIGMA = 0.2  # of the bounds' widths: 0.12 rad an angle
 
 MUTATIONS: dict[str, Literal["mutationadaptfeasible", "mutationgaussian"]] = {
     "adaptfeasible": "mutationadaptfeasible",
@@ -141,7 +139,7 @@ def _ga(space: Space, settings: Settings) -> Algorithm:
 
 def _cma(space: Space, settings: Settings) -> Algorithm:
     alike = neighbour_correlation(space, ANGLES[1:], _NEIGHBOURHOOD)
-    return Cmaes(space, settings.seed, CmaesOptions(sigma=_SIGMA), alike)
+    return Cmaes(space, settings.seed, correlation=alike)
 
 
 def _pareto(space: Space, settings: Settings) -> Algorithm:

@@ -38,7 +38,7 @@ class CmaesOptions:
     """
 
     population_size: int = 8
-    sigma: float = 0.3
+    sigma: float = 0.2
     patience: int = 15
     shrink: float = 0.5
 

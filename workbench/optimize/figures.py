@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -18,7 +17,8 @@ from workbench.optimize.space import Space
 __all__ = ["draw_front", "draw_generations", "draw_repeats", "draw_variables"]
 
 _BAND = 0.15  # opacity of a range
-_MARK = 4.0  # size of a trial's mark [pt]
+_MARK, _BAR = 4.0, 12.0  # size of a trial's mark, of the start's [pt]
+_SHIFT = 0.25  # of the marks of several searches beside each other, of a variable's place
 
 
 def draw_generations(figure: Figure, histories: Mapping[str, History], number: str) -> None:
@@ -77,13 +77,13 @@ def draw_variables(figure: Figure, space: Space, histories: Mapping[str, History
         histories: by what distinguishes them.
     """
     axes = figure.subplots()
-    place = np.arange(len(space))
+    place = np.arange(len(space), dtype=np.float64)
     axes.bar(place, np.ones(len(space)), width=0.7, color="0.5", alpha=_BAND, label="bounds")
-    _points(axes, place, space, space.start, marker="_", markersize=12, color="0.3", label="start")
-    shifts = np.linspace(-0.25, 0.25, len(histories)) if len(histories) > 1 else [0.0]
+    axes.plot(place, _between(space, space.start), "_", markersize=_BAR, color="0.3", label="start")
+    shifts = np.linspace(-_SHIFT, _SHIFT, len(histories)) if len(histories) > 1 else np.zeros(1)
     for shift, (name, history) in zip(shifts, histories.items(), strict=True):
-        _points(axes, place + shift, space, history.best.candidate, marker="o", markersize=_MARK,
-                label=name)  # fmt: skip
+        shown = _between(space, history.best.candidate)
+        axes.plot(place + shift, shown, "o", markersize=_MARK, label=name)
     axes.set(ylabel="place between the bounds", ylim=(-0.03, 1.03))
     axes.set_xticks(place, space.names, rotation=60, ha="right")
     figure.legend(ncols=4, fontsize="small", loc="outside upper right")
@@ -100,29 +100,18 @@ def draw_front(figure: Figure, history: History, numbers: tuple[str, str]) -> No
     axes = figure.subplots()
     good = [trial for trial in history.trials if trial.evaluation.failure is None]
     front = history.front()
-    for trials, look in ((good, {"color": "0.6"}), (front, {"color": "C0"})):
-        x, y = ([_worth(trial, number) for trial in trials] for number in numbers)
-        axes.plot(x, y, linestyle="", marker="o", markersize=_MARK, **look)
+    x, y = ([_worth(trial, number) for trial in good] for number in numbers)
+    axes.plot(x, y, "o", markersize=_MARK, color="0.6")
     x, y = ([_worth(trial, number) for trial in front] for number in numbers)
-    axes.plot(x, y, color="C0", label=f"front, {len(front)} of {len(good)}")
+    told = f"front, {len(front)} of {len(good)}"
+    axes.plot(x, y, "o-", markersize=_MARK, color="C0", label=told)
     axes.set(xlabel=_words(numbers[0]), ylabel=_words(numbers[1]))
     axes.legend()
 
 
-def _points(
-    axes: Axes,
-    place: NDArray[np.float64],
-    space: Space,
-    candidate: NDArray[np.float64],
-    *,
-    marker: str,
-    markersize: float,
-    label: str,
-    color: str | None = None,
-) -> None:
-    between = (candidate - space.lower) / space.widths
-    axes.plot(place, between, linestyle="", marker=marker, markersize=markersize, color=color,
-              label=label)  # fmt: skip
+def _between(space: Space, candidate: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where each variable lies, 0 at its lower bound and 1 at its upper."""
+    return np.asarray((candidate - space.lower) / space.widths, dtype=np.float64)
 
 
 def _so_far(history: History, number: str) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
