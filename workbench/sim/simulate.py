@@ -231,12 +231,12 @@ def _run(
     batch.set_models([m for m, _ in starts])
     for row, (own, data) in enumerate(starts):
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
-    recorder = Recorder(batch, command.shape[1])
+    recorder, control = Recorder(batch, command.shape[1]), batch.bind("ctrl")
     batch.forward(stage=_CURRENT)
     recorder.take(0)
     sane = np.full(len(starts), command.shape[1])
     for k in range(1, command.shape[1]):
-        batch.ctrl[:] = command[:, k - 1, None]
+        control[:] = command[:, k - 1, None]
         with suppress(SimulationError):  # the engine's own warnings count below
             batch.step(nstep=steps, stage=_CURRENT)
         recorder.take(k)
