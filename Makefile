@@ -42,6 +42,8 @@ bench: install
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
 	$(BIN)/python -m benchmarks.kills
+	$(BIN)/python benchmarks/search.py
+	$(BIN)/python benchmarks/optimize.py --only speed
 
 SEED ?= 1
 CASES ?= 40

@@ -28,8 +28,9 @@ def commands(page: Path) -> list[str]:
 )
 def test_every_quoted_command_works_in_order(page: Path, tmp_path: Path) -> None:
     runs, templates = tmp_path / "runs", tmp_path / "templates"
-    here = os.environ | {"WORKBENCH_RUNS": str(runs), "NO_COLOR": "1"}
-    here |= {"WORKBENCH_TEMPLATES": str(templates)}
+    folders = {"RUNS": runs, "TEMPLATES": templates, "SEARCHES": tmp_path / "searches"}
+    here = os.environ | {f"WORKBENCH_{name}": str(path) for name, path in folders.items()}
+    here |= {"NO_COLOR": "1"}
     for command in commands(page):
         command = command.replace("RUN", _newest(runs, "*", "RUN"))
         words = shlex.split(command.replace("TEMPLATE", _newest(templates, "*.pdf", "TEMPLATE")))

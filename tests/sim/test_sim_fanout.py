@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import socket
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 import psutil
 import pytest
@@ -118,6 +120,98 @@ def test_a_worker_killed_midway_costs_only_its_batch(
     with Fanout(cluster.scheduler_address, batch_size=1) as spread:
         assert_same(spread.map([*jobs, *jobs], kill_once), [*local, *local])
     assert told == list(range(1, 17))
+
+
+def test_a_scheduler_killed_and_started_again_is_given_what_is_left(
+    jobs: list[Job], local: list[Simulation]
+) -> None:
+    """Scheduler and worker are processes of their own, as on a lab's machines."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    running: list[psutil.Popen] = []
+    told: list[int] = []
+
+    def start() -> None:
+        address = f"tcp://127.0.0.1:{port}"
+        for words in (
+            ("scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"),
+            ("worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"),
+        ):
+            running.append(psutil.Popen([sys.executable, "-m", "dask", *words]))
+
+    def restart_once(done: int, total: int) -> None:
+        if not told:
+            for process in running:
+                process.kill()
+                process.wait()
+            start()
+        told.append(done)
+
+    start()
+    try:
+        with Fanout(listening(f"tcp://127.0.0.1:{port}"), batch_size=1, patience=60) as spread:
+            assert_same(spread.map(jobs, restart_once), local)
+    finally:
+        for process in running:
+            if process.is_running():
+                process.kill()
+            process.wait()
+    assert told == list(range(1, 9))
+
+
+def listening(address: str) -> str:
+    """Wait until a scheduler is there."""
+    end = time.monotonic() + 60
+    while True:
+        try:
+            Fanout(address).close()
+            return address
+        except InputError:
+            assert time.monotonic() < end
+            time.sleep(0.2)
+
+
+def test_a_scheduler_gone_for_good_is_given_up_in_the_stated_time(
+    jobs: list[Job], alone: str
+) -> None:
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        address = cluster.scheduler_address
+        with Fanout(address, batch_size=1, patience=0.5) as spread:
+
+            def stop_all(done: int, total: int) -> None:
+                cluster.close()
+
+            with pytest.raises(WorkbenchError, match=f"{address} has not answered for 0.5 s"):
+                spread.map(jobs, stop_all)
+
+
+def test_a_refused_robot_costs_its_own_place_only(
+    cluster: LocalCluster, jobs: list[Job], local: list[Simulation], robot: Robot
+) -> None:
+    leaning = replace(robot, angles=(-0.5, *robot.angles[1:]))
+    mixed = [*jobs[:2], job(leaning, 17.0), *jobs[2:]]
+    for address in (None, cluster.scheduler_address):
+        with Fanout(address, batch_size=4) as spread:
+            results = spread.attempt(mixed)
+        refused = results.pop(2)
+        assert isinstance(refused, InputError)
+        assert "does not stand" in str(refused)
+        assert_same([one for one in results if isinstance(one, Simulation)], local)
+
+
+def refuse_planar(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    if model.nq == 20:
+        raise InputError(f"planar, T rests at {data.body('top').xpos[2]:.3f} m")
+
+
+def test_admission_is_asked_of_the_model_at_rest(robot: Robot) -> None:
+    pair = [job(robot, 17.0), job(replace(robot, planar=True), 17.0)]
+    with Fanout() as spread:
+        free, planar = spread.attempt(pair, refuse_planar)
+    assert isinstance(free, Simulation)
+    assert str(planar) == "planar, T rests at 0.270 m"
 
 
 def test_a_robot_refused_on_a_worker_is_refused_here_in_the_same_words(

@@ -18,6 +18,7 @@ from workbench.cli.ingest import ingest
 from workbench.cli.investigate import investigate
 from workbench.cli.live import live
 from workbench.cli.modes import modes
+from workbench.cli.optimize import optimize
 from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
@@ -26,6 +27,7 @@ from workbench.cli.schema import schema
 from workbench.cli.simulate import simulate
 from workbench.cli.supply import supply
 from workbench.cli.template_photo import template
+from workbench.cli.thesis import thesis
 from workbench.errors import Interrupted, WorkbenchError
 
 __all__ = ["app", "main"]
@@ -49,6 +51,8 @@ for verb in (
     investigate,
     simulate,
     modes,
+    optimize,
+    thesis,
     review,
     schema,
     doctor,

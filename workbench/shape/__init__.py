@@ -8,5 +8,17 @@ drawing. A new property of a shape is a function of the curve.
 
 from workbench.shape.arcs import Arcs, Box, crossing, equal_length_arcs
 from workbench.shape.curve import bend_radii, curve
+from workbench.shape.metrics import Metrics, clearance, crosses_itself, metrics
 
-__all__ = ["Arcs", "Box", "bend_radii", "crossing", "curve", "equal_length_arcs"]
+__all__ = [
+    "Arcs",
+    "Box",
+    "Metrics",
+    "bend_radii",
+    "clearance",
+    "crosses_itself",
+    "crossing",
+    "curve",
+    "equal_length_arcs",
+    "metrics",
+]

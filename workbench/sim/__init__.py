@@ -38,8 +38,10 @@ from workbench.sim.robot import (
     make_robot,
 )
 from workbench.sim.simulate import (
+    Admit,
     Outcome,
     Simulation,
+    attempt_all,
     keep_engine_quiet,
     simulate,
     simulate_all,
@@ -51,6 +53,7 @@ __all__ = [
     "LIMITS",
     "MOTOR",
     "SAMPLE_RATE_HZ",
+    "Admit",
     "Condition",
     "Drive",
     "DrivenPeak",
@@ -66,6 +69,7 @@ __all__ = [
     "Simulation",
     "Stick",
     "applied",
+    "attempt_all",
     "build_spec",
     "compile_model",
     "driven_peaks",

@@ -3,7 +3,7 @@
 Several machines are reached through a `dask.distributed` scheduler; nothing else imports it. Jobs
 are cut into batches, and a batch is one function of its jobs alone. So the results are the same,
 bit for bit, for any number of workers and any size of batches, and a batch whose worker died is
-simply done again.
+simply done again. So is all that a scheduler had in hand when it went down.
 """
 
 from __future__ import annotations
@@ -11,20 +11,21 @@ from __future__ import annotations
 import hashlib
 import socket
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from contextlib import suppress
+from functools import cache, partial
 from importlib import metadata
 from pathlib import Path
 from queue import Empty, Queue
-from time import monotonic
+from time import monotonic, sleep
 from types import ModuleType
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 from urllib.parse import urlsplit
 
 import workbench
 from workbench.errors import InputError, WorkbenchError
 from workbench.sim.condition import Condition
 from workbench.sim.robot import Robot
-from workbench.sim.simulate import Simulation, simulate_all
+from workbench.sim.simulate import Admit, Simulation, attempt_all, simulate_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -32,6 +33,17 @@ if TYPE_CHECKING:
 __all__ = ["Fanout", "Progress", "versions"]
 
 Job = tuple[Robot, Condition]
+
+R = TypeVar("R")
+
+
+class Work(Protocol[R]):
+    """Simulates jobs on so many threads; all cores by default."""
+
+    def __call__(self, jobs: Sequence[Job], threads: int = 0) -> list[R]:
+        """Return one result a job, in their order."""
+        ...
+
 
 Progress = Callable[[int, int], None]
 """Is told how many simulations are done, of how many; what it raises ends the work."""
@@ -52,7 +64,8 @@ class Fanout:
             cores.
         batch_size: how many jobs a worker is given at a time, and at most has to do again when it
             dies; None takes up to 8, fewer when there are few jobs for many workers.
-        patience: how long to go on without any worker [s].
+        patience: how long to go on without any worker, and without the scheduler: one that is
+            started again at its address is given what was not done yet [s].
 
     Raises:
         InputError: when the scheduler cannot be reached or `distributed` is not installed.
@@ -79,7 +92,7 @@ class Fanout:
     def close(self) -> None:
         """Leave the cluster; its scheduler and workers stay."""
         if self._client is not None:
-            self._client.close()
+            _leave(self._client)
 
     def map(self, jobs: Sequence[Job], progress: Progress | None = None) -> list[Simulation]:
         """Simulate every job; the results are in the order of the jobs.
@@ -93,29 +106,64 @@ class Fanout:
                 is not the same as here.
             WorkbenchError: when workers or scheduler are lost for good.
         """
-        tell = progress or (lambda done, total: None)
+        return self._spread(simulate_all, jobs, progress or _tell_nobody)
+
+    def attempt(
+        self, jobs: Sequence[Job], admit: Admit | None = None, progress: Progress | None = None
+    ) -> list[Simulation | InputError]:
+        """Simulate every job as `map` does; one that is refused costs only its own place.
+
+        Args:
+            jobs: any mix of robots and conditions.
+            admit: looks at each model at rest before its first step and raises InputError to
+                refuse it; it must be importable on the workers.
+            progress: as for `map`.
+
+        Raises:
+            InputError: when a worker's software is not the same as here.
+            WorkbenchError: when workers or scheduler are lost for good.
+        """
+        return self._spread(partial(attempt_all, admit=admit), jobs, progress or _tell_nobody)
+
+    def _spread(self, work: Work[R], jobs: Sequence[Job], tell: Progress) -> list[R]:
         if self._client is None:
-            results = simulate_all(jobs)
+            results = work(jobs)
             tell(len(jobs), len(jobs))
             return results
-        return self._spread(self._client, jobs, tell)
-
-    def _spread(self, client: Client, jobs: Sequence[Job], tell: Progress) -> list[Simulation]:
-        size = self._batch_size or _batch_size(len(jobs), self._threads(client))
+        size = self._batch_size or _batch_size(len(jobs), self._threads_or_none(self._client))
         batches = [jobs[i : i + size] for i in range(0, len(jobs), size)]
+        done: dict[int, list[R]] = {}
+        while len(done) < len(batches):
+            try:
+                self._collect(self._client, work, batches, done, tell)
+            except _SchedulerLost as loss:
+                self._client = self._connect_again(loss)
+        return [result for k in range(len(batches)) for result in done[k]]
+
+    def _collect(
+        self,
+        client: Client,
+        work: Work[R],
+        batches: Sequence[Sequence[Job]],
+        done: dict[int, list[R]],
+        tell: Progress,
+    ) -> None:
+        """Have the batches done that are not done yet, and put their results into `done`."""
         here = versions()
         # one call a batch: a graph of all of them would pass the scheduler as one large message
-        futures = [client.submit(_simulate_batch, batch, here, pure=False) for batch in batches]
-        results: dict[Future, list[Simulation]] = {}
-        done = 0
+        places = {
+            client.submit(_work_on_batch, work, batch, here, pure=False): k
+            for k, batch in enumerate(batches)
+            if k not in done
+        }
+        total = sum(map(len, batches))
         try:
-            for future in self._finished(client, futures):
-                results[future] = self._fetch(client, future)
-                done += len(results[future])
-                tell(done, len(jobs))
+            for future in self._finished(client, list(places)):
+                done[places[future]] = self._fetch(client, future)
+                tell(sum(len(batches[k]) for k in done), total)
         finally:
-            client.cancel([future for future in futures if future not in results])
-        return [result for future in futures for result in results[future]]
+            with suppress(OSError, RuntimeError, AttributeError):  # nobody there to cancel them
+                client.cancel([future for future, k in places.items() if k not in done])
 
     def _finished(self, client: Client, futures: Sequence[Future]) -> Iterator[Future]:
         """Yield each future when it has ended, as long as there is somebody to work on them."""
@@ -133,7 +181,7 @@ class Fanout:
                 elif monotonic() - alive > self._patience:
                     raise self._deserted() from None
 
-    def _fetch(self, client: Client, future: Future) -> list[Simulation]:
+    def _fetch(self, client: Client, future: Future) -> list[Any]:
         """Bring a batch's results here; its worker may die even now."""
         distributed = _distributed()
         while True:
@@ -152,19 +200,38 @@ class Fanout:
             except RuntimeError as error:
                 raise WorkbenchError(f"the cluster {self._scheduler} failed: {error}") from error
             except distributed.CancelledError:
-                raise self._lost() from None
+                raise _SchedulerLost from None
 
     def _threads(self, client: Client) -> int:
         """Return how many threads all workers have together."""
         try:
             return sum(cast("dict[str, int]", client.nthreads()).values())
         except (OSError, RuntimeError, AttributeError):  # dask's ways to say it is not connected
-            raise self._lost() from None
+            raise _SchedulerLost from None
+
+    def _threads_or_none(self, client: Client) -> int:
+        try:
+            return self._threads(client)
+        except _SchedulerLost:
+            return 0
+
+    def _connect_again(self, loss: _SchedulerLost) -> Client:
+        """Wait until the scheduler is there again."""
+        if self._client is not None:
+            _leave(self._client)
+        given_up = monotonic() + self._patience
+        while True:
+            try:
+                return _connect(self._scheduler)
+            except InputError:
+                if monotonic() > given_up:
+                    raise self._lost() from loss
+            sleep(_POLL_S)
 
     def _lost(self) -> WorkbenchError:
         return WorkbenchError(
-            f"the scheduler {self._scheduler} does not answer any more; look at what it printed, "
-            "start it and its workers again and repeat"
+            f"the scheduler {self._scheduler} has not answered for {self._patience:g} s; look at "
+            "what it printed, start it and its workers again and repeat"
         )
 
     def _deserted(self) -> WorkbenchError:
@@ -172,6 +239,10 @@ class Fanout:
             f"the scheduler {self._scheduler} has had no worker for {self._patience:g} s; start "
             f"`dask worker {self._scheduler}` on a machine with this workbench and repeat"
         )
+
+
+class _SchedulerLost(Exception):
+    """The scheduler is gone, and with it what its workers were doing."""
 
 
 @cache
@@ -195,10 +266,14 @@ def _batch_size(jobs: int, threads: int) -> int:
     return min(_LARGEST_BATCH, max(1, jobs // (_BATCHES_A_THREAD * max(1, threads))))
 
 
-def _simulate_batch(jobs: Sequence[Job], wanted: dict[str, str]) -> list[Simulation]:
+def _tell_nobody(done: int, total: int) -> None:
+    pass
+
+
+def _work_on_batch(work: Work[R], jobs: Sequence[Job], wanted: dict[str, str]) -> list[R]:
     """Simulate on a worker, which calls this on each of its threads."""
     _check_versions(wanted, _distributed().get_worker().address)
-    return simulate_all(jobs, threads=1)
+    return work(jobs, threads=1)
 
 
 def _check_versions(wanted: dict[str, str], worker: str) -> None:
@@ -226,6 +301,12 @@ def _connect(address: str) -> Client:
             f"no scheduler answers at {address}: {error}; start one with `dask scheduler`, which "
             "prints its address, and see that no firewall is between"
         ) from None
+
+
+def _leave(client: Client) -> None:
+    """Close a client; of one whose scheduler is gone nothing more is expected."""
+    with suppress(OSError, RuntimeError):
+        client.close(timeout=_CONNECT_S)
 
 
 def _greet(address: str) -> None:

@@ -8,18 +8,19 @@ only sets the drive's command and takes the sample.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
-from typing import Literal
+from functools import cache, partial
+from typing import Literal, NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
+from workbench.errors import InputError
 from workbench.sim.checks import require_sound, require_stable
 from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
@@ -30,8 +31,10 @@ from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
 from workbench.timeseries import TimeSeries
 
 __all__ = [
+    "Admit",
     "Outcome",
     "Simulation",
+    "attempt_all",
     "keep_engine_quiet",
     "simulate",
     "simulate_all",
@@ -40,6 +43,11 @@ __all__ = [
 Outcome = Literal["completed", "fell", "diverged"]
 
 Job = tuple[Robot, Condition]
+
+Admit = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""Looks at a model at rest, before its first step, and raises InputError to refuse it."""
+
+R = TypeVar("R")
 
 _MOST_AT_ONCE = 8
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -87,39 +95,90 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
     Raises:
         InputError: when one of them cannot be built, does not stand or is refused by `checks`.
     """
+    return _on_threads(_simulate_chunk, jobs, threads)
+
+
+def attempt_all(
+    jobs: Sequence[Job], threads: int = 0, admit: Admit | None = None
+) -> list[Simulation | InputError]:
+    """Simulate many robots as `simulate_all` does; one that is refused costs only its own place.
+
+    Args:
+        jobs: any mix of robots and conditions.
+        threads: 0 takes all cores.
+        admit: looks at each model at rest before its first step and raises InputError to refuse it.
+    """
+    return _on_threads(partial(_attempt_chunk, admit=admit), jobs, threads)
+
+
+def _on_threads(
+    work: Callable[[Sequence[Job]], Sequence[R]], jobs: Sequence[Job], threads: int
+) -> list[R]:
+    """Let threads take a few jobs at a time; the results are in the order of the jobs."""
     threads = threads or os.cpu_count() or 1
     size = min(_MOST_AT_ONCE, max(1, -(-len(jobs) // threads)))
     chunks = [jobs[i : i + size] for i in range(0, len(jobs), size)]
     if len(chunks) < 2 or threads == 1:
-        return [result for chunk in chunks for result in _simulate_chunk(chunk)]
+        return [result for chunk in chunks for result in work(chunk)]
     with ThreadPoolExecutor(threads) as pool:
-        return [result for done in pool.map(_simulate_chunk, chunks) for result in done]
+        return [result for done in pool.map(work, chunks) for result in done]
 
 
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
-    """Simulate on the calling thread, jobs of equal layout together."""
-    asked = jobs
-    jobs = [
-        (applied(robot, bool(np.any(condition.command))), driven(condition, robot))
-        for robot, condition in asked
-    ]
-    starts = [_start(robot, condition) for robot, condition in jobs]
+    """Simulate on the calling thread; the first that is refused ends it."""
+    return _step([_prepared(job) for job in jobs])
+
+
+def _attempt_chunk(jobs: Sequence[Job], admit: Admit | None) -> list[Simulation | InputError]:
+    """Simulate those that are not refused, on the calling thread."""
+    tried = [_attempted(job, admit) for job in jobs]
+    done = iter(_step([one for one in tried if isinstance(one, _Prepared)]))
+    return [next(done) if isinstance(one, _Prepared) else one for one in tried]
+
+
+class _Prepared(NamedTuple):
+    """A job with its effects applied, its model and data at rest; the robot as it was asked."""
+
+    asked: Robot
+    robot: Robot
+    condition: Condition
+    model: mujoco.MjModel
+    data: mujoco.MjData
+
+
+def _prepared(job: Job) -> _Prepared:
+    asked, condition = job
+    robot, driven_by = applied(asked, bool(np.any(condition.command))), driven(condition, asked)
+    return _Prepared(asked, robot, driven_by, *_start(robot, driven_by))
+
+
+def _attempted(job: Job, admit: Admit | None) -> _Prepared | InputError:
+    try:
+        ready = _prepared(job)
+        if admit is not None:
+            admit(ready.model, ready.data)
+    except InputError as refusal:
+        return refusal
+    return ready
+
+
+def _step(jobs: Sequence[_Prepared]) -> list[Simulation]:
+    """Step to the end, jobs of equal layout together."""
     groups: dict[tuple[Drive, bool, int, int, int, int, int], list[int]] = {}
-    for i, (model, _) in enumerate(starts):
-        robot, condition = jobs[i]
+    for i, (_, robot, condition, model, _) in enumerate(jobs):
         sizes = (model.nq, model.nu, model.nbody, len(condition.command))
         layout = (condition.drive, condition.energy, *sizes, robot.steps_per_sample)
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
         recorder, sane = _run(
-            [starts[i] for i in members],
-            np.array([jobs[i][1].command for i in members]),
+            [(jobs[i].model, jobs[i].data) for i in members],
+            np.array([jobs[i].condition.command for i in members]),
             steps,
         )
         for row, i in enumerate(members):
-            result = _result(jobs[i], starts[i], recorder.samples(row), int(sane[row]))
-            done[i] = replace(result, motion=observed(result.motion, asked[i][0]))
+            result = _result(jobs[i], recorder.samples(row), int(sane[row]))
+            done[i] = replace(result, motion=observed(result.motion, jobs[i].asked))
     return [done[i] for i in range(len(jobs))]
 
 
@@ -172,12 +231,12 @@ def _run(
     batch.set_models([m for m, _ in starts])
     for row, (own, data) in enumerate(starts):
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
-    recorder = Recorder(batch, command.shape[1])
+    recorder, control = Recorder(batch, command.shape[1]), batch.bind("ctrl")
     batch.forward(stage=_CURRENT)
     recorder.take(0)
     sane = np.full(len(starts), command.shape[1])
     for k in range(1, command.shape[1]):
-        batch.ctrl[:] = command[:, k - 1, None]
+        control[:] = command[:, k - 1, None]
         with suppress(SimulationError):  # the engine's own warnings count below
             batch.step(nstep=steps, stage=_CURRENT)
         recorder.take(k)
@@ -195,15 +254,9 @@ def keep_engine_quiet() -> None:
     config.set()
 
 
-def _result(
-    job: tuple[Robot, Condition],
-    start: tuple[mujoco.MjModel, mujoco.MjData],
-    samples: Samples,
-    sane: int,
-) -> Simulation:
+def _result(job: _Prepared, samples: Samples, sane: int) -> Simulation:
     """Turn samples into a motion that ends where the robot fell or the numbers blew up."""
-    robot, condition = job
-    model, data = start
+    _, robot, condition, model, data = job
     sink = -float(data.body("foot").xpos[2]) if condition.mode == "hop" else 0.0
     motion = motion_of(robot, model, samples, rest=condition.rest)
     count, top = len(samples.top), samples.top[:, 2]

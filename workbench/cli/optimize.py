@@ -1,0 +1,201 @@
+"""`workbench optimize`: better shapes for a speed, and other numbers of the robot."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from workbench.cli.output import JsonFlag, emit, people, show_table, tell
+from workbench.cli.progress import SearchProgress
+from workbench.design import (
+    ALGORITHMS,
+    BOUNDS,
+    GOALS,
+    LEAST_RADIUS_M,
+    MUTATIONS,
+    Found,
+    Settings,
+    Study,
+    found_by,
+    write_history,
+    write_report,
+)
+from workbench.engine import versions
+from workbench.errors import InputError, WorkbenchError
+from workbench.optimize import History
+from workbench.protocol import load_model, load_shape
+from workbench.sim import Fanout
+
+__all__ = ["SchedulerOption", "SearchesFolder", "optimize", "searching"]
+
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(help="Of a cluster, tcp://host:8786; by default all cores of this machine."),
+]
+SearchesFolder = Annotated[
+    Path, typer.Option("--searches", help="Folder of all searches.", envvar="WORKBENCH_SEARCHES")
+]
+_MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
+"""Options that may be given together with --resume; the others are those of the search."""
+
+
+def optimize(
+    context: typer.Context,
+    omega: Annotated[float, typer.Option(help="Rotor speed [rad/s].")] = 17.0,
+    algorithm: Annotated[str, typer.Option(help=f"One of {', '.join(ALGORITHMS)}.")] = "cma",
+    goal: Annotated[
+        str, typer.Option(help=f"One of {', '.join(GOALS)}; two with a comma between: pareto.")
+    ] = "distance",
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=LOWER:UPPER, SI: omega or a parameter of the model. Repeatable."),
+    ] = None,
+    robust: Annotated[
+        bool, typer.Option("--robust", help="Judge by mean and spread over what may be built.")
+    ] = False,
+    draws: Annotated[int, typer.Option(help="Robots for one candidate, --robust.", min=2)] = 8,
+    bounds: Annotated[str, typer.Option(help=f"One of {', '.join(BOUNDS)}.")] = "thesis",
+    mutation: Annotated[
+        str, typer.Option(help=f"Of ga, one of {', '.join(MUTATIONS)}.")
+    ] = "adaptfeasible",
+    seed: Annotated[int, typer.Option(help="The same seed, the same search.", min=0)] = 0,
+    evaluations: Annotated[int, typer.Option(help="Candidates to try.", min=1)] = 480,
+    duration: Annotated[float, typer.Option(help="Of a hop [s].", min=0.1, max=600)] = 10.0,
+    model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
+    shape: Annotated[str, typer.Option(help="Shape to begin at, name or file.")] = "thesis-initial",
+    thickness: Annotated[
+        float | None, typer.Option(help="Of the strip [mm]; by default the shape's.", min=0)
+    ] = None,
+    min_radius: Annotated[
+        float, typer.Option(help="Tightest bend that can be made [mm].", min=0)
+    ] = 1e3 * LEAST_RADIUS_M,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of this search; by default named by the time.")
+    ] = None,
+    searches: SearchesFolder = Path("searches"),
+    resume: Annotated[
+        Path | None, typer.Option(help="Go on with the search of this folder or file.")
+    ] = None,
+    scheduler: SchedulerOption = None,
+    patience: Annotated[
+        float, typer.Option(help="Wait so long for a lost scheduler or workers [s].", min=0)
+    ] = 600.0,
+    as_json: JsonFlag = False,
+) -> None:
+    """Search for a beam that hops farther, or is better in another way.
+
+    The folder holds the best shape, every candidate, a report, and all that --resume needs.
+
+    Example: workbench optimize --omega 17 --seed 1
+    Example: workbench optimize --algorithm pareto --goal distance,cost
+    Example: workbench optimize --resume searches/2026-11-21_143000
+    """
+    begin = time.perf_counter()
+    if resume is not None:
+        study = _resumed(context, resume, evaluations)
+    else:
+        settings = Settings(
+            omega, duration, algorithm, tuple(goal.split(",")), bounds, tuple(vary or ()), robust,
+            draws, seed, evaluations, mutation, None if thickness is None else thickness / 1e3,
+            min_radius / 1e3,
+        )  # fmt: skip
+        folder = out or searches / datetime.now().strftime("%Y-%m-%d_%H%M%S")
+        stated, start = load_model(model, Path()), load_shape(shape, Path())
+        study = Study.begin(folder, settings, stated, start)
+    with searching(study, scheduler, patience) as (fanout, progress):
+        history = study.run(fanout, progress)
+    write_history(study.folder / "history.csv", study, history)
+    found = found_by(study, history, datetime.now().date())
+    page = study.folder / "report.html"
+    write_report(page, study, history, found, versions())
+    result = _object(study, history, found) | {"wall_s": time.perf_counter() - begin}
+    if as_json:
+        emit(result | {"report": str(page)})
+        return
+    _show(study, history, found)
+    people.print(f"report: {page}", markup=False)
+
+
+@contextmanager
+def searching(
+    study: Study, scheduler: str | None, patience: float
+) -> Iterator[tuple[Fanout, SearchProgress]]:
+    """Yield what simulates and what tells of it; where that ends early, say how to go on."""
+    goal = study.problem.goals[0]
+    try:
+        with (
+            Fanout(scheduler, patience=patience) as fanout,
+            SearchProgress(goal, study.settings.evaluations) as progress,
+        ):
+            yield fanout, progress
+    except KeyboardInterrupt:
+        if study.checkpoint.exists():
+            tell(f"go on with: workbench optimize --resume {study.folder}")
+        raise
+    except InputError:
+        raise
+    except WorkbenchError as error:
+        raise WorkbenchError(
+            f"{error}. Nothing that was finished is lost; go on with: workbench optimize "
+            f"--resume {study.folder}" + (f" --scheduler {scheduler}" if scheduler else "")
+        ) from error
+
+
+def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
+    """Return the search of a folder; options that would make it another one are refused."""
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    given = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
+    other = [f"--{name.replace('_', '-')}" for name in given if name not in _MAY_CHANGE]
+    if other:
+        raise InputError(
+            f"--resume goes on with the search as it was begun; leave out {', '.join(other)}, or "
+            "begin another search without --resume"
+        )
+    study = Study.resume(path)
+    if "evaluations" in given:
+        study = replace(study, settings=replace(study.settings, evaluations=evaluations))
+    return study
+
+
+def _object(study: Study, history: History, found: Sequence[Found]) -> dict[str, Any]:
+    best = found[0]
+    table = history.columns()
+    goal = study.problem.goals[0]
+    return {
+        "best_distance_m": best.values.get("distance_m"),
+        "best_shape": str(best.shape),
+        "best_model": None if best.model is None else str(best.model),
+        "omega_rad_s": best.omega,
+        "goals": {g.name: best.values.get(g.column) for g in study.problem.goals},
+        "evaluations": history.asked,
+        "simulated": history.evaluated,
+        "generations": len(history.generations),
+        "failures": int(table["failures"].sum()),
+        "history": [
+            {"best": goal.value_of(best_fitness), "mean": goal.value_of(mean), "failures": int(bad)}
+            for best_fitness, mean, bad in zip(
+                table["best so far"], table["mean"], table["failures"], strict=True
+            )
+        ],
+        "front": [
+            {"shape": str(one.shape)} | {g.name: one.values[g.column] for g in study.problem.goals}
+            for one in found
+        ] if len(study.problem.goals) > 1 else None,
+        "folder": str(study.folder),
+    }  # fmt: skip
+
+
+def _show(study: Study, history: History, found: Sequence[Found]) -> None:
+    rows = [
+        [one.shape.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
+        for one in found
+    ]
+    heads = ["design", *(f"{name} [{g.column.rpartition('_')[2]}]" for name, g in GOALS.items())]
+    show_table(f"{study.problem.identity}: {history.asked} evaluations", heads, rows)

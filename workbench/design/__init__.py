@@ -1,0 +1,69 @@
+"""Better beams for the hopping robot: what may change, what is better, and searches for it.
+
+`problem` says which robot, how it is driven and what a candidate is: `variables` what may change
+within which bounds, `goals` what is to become better (`stability` defines one of them),
+`uncertainty` what a robust search averages over, `bendable` which shapes can be made at all.
+`objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a search in its
+folder, begun or gone on with, by one of the algorithms of `optimize`, which know no physics.
+`appraisal` tells what a design is, `results`, `figures` and `report` write it down;
+`experiments` are those of the thesis.
+
+A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
+algorithm a line in `study`.
+"""
+
+from workbench.design.appraisal import Appraisal, Resonances, appraise, resonances
+from workbench.design.bendable import LEAST_RADIUS_M, Strip
+from workbench.design.experiments import EXPERIMENTS, SEEDS, SPEEDS, Lab, Part, Picture, Table
+from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
+from workbench.design.objective import Objective
+from workbench.design.problem import Problem
+from workbench.design.report import verdict, write_experiment, write_report
+from workbench.design.results import Found, found_by, shape_text, write_history
+from workbench.design.stability import tipping_margin
+from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
+from workbench.design.uncertainty import Departure, Uncertainty, altered
+from workbench.design.variables import BOUNDS, Bounds, Varied, make_space, parse_varied
+
+__all__ = [
+    "ALGORITHMS",
+    "BOUNDS",
+    "EXPERIMENTS",
+    "GOALS",
+    "LEAST_RADIUS_M",
+    "MUTATIONS",
+    "PENALTY",
+    "SEEDS",
+    "SPEEDS",
+    "Appraisal",
+    "Bounds",
+    "Departure",
+    "Found",
+    "Goal",
+    "Hop",
+    "Lab",
+    "Objective",
+    "Part",
+    "Picture",
+    "Problem",
+    "Resonances",
+    "Settings",
+    "Strip",
+    "Study",
+    "Table",
+    "Uncertainty",
+    "Varied",
+    "altered",
+    "appraise",
+    "found_by",
+    "goal_named",
+    "make_space",
+    "parse_varied",
+    "resonances",
+    "shape_text",
+    "tipping_margin",
+    "verdict",
+    "write_experiment",
+    "write_history",
+    "write_report",
+]

@@ -1,0 +1,150 @@
+"""What a search found, as files: shapes for the twin and the template, models, the history."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from ruamel.yaml.comments import CommentedMap
+
+from workbench.design.goals import GOALS
+from workbench.design.study import Study
+from workbench.design.variables import ANGLES, SPEED
+from workbench.errors import WorkbenchError
+from workbench.optimize import History, Trial, candidate_key
+from workbench.protocol import ShapeFile, parse, write_changed
+
+__all__ = ["Found", "found_by", "shape_text", "write_history"]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A design as files.
+
+    Args:
+        trial: the candidate and what it is worth.
+        shape: of the beam.
+        model: of the robot; None where only the angles were searched.
+        omega: speed that it is for [rad/s].
+    """
+
+    trial: Trial
+    shape: Path
+    model: Path | None
+    omega: float
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """The values of all goals by column, as the search saw them."""
+        return self.trial.evaluation.numbers
+
+
+def found_by(study: Study, history: History, day: date) -> list[Found]:
+    """Write the best design, or those of the Pareto front, and return them, best first.
+
+    A file carries the hash of its candidate in its name: the same design is the same file.
+
+    Args:
+        study: that searched.
+        history: of it.
+        day: of the search, for the files' provenance.
+
+    Raises:
+        WorkbenchError: when there is no generation yet, or no candidate hopped to its end.
+    """
+    trials = [history.best] if len(study.settings.goals) == 1 else history.front()
+    if not trials or history.best.evaluation.failure is not None:
+        reasons = Counter(text for g in history.generations for text in g.failures)
+        raise WorkbenchError(
+            f"none of {history.asked} candidates hopped to its end; most often: "
+            f"{reasons.most_common(1)[0][0]}; begin at another shape, or widen what is allowed"
+        )
+    return [_write(study, history, trial, day) for trial in trials]
+
+
+def _write(study: Study, history: History, trial: Trial, day: date) -> Found:
+    key = candidate_key(study.problem.identity, trial.candidate)[:8]
+    path = study.folder / f"shape-{key}.yaml"
+    source = _source(study, history, trial, day)
+    if not path.exists():
+        text = shape_text(study.start.content, path.stem, trial.candidate[: len(ANGLES)], source)
+        parse(path, text, ShapeFile)
+        path.write_text(text, encoding="utf-8")
+    numbers = dict(study.problem.numbers(trial.candidate))
+    omega = numbers.pop(SPEED)
+    model = study.folder / f"model-{key}.yaml" if numbers else None
+    if model is not None and not model.exists():
+        _write_model(model, study, numbers, source)
+    return Found(trial, path, model, omega)
+
+
+def shape_text(start: ShapeFile, name: str, angles: np.ndarray, source: str) -> str:
+    """Return a shape file that differs from another in its angles, name and source.
+
+    Args:
+        start: whose strip it is.
+        name: of the new shape.
+        angles: alpha_0 to alpha_15 [rad], written so that they are read back bit for bit.
+        source: where they come from.
+    """
+    numbers = [repr(float(angle)) for angle in angles]
+    lines = [
+        "schema: workbench/shape-1",
+        f"name: {name}",
+        f"angles: [{', '.join(numbers[:8])},",
+        f"         {', '.join(numbers[8:])}]",
+        f"length: {1e3 * start.length:.12g} mm",
+    ]
+    for key, size in (("thickness", start.thickness), ("width", start.width)):
+        if size is not None:
+            lines.append(f"{key}: {1e3 * size:.12g} mm")
+    quoted = source.replace("\\", "\\\\").replace('"', '\\"')
+    return "\n".join([*lines, f"state: {start.state}", f'source: "{quoted}"', ""])
+
+
+def _source(study: Study, history: History, trial: Trial, day: date) -> str:
+    settings, numbers = study.settings, trial.evaluation.numbers
+    values = ", ".join(
+        f"{goal.column} {numbers[goal.column]:.4g}"
+        for goal in study.problem.goals
+        if goal.column in numbers
+    )
+    varied = study.problem.numbers(trial.candidate)
+    told = ", ".join(f"{name} {value:.6g}" for name, value in varied.items())
+    return (
+        f"designed {day.isoformat()} by {settings.algorithm}, seed {settings.seed}, "
+        f"{history.asked} evaluations: {study.problem.identity}; {values}; {told}; begun at "
+        f"{study.start.content.name}, model {study.model.content.name}"
+    )
+
+
+def _write_model(path: Path, study: Study, numbers: Mapping[str, float], source: str) -> None:
+    def change(tree: CommentedMap) -> None:
+        tree["name"] = path.stem
+        for name, value in numbers.items():
+            entry = tree["parameters"][name]
+            entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"
+            entry["value"] = value
+
+    write_changed(path, study.model, "model", change)
+
+
+def write_history(path: Path, study: Study, history: History) -> None:
+    """Write every trial as a row of CSV: generation, variables, fitness, values, failure."""
+    goals = study.settings.goals
+    head = ["generation", *history.names, *(f"fitness_{name}" for name in goals)]
+    columns = [goal.column for goal in GOALS.values()]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*head, *columns, "failure"])
+        for k, generation in enumerate(history.generations, 1):
+            for trial in generation.trials:
+                found = trial.evaluation
+                values = [found.numbers.get(name, "") for name in columns]
+                row = [k, *trial.candidate.tolist(), *found.fitness, *values, found.failure or ""]
+                writer.writerow(row)

@@ -1,0 +1,41 @@
+"""Searches by one interface: ask for candidates, tell what they are worth; less is better.
+
+`space` is the set that is searched and `algorithm` the contract; `genetic` is the algorithm of the
+thesis, `cma_es` the default search, `pareto` the one for several goals. `search` is the loop,
+`evaluation` what a candidate is worth, `history` what was done, `checkpoint` the file that a search
+goes on from and `figures` what it looks like.
+
+The room knows numbers only: no robot, no file of the workbench but its own checkpoint. A new
+algorithm is one file with a subclass of `Algorithm`, and its name in `tests/optimize/contract.py`.
+"""
+
+from workbench.optimize.algorithm import Algorithm, State
+from workbench.optimize.cma_es import Cmaes, CmaesOptions, neighbour_correlation
+from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
+from workbench.optimize.genetic import GeneticAlgorithm, GeneticOptions
+from workbench.optimize.history import Generation, History, Trial
+from workbench.optimize.pareto import Pareto, ParetoOptions, hypervolume
+from workbench.optimize.search import Progress, search
+from workbench.optimize.space import Space
+
+__all__ = [
+    "Algorithm",
+    "Cmaes",
+    "CmaesOptions",
+    "Evaluate",
+    "Evaluation",
+    "Generation",
+    "GeneticAlgorithm",
+    "GeneticOptions",
+    "History",
+    "Pareto",
+    "ParetoOptions",
+    "Progress",
+    "Space",
+    "State",
+    "Trial",
+    "candidate_key",
+    "hypervolume",
+    "neighbour_correlation",
+    "search",
+]
