@@ -4,12 +4,12 @@
 # make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
-# make schemas / make effects / make pictures   write docs/reference and the pictures of docs/
+# make schemas / effects / supplies / pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench bank fuzz schemas effects pictures clean
+.PHONY: install demo test check bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)
 
@@ -40,6 +40,7 @@ bench: install
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
+	$(BIN)/python benchmarks/wire.py
 
 SEED ?= 1
 CASES ?= 40
@@ -57,6 +58,9 @@ schemas: install
 
 effects: install
 	$(BIN)/python docs/make_effects.py docs/reference/effects.md
+
+supplies: install
+	$(BIN)/python docs/make_supplies.py docs/reference/supplies.md
 
 pictures: install
 	rm -rf build/pictures
