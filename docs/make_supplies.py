@@ -50,6 +50,14 @@ TRUTH = """
   wire that disturbs a quarter of all answers, and not one wrong reading accepted.
 """
 
+FAULTS = """## Simulated supplies and their faults
+
+`workbench supply simulate FAMILY --model M` serves a device that answers the real bytes, on Modbus
+TCP or a raw socket (`--tcp`), as RTU frames over TCP (`--rtu-over-tcp`) or on a pseudo terminal
+(`--pty`). `--fault NAME:SECONDS` and lines on its standard input switch faults; `mend` ends one,
+`state` shows what is at the terminals, `end` ends the device. The faults: {faults}.
+"""
+
 
 def main() -> None:
     """Write the page."""
@@ -101,15 +109,7 @@ def _quirks(rows: list[Model]) -> list[str]:
 
 
 def _faults() -> list[str]:
-    return [
-        "## Simulated supplies and their faults\n",
-        "`workbench supply simulate FAMILY --model M` serves a device that answers the real bytes, on"
-        "\nModbus TCP or a raw socket (`--tcp`), as RTU frames over TCP (`--rtu-over-tcp`) or on a"
-        "\npseudo terminal (`--pty`). `--fault NAME:SECONDS` and lines on its standard input switch"
-        "\nfaults: "
-        + ", ".join(f"`{fault}`" for fault in Fault)
-        + ";\n`mend` ends one, `state` shows what is at the terminals, `end` ends the device.\n",
-    ]
+    return [FAULTS.format(faults=", ".join(f"`{fault}`" for fault in Fault))]
 
 
 if __name__ == "__main__":
