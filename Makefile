@@ -5,12 +5,12 @@
 #             kill clients and print how long their outputs stayed on
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
-# make schemas / make effects / make pictures   write docs/reference and the pictures of docs/
+# make schemas / effects / supplies / pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench bank fuzz schemas effects pictures clean
+.PHONY: install demo test check bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)
 
@@ -44,6 +44,7 @@ bench: install
 	$(BIN)/python -m benchmarks.kills
 	$(BIN)/python benchmarks/search.py
 	$(BIN)/python benchmarks/optimize.py --only speed
+	$(BIN)/python benchmarks/wire.py
 
 SEED ?= 1
 CASES ?= 40
@@ -61,6 +62,9 @@ schemas: install
 
 effects: install
 	$(BIN)/python docs/make_effects.py docs/reference/effects.md
+
+supplies: install
+	$(BIN)/python docs/make_supplies.py docs/reference/supplies.md
 
 pictures: install
 	rm -rf build/pictures

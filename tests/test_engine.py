@@ -21,11 +21,10 @@ from workbench.errors import (
     WorkbenchError,
 )
 from workbench.experiment import Experiment
-from workbench.hw.simulated import Fault, SimulatedRiden
+from workbench.hw.simulated import Fault
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 
 STEPS = "  - prompt: Ready?\n  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
-OUTPUT = 18  # register of the output's flag
 
 
 def experiment(folder: Path, steps: str = STEPS) -> Experiment:
@@ -73,12 +72,6 @@ class After:
             action()
 
 
-def riden(bench: VirtualBench) -> SimulatedRiden:
-    """The virtual bench's supply, to look at its registers and to turn its knobs."""
-    assert isinstance(bench.device, SimulatedRiden)
-    return bench.device
-
-
 def interrupt() -> None:
     raise KeyboardInterrupt
 
@@ -90,7 +83,7 @@ def test_a_run_leaves_a_complete_bundle_with_the_output_off(
     assert bundle.manifest["status"] == "complete"
     assert bundle.manifest["output_off"] == "confirmed"
     assert verify(bundle.path) == []
-    assert riden(bench).read(OUTPUT, 1) == [0]
+    assert not bench.device.output.on
     assert bench.device.history[-1][1] == 0
     assert events(bundle) == [
         "asked", "prompt", "prepared", "cameras", "output_on",
@@ -146,7 +139,7 @@ def test_ctrl_c_in_the_drive_switches_off_and_keeps_what_there_is(
     After(bench, 2.2, interrupt)
     with pytest.raises(Interrupted, match=r"stopped by the user\nthe output is off, confirmed"):
         list(runs(tmp_path, bench))
-    assert riden(bench).read(OUTPUT, 1) == [0]
+    assert not bench.device.output.on
     assert bench.device.history[-1][1] == 0
     bundle = only_bundle(tmp_path)
     assert bundle.manifest["status"] == "interrupted"
@@ -157,7 +150,7 @@ def test_ctrl_c_in_the_drive_switches_off_and_keeps_what_there_is(
 
 def test_a_trip_of_the_supply_is_a_safety_stop(tmp_path: Path, bench: VirtualBench) -> None:
     def trip() -> None:
-        riden(bench).write(82, [100])  # somebody turns the over-voltage trip down to 1 V
+        bench.device.change(over_voltage=1.0)  # somebody turns the over-voltage trip down to 1 V
 
     After(bench, 2.0, trip)
     with pytest.raises(SafetyStop, match=r"over-voltage protection \(OVP\) tripped"):
@@ -167,7 +160,7 @@ def test_a_trip_of_the_supply_is_a_safety_stop(tmp_path: Path, bench: VirtualBen
 
 
 def test_an_output_switched_off_by_hand_ends_the_run(tmp_path: Path, bench: VirtualBench) -> None:
-    After(bench, 2.0, lambda: riden(bench).write(OUTPUT, [0]))
+    After(bench, 2.0, lambda: bench.device.fail(Fault.PANEL_OFF))
     with pytest.raises(SafetyStop, match="its output went off, not by this program"):
         list(runs(tmp_path, bench))
 
@@ -216,7 +209,7 @@ def test_a_crash_of_our_own_is_written_down_and_the_output_is_off(
     After(bench, 2.0, crash)
     with pytest.raises(ZeroDivisionError, match="made for this test"):
         list(runs(tmp_path, bench))
-    assert riden(bench).read(OUTPUT, 1) == [0]
+    assert not bench.device.output.on
     assert "made for this test" in only_bundle(tmp_path).manifest["error"]
 
 

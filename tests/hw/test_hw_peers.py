@@ -280,6 +280,7 @@ def test_our_driver_runs_against_a_modbus_tk_slave(clock: SimulatedClock) -> Non
             server.stop()
 
 
+@needs_pty  # its package needs them
 def test_our_driver_runs_against_sinstruments() -> None:
     needs("sinstruments")
     port = free_port()

@@ -1,18 +1,19 @@
 """Motor power supplies: the only room that sends bytes to a device.
 
-What lives here: the supply contract, the model table, one driver a family, the Modbus link with
-its guards, the rules by which an output may come on, and simulated supplies that answer the same
-bytes; in `guardian/` the process that owns the port of a real bench. What does not: protocols, the
-order of a run, files. Nothing here prints or writes a file but the guardian, which outlives whoever
-could; clock and wire log are passed in.
+What lives here: the supply contract, the model table, one driver a family, the Modbus link and the
+text line with their guards, the rules by which an output may come on, and simulated supplies that
+answer the same bytes; in `guardian/` the process that owns the port of a real bench. What does not:
+protocols, the order of a run, files. Nothing here prints or writes a file but the guardian, which
+outlives whoever could; clock and wire log are passed in.
 
     with open_supply(Connection("serial", "COM4"), clock=SystemClock(), wire_log=log) as supply:
         prepare(supply, limits, model="RD6006")
         switch_on(supply, Decimal("4.52"))
         ...                                     # the block's end switches off, whatever happens
 
-To add a model: one row in `models.py`. To add a family: one driver file with a `Supply`, one
-entry in `connect.DRIVERS`, one device in `simulated/`, one test file.
+To add a model: one row below `models/`. To add a family: one driver file below `ModbusSupply` or
+`TextSupply`, one entry in `connect.DRIVERS`, one device in `simulated/`; the steps are in
+`docs/how-to/new-supply.md`.
 """
 
 from workbench.hw.clock import Clock, SimulatedClock, SystemClock

@@ -117,6 +117,8 @@ def _running(supply: Supply) -> Reading:
         raise _stop(supply, _tripped(reading, limits))
     if not reading.output:
         raise _stop(supply, "its output went off, not by this program")
+    if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
+        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
     if reading.mode == "CC":
         raise _stop(
             supply,
@@ -129,8 +131,6 @@ def _running(supply: Supply) -> Reading:
             f"its setpoint is {reading.set_voltage_V:g} V, this program set "
             f"{float(told.volts):g} V; somebody changed it at the panel, or it lost its power",
         )
-    if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
-        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
     if reading.voltage_V > float(limits.over_voltage_V) + TOLERANCE_V:
         raise _stop(
             supply,

@@ -1,0 +1,145 @@
+"""Each thing that can happen on the wire or at the supply while a run drives.
+
+What is looked at: the voltage at the terminals, the exit code, the journal and the message.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Command
+from workbench import bench as bench_module
+from workbench.bench import VirtualBench, load_bench
+from workbench.bundle import Bundle, verify
+from workbench.hw.simulated import Fault, SimulatedRiden, SimulatedSupply
+
+PROTOCOL = """\
+schema: workbench/protocol-1
+title: Faults
+steps:
+  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}
+"""
+DURING_S = 2.0  # the output is on from 1 s to 3 s
+
+SAFETY, HARDWARE = 4, 3
+OFF, LIVE = "the output is off, confirmed", "OUTPUT MAY BE ON"
+
+Happen = Callable[[SimulatedSupply], None]
+
+
+def fault(which: Fault, **how: float) -> Happen:
+    return lambda device: device.fail(which, **how)  # type: ignore[arg-type]
+
+
+def swap(device: SimulatedSupply) -> None:
+    """Put another supply at the same port: the first link dies, another device answers."""
+    assert isinstance(device, SimulatedRiden)
+    device._words[2] ^= 1  # of the serial number
+    device.fail(Fault.UNPLUGGED)
+
+
+# model, what happens, exit code, message, state that is told, whether the terminals end live
+silent_for_long, late = fault(Fault.SILENT, times=3), fault(Fault.LATE_REPLY, times=2, delay_s=0.7)
+busy, damaged = fault(Fault.EXCEPTION, times=1, code=6), fault(Fault.BAD_CRC, times=3)
+short, foreign = fault(Fault.SHORT_REPLY, times=3), fault(Fault.WRONG_UNIT, times=3)
+errors = fault(Fault.EXCEPTION, times=3)
+refusals = [fault(Fault.EXCEPTION, times=1, code=code) for code in range(1, 5)]
+
+CASES = {
+    "silent": ("RD6006", fault(Fault.SILENT), SAFETY, "did not confirm off", LIVE, False),
+    "silent for long": ("RD6006", silent_for_long, HARDWARE, "no answer", OFF, False),
+    "late": ("RD6006", late, HARDWARE, "no answer|answered with 4 registers", OFF, False),
+    "bad CRC": ("RD6006", damaged, HARDWARE, "answer damaged", OFF, False),
+    "short": ("RD6006", short, HARDWARE, "cut short", OFF, False),
+    "wrong unit": ("RD6006", foreign, HARDWARE, "unit 2 answered", OFF, False),
+    "busy": ("RD6006", busy, HARDWARE, "exception 6, busy", OFF, False),
+    "exception 1": ("RD6006", refusals[0], HARDWARE, "exception 1", OFF, False),
+    "exception 2": ("RD6006", refusals[1], HARDWARE, "exception 2", OFF, False),
+    "exception 3": ("RD6006", refusals[2], HARDWARE, "exception 3", OFF, False),
+    "exception 4": ("RD6006", refusals[3], HARDWARE, "exception 4", OFF, False),
+    "OVP": ("RD6006", fault(Fault.OVP_TRIP), SAFETY, r"protection \(OVP\) tripped at", OFF, False),
+    "OCP": ("RD6006", fault(Fault.OCP_TRIP), SAFETY, r"\(OCP\) tripped at", OFF, False),
+    "panel off": ("RD6006", fault(Fault.PANEL_OFF), SAFETY, "not by this program", OFF, False),
+    "panel volts": ("RD6006", fault(Fault.PANEL_VOLTAGE), SAFETY, "changed it at", OFF, False),
+    "power cycle": ("RD6006", fault(Fault.POWER_CYCLE), SAFETY, "not by this program", OFF, False),
+    "times ten": ("RD6006", fault(Fault.TIMES_TEN), SAFETY, "a factor of ten", OFF, False),
+    "a tenth": ("RD6006", fault(Fault.A_TENTH), SAFETY, "a factor of ten", OFF, False),
+    "stuck output": ("RD6006", fault(Fault.STUCK_OUTPUT), SAFETY, "MAY BE ON", LIVE, True),
+    "false off": ("RD6006", fault(Fault.FALSE_OFF), SAFETY, "its terminals are live", LIVE, True),
+    "frozen": ("RD6006", fault(Fault.FROZEN_READING), SAFETY, "did not confirm off", LIVE, False),
+    "unplugged": ("RD6006", fault(Fault.UNPLUGGED), SAFETY, "did not confirm off", LIVE, True),
+    "swapped": ("RD6006", swap, SAFETY, "did not confirm off", LIVE, True),
+    "DPS, OVP": ("DPS5005", fault(Fault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
+    "Hanmatek, OCP": ("HM305P", fault(Fault.OCP_TRIP), SAFETY, r"\(OCP\) tripped", OFF, False),
+    "Korad, trip": ("KA3005P", fault(Fault.OCP_TRIP), SAFETY, "not by this|stay on", OFF, False),
+    "Korad, silent": ("KA3005P", fault(Fault.SILENT), SAFETY, "not confirm off", LIVE, False),
+    "SCPI, OVP": ("E36312A", fault(Fault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
+    "SCPI, error": ("DP832", errors, HARDWARE, "no answer to it|does not answer", OFF, False),
+}  # fmt: skip
+
+
+def bench_with(model: str, folder: Path) -> Path:
+    """Write the virtual bench with another supply."""
+    own = Path(bench_module.__file__).with_name("bench-virtual.yaml").read_text(encoding="utf-8")
+    assert "model: RD6006" in own
+    path = folder / "lab.yaml"
+    path.write_text(own.replace("model: RD6006", f"model: {model}"), encoding="utf-8")
+    return path
+
+
+class Watched(VirtualBench):
+    """A virtual bench on which something happens while the output is on."""
+
+    def let_happen(self, happen: Happen) -> None:
+        sleep, pending = self.clock.sleep, [happen]
+
+        def slept(seconds: float) -> None:
+            sleep(seconds)
+            if pending and self.clock.now() >= DURING_S and self.device.output.on:
+                pending.pop()(self.device)
+
+        self.clock.sleep = slept  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_fault_while_the_output_is_on(
+    name: str, tmp_path: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, happen, code, words, state, live = CASES[name]
+    lab = bench_with(model, tmp_path)
+    bench = Watched(load_bench(str(lab)).content)
+    bench.let_happen(happen)
+    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
+    (tmp_path / "p.yaml").write_text(PROTOCOL)
+    answer = workbench("run", tmp_path / "p.yaml", "--bench", lab, "--runs", tmp_path / "runs")
+    told = " ".join(answer.err.split())
+    assert answer.code == code, told
+    assert re.search(words, told), told
+    assert state in told, told
+    assert (bench.device.history[-1][1] > 0) == live
+    bundle = Bundle.open(next((tmp_path / "runs").glob("*hop*")))
+    assert verify(bundle.path) == []
+    assert bundle.manifest["status"] == ("safety-stop" if code == SAFETY else "failed")
+    assert bundle.manifest["output_off"] == ("unconfirmed" if state == LIVE else "confirmed")
+    events = {event["event"]: event for event in bundle.read_journal()}
+    assert events["output_off"]["confirmed"] == (state == OFF)
+    assert "output_on" in events
+    assert (bundle.path / "wire.log").stat().st_size > 0
+
+
+@pytest.mark.parametrize("model", ["DPS5005", "HM305P", "KA3005P", "E36312A", "SPE6103"])
+def test_a_run_with_each_family_ends_with_the_output_off(
+    model: str, tmp_path: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = bench_with(model, tmp_path)
+    bench = VirtualBench(load_bench(str(lab)).content)
+    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
+    (tmp_path / "p.yaml").write_text(PROTOCOL)
+    answer = workbench("run", tmp_path / "p.yaml", "--bench", lab, "--runs", tmp_path / "runs")
+    assert answer.code == 0, answer.err
+    assert max(volts for _, volts in bench.device.history) == pytest.approx(4.5225, abs=0.003)
+    assert bench.device.history[-1][1] == 0
