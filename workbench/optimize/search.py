@@ -54,10 +54,7 @@ def search(
     Raises:
         InputError: when the checkpoint is of another search, torn or edited.
     """
-    if len(penalty) != algorithm.goals:
-        raise InputError(
-            f"{algorithm.name} takes {algorithm.goals} goals, the penalty has {len(penalty)}"
-        )
+    _require_penalty(penalty, algorithm)
     history = _begin(problem_id, algorithm, checkpoint)
     while True:
         begin = time.perf_counter()
@@ -65,14 +62,25 @@ def search(
         if not len(candidates) or history.asked + len(candidates) > evaluations:
             return history
         trials, new = _try(problem_id, candidates, evaluate, history, tuple(penalty))
-        fitness = np.array([trial.evaluation.fitness for trial in trials])
-        algorithm.tell(candidates, fitness[:, 0] if algorithm.goals == 1 else fitness)
+        _tell(algorithm, candidates, trials)
         generation = Generation(trials, new, time.perf_counter() - begin)
         history = replace(history, generations=(*history.generations, generation))
         if checkpoint:
             Checkpoint(problem_id, history, algorithm.state()).write(checkpoint, algorithm)
         if progress:
             progress(history, evaluations)
+
+
+def _require_penalty(penalty: Sequence[float], algorithm: Algorithm) -> None:
+    if len(penalty) != algorithm.goals:
+        raise InputError(
+            f"{algorithm.name} takes {algorithm.goals} goals, the penalty has {len(penalty)}"
+        )
+
+
+def _tell(algorithm: Algorithm, candidates: NDArray[np.float64], trials: Sequence[Trial]) -> None:
+    fitness = np.array([trial.evaluation.fitness for trial in trials])
+    algorithm.tell(candidates, fitness[:, 0] if algorithm.goals == 1 else fitness)
 
 
 def _begin(problem_id: str, algorithm: Algorithm, checkpoint: Path | None) -> History:
