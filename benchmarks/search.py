@@ -45,10 +45,10 @@ Objective = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 Peer = Callable[[Objective, Space, int, int], float]
 """Returns the least fitness found: objective, space, seed, evaluations."""
 
-PENALTY = 102.0  # of a failure, as in the thesis
+PENALTY = 2.0  # of a failure [m], as in the thesis: worse than hopping 2 m backward
 POPULATION = 12
 SIGMA = 0.2  # of the bounds' widths: the first deviation of both CMA-ES
-INDEPENDENT = 40  # ripples of the rugged function
+WAVES = 40  # that make up the ripples
 CLIFFS = 6
 ANGLES = (-2.558, 0.01, 0.112, 0.042, 0.084, 0.126, 0.130, 0.217,
           0.182, 0.339, 0.339, 0.347, 0.399, 0.234, 0.344, 0.175)  # fmt: skip
@@ -128,8 +128,8 @@ def cliffs(space: Space, seed: int) -> Objective:
     """Return a hill of 1.5 m with ripples of a tenth, cut by cliffs; the start stands on it."""
     generator = np.random.default_rng([seed, 2])
     target, size = space.sample(generator, 1)[0], len(space)
-    waves = generator.standard_normal((INDEPENDENT, size))
-    phases = generator.uniform(0, 2 * np.pi, INDEPENDENT)
+    waves = generator.standard_normal((WAVES, size))
+    phases = generator.uniform(0, 2 * np.pi, WAVES)
     normals = generator.standard_normal((CLIFFS, size))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     begin = (space.start - target) / space.widths
@@ -137,9 +137,9 @@ def cliffs(space: Space, seed: int) -> Objective:
 
     def fitness(candidates: NDArray[np.float64]) -> NDArray[np.float64]:
         away = (candidates - target) / space.widths
-        ripples = np.sin(12 * away @ waves.T + phases).sum(axis=1) / np.sqrt(INDEPENDENT)
+        ripples = np.sin(12 * away @ waves.T + phases).sum(axis=1) / np.sqrt(WAVES)
         metres = 1.5 * np.exp(-1.5 * (away**2).sum(axis=1)) * (1 + 0.15 * ripples)
-        return np.where((away @ normals.T > edges).any(axis=1), PENALTY, 100 - metres)
+        return np.where((away @ normals.T > edges).any(axis=1), PENALTY, -metres)
 
     return fitness
 
