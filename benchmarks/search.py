@@ -19,6 +19,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import cma
 import numpy as np
@@ -162,15 +163,18 @@ def pymoo_peer(algorithm: type[GA] | type[DE]) -> Peer:
     """Return a search of pymoo as a peer, with pymoo's own operators."""
 
     def peer(objective: Objective, space: Space, seed: int, evaluations: int) -> float:
+        count = Counter(objective, space, evaluations)
+
         class Beam(Problem):
             def _evaluate(self, x: NDArray[np.float64], out: dict[str, NDArray[np.float64]],
                           *_: object, **__: object) -> None:  # fmt: skip
-                out["F"] = objective(space.project(x))[:, None]
+                out["F"] = count(x)[:, None]
 
         problem = Beam(n_var=len(space), n_obj=1, xl=space.lower, xu=space.upper)
-        searching = algorithm(pop_size=POPULATION, sampling=around(space, seed, POPULATION))
-        found = minimize(problem, searching, ("n_eval", evaluations), seed=seed)
-        return float(np.ravel(found.F)[0])
+        first: Any = around(space, seed, POPULATION)  # declared as an operator, arrays are taken
+        searching = algorithm(pop_size=POPULATION, sampling=first)
+        minimize(problem, searching, ("n_eval", evaluations), seed=seed)
+        return count.least
 
     return peer
 
@@ -178,10 +182,11 @@ def pymoo_peer(algorithm: type[GA] | type[DE]) -> Peer:
 def scipy_de(objective: Objective, space: Space, seed: int, evaluations: int) -> float:
     """Search by scipy's differential evolution."""
     count = Counter(objective, space, evaluations)
+    first: Any = around(space, seed, POPULATION)  # declared as text, arrays are taken
     differential_evolution(
         lambda x: float(count(np.atleast_2d(x))[0]),
         list(zip(space.lower, space.upper, strict=True)),
-        init=around(space, seed, POPULATION),
+        init=first,
         maxiter=evaluations // POPULATION - 1,
         rng=seed,
         polish=False,

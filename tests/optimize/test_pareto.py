@@ -41,7 +41,7 @@ def test_a_known_front_is_approached() -> None:
     names = tuple(f"x{k}" for k in range(size))
     space = Space(names, np.zeros(size), np.ones(size), np.full(size, 0.5))
     history = search("zdt1", Pareto(space, 0, options=ParetoOptions(40)), trade,
-                     evaluations=4000, penalty=(9.0, 9.0))  # fmt: skip
+                     evaluations=3000, penalty=(9.0, 9.0))  # fmt: skip
     worth = np.array([trial.evaluation.fitness for trial in history.front()])
     # the true front's volume to (1.1, 1.1) is 0.21 + 2/3
     assert 0.95 * (0.21 + 2 / 3) < hypervolume(worth, (1.1, 1.1)) < 0.21 + 2 / 3
