@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from search import PEERS
+from search import PEERS, has_octave_ga, octave_ga
 from twin import THREADS, floor
 
 from workbench.design import Objective, Problem, Settings, Study, appraise
@@ -175,7 +175,12 @@ def rows(
     if "peers" in parts:
         asked = problem(plan, "thesis-initial")
         first = appraise(asked, asked.space.start).values["distance"]
-        for name in (name for name in PEERS if not name.startswith("ours")):
+        for name, peer in PEERS.items():
+            if name.startswith("ours"):
+                continue
+            if peer is octave_ga and not has_octave_ga():
+                print(f"{name:28} not compared: octave-cli or its package ga is not installed")
+                continue
             yield name, first, peers(plan, folder, asked, name)
 
 

@@ -144,3 +144,17 @@ def test_problems_differ_in_their_identity(problem: Problem) -> None:
 def test_a_speed_that_cannot_be_simulated_is_refused(problem: Problem) -> None:
     with pytest.raises(InputError, match=r"omega 1e\+06 rad/s is outside"):
         replace(problem, omega=1e6)
+
+
+def test_a_draw_that_falls_counts_as_the_penalty(changed: Callable[..., Problem]) -> None:
+    uncertainty = Uncertainty({"rotor_mass": 0.06}, 4, speed_error=0.0, bend_error=0.0)
+    heavy = changed(
+        duration=2.0, varied=(Varied("rotor_mass", 0.03, 0.2),), uncertainty=uncertainty
+    )
+    (found,) = Objective(heavy, Fanout())(other(heavy, rotor_mass=0.07)[None])
+    failed = int(found.numbers["failed_draws"])
+    assert 0 < failed < 4
+    assert found.failure is None
+    mean = ((4 - failed) * (100 - found.numbers["distance_m"]) + failed * 102) / 4
+    assert found.fitness[0] > mean + 0.5  # less the spread, of which there is much
+    assert found.fitness[0] < 104
