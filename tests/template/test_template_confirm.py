@@ -117,6 +117,10 @@ def test_a_template_whose_shape_is_gone_can_still_be_confirmed(
 def test_what_is_no_template_is_refused(printed: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no such template; give the PDF that was printed"):
         confirm_template(tmp_path / "none.pdf", 100.0, 100.0, TODAY)
+    drawing = printed.with_suffix(".svg")
+    drawing.write_text("<svg/>", "utf-8")
+    with pytest.raises(InputError, match=r"A3\.svg: no such template; give the PDF"):
+        confirm_template(drawing, 100.0, 100.0, TODAY)
     other = tmp_path / "other.pdf"
     other.write_bytes(printed.read_bytes())
     with pytest.raises(InputError, match=r"its record other\.json is not beside it"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +15,7 @@ from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape, parse_quantity
 from workbench.template import (
     AT_SCALE_MM,
+    Sheet,
     confirm_template,
     formats_named,
     free_angles,
@@ -95,28 +97,10 @@ def draw(
     )
     sheet = make_sheet(strip, page, date.today(), mirror, metal=metal)
     files = write_template(sheet, out, document.path, formats_named(formats))
-    layout = sheet.layout
-    found = {
-        "files": [str(path) for path in files],
-        "pages": sheet.pages,
-        "paper": layout.paper.name,
-        "page_mm": [layout.paper.width, layout.paper.height],
-        "turned_deg": layout.turn_deg,
-        "shape": strip.name,
-        "shape_sha256": strip.sha256,
-        "thickness_mm": 1000 * strip.thickness,
-        "freed_by_model": strip.model,
-    }
     if as_json:
-        emit(found)
-        return
-    rows = [
-        ("pages", f"{found['pages']} of {layout.paper.name}, turned by {layout.turn_deg:g}°"),
-        ("strip", f"{1000 * strip.thickness:g} mm thick, {1000 * strip.length:.2f} mm long"),
-        ("angles", f"freed by model {strip.model}" if loaded else "of the free strip, as listed"),
-        *(("file", path) for path in found["files"]),
-    ]
-    show_table(f"{strip.name} {strip.short_hash}", ["", ""], rows)
+        emit(_numbers(sheet, files))
+    else:
+        show_table(f"{strip.name} {strip.short_hash}", ["", ""], _rows(sheet, files))
 
 
 @template.command()
@@ -148,6 +132,32 @@ def confirm(
         return
     print(f"{pdf}: this print does not count, it is off by more than {AT_SCALE_MM:g} mm")
     print(f"print {found.files[0]} on the same printer at 100 % and confirm that one")
+
+
+def _numbers(sheet: Sheet, files: Sequence[Path]) -> dict[str, object]:
+    layout, strip = sheet.layout, sheet.strip
+    return {
+        "files": [str(path) for path in files],
+        "pages": sheet.pages,
+        "paper": layout.paper.name,
+        "page_mm": [layout.paper.width, layout.paper.height],
+        "turned_deg": layout.turn_deg,
+        "shape": strip.name,
+        "shape_sha256": strip.sha256,
+        "thickness_mm": 1000 * strip.thickness,
+        "freed_by_model": strip.model,
+    }
+
+
+def _rows(sheet: Sheet, files: Sequence[Path]) -> list[tuple[str, str]]:
+    layout, strip = sheet.layout, sheet.strip
+    freed = "of the free strip, as listed" if strip.model is None else f"freed by {strip.model}"
+    return [
+        ("pages", f"{sheet.pages} of {layout.paper.name}, turned by {layout.turn_deg:g}°"),
+        ("strip", f"{1000 * strip.thickness:g} mm thick, {1000 * strip.length:.2f} mm long"),
+        ("angles", freed),
+        *(("file", str(path)) for path in files),
+    ]
 
 
 def _quantity(text: str | None, dimension: str, option: str) -> float | None:

@@ -145,12 +145,8 @@ def write_text(
     if turned:
         canvas.rotate(90)
     canvas.setFont(font, height)
-    write = {
-        "start": canvas.drawString,
-        "middle": canvas.drawCentredString,
-        "end": canvas.drawRightString,
-    }[anchor]
-    write(0, 0, text)
+    shift = {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
+    canvas.drawString(-shift * pdfmetrics.stringWidth(text, font, height), 0, text)
     canvas.restoreState()
 
 

@@ -151,7 +151,7 @@ def unchanged_record(pdf: Path) -> TemplateRecord:
     Raises:
         InputError: when one was, when there is no record, or no such template.
     """
-    if not pdf.is_file():
+    if pdf.suffix != ".pdf" or not pdf.is_file():
         raise InputError(f"{pdf}: no such template; give the PDF that was printed")
     beside = record_path(pdf)
     if not beside.is_file():

@@ -113,17 +113,20 @@ def lay_out(strip: Strip, paper: Paper, mirror: bool = False) -> Layout:
         paper: to draw on, either way round.
         mirror: whether the drawing is for the strip's other side.
     """
-    best: tuple[_Rank, Layout] | None = None
-    for bound, turn, way in _in_order_of_promise(strip, paper, mirror):
-        if best is not None and best[0] <= bound:
+    promising = _in_order_of_promise(strip, paper, mirror)
+    best = _laid(strip, paper, mirror, *promising[0][1:])
+    for bound, turn, way in promising[1:]:
+        if best[0] <= bound:
             break
-        drawing = draw_strip(strip, Placement(np.radians(turn), mirror))
-        page, grid = _fewest(drawing.samples(), way)
-        rank = _rank(page, grid, paper, turn)
-        if best is None or rank < best[0]:
-            best = rank, Layout(page, float(turn), drawing, _numbered(grid))
-    assert best is not None
+        best = min(best, _laid(strip, paper, mirror, turn, way), key=lambda option: option[0])
     return best[1]
+
+
+def _laid(strip: Strip, paper: Paper, mirror: bool, turn: int, way: Paper) -> tuple[_Rank, Layout]:
+    """Return a layout with its rank."""
+    drawing = draw_strip(strip, Placement(np.radians(turn), mirror))
+    page, grid = _fewest(drawing.samples(), way)
+    return _rank(page, grid, paper, turn), Layout(page, float(turn), drawing, _numbered(grid))
 
 
 def _in_order_of_promise(
@@ -175,13 +178,19 @@ def _needed(samples: Array, grid: _Grid) -> _Grid:
     low = grid.low + cells * (grid.window - OVERLAP_MM)
     from_low = samples[:, None] - low
     on = np.all((from_low >= 0) & (from_low <= grid.window), axis=-1)  # (samples, pages)
-    kept = np.ones(len(cells), bool)
+    kept = on.any(axis=0)  # what is drawn hangs together, and nearly always so do its pages
+    if not _joined(_cells_of(grid, kept)):
+        kept[:] = True
     for k in np.argsort(on.sum(axis=0), kind="stable"):
         rest = kept.copy()
         rest[k] = False
-        if on[:, rest].any(axis=1).all() and _joined([grid.cells[i] for i in np.flatnonzero(rest)]):
+        if kept[k] and on[:, rest].any(axis=1).all() and _joined(_cells_of(grid, rest)):
             kept = rest
-    return replace(grid, cells=tuple(grid.cells[i] for i in np.flatnonzero(kept)))
+    return replace(grid, cells=_cells_of(grid, kept))
+
+
+def _cells_of(grid: _Grid, kept: NDArray[np.bool_]) -> tuple[Cell, ...]:
+    return tuple(grid.cells[i] for i in np.flatnonzero(kept))
 
 
 def _window(grid: _Grid, cell: Cell) -> tuple[Array, Array]:
@@ -191,11 +200,11 @@ def _window(grid: _Grid, cell: Cell) -> tuple[Array, Array]:
 
 def _joined(cells: Sequence[Cell]) -> bool:
     """Return whether pages can be glued to one sheet, each along an edge of another."""
-    reached, new = {cells[0]}, [cells[0]]
+    left, new = set(cells[1:]), list(cells[:1])
     while new:
-        new = [n for cell in new for n in _beside(cell) if n in cells and n not in reached]
-        reached.update(new)
-    return len(reached) == len(cells)
+        new = [cell for known in new for cell in _beside(known) if cell in left]
+        left.difference_update(new)
+    return not left
 
 
 def _beside(cell: Cell) -> Iterator[Cell]:
