@@ -40,6 +40,7 @@ bench: install
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
+	$(BIN)/python benchmarks/photo.py
 
 SEED ?= 1
 CASES ?= 40

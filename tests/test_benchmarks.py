@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("tracking", ["1800 frames", "ours / peer, time", "memory to read / file", "row.csv"]),
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
+        ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
         (
             "identify",
