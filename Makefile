@@ -45,6 +45,7 @@ bench: install
 	$(BIN)/python benchmarks/search.py
 	$(BIN)/python benchmarks/optimize.py --only speed
 	$(BIN)/python benchmarks/wire.py
+	$(BIN)/python benchmarks/photo.py
 
 SEED ?= 1
 CASES ?= 40

@@ -92,5 +92,6 @@ def test_a_blue_tape_is_followed(taken: Taken, scene: Scene) -> None:
 def test_a_print_stretched_one_way_is_put_right(photo: Path, bent: AsBent) -> None:
     stretched = read_photo(photo, TARGET, foot_aligned=True, printed=(1.005, 1.0))
     wide = np.degrees(stretched.angles - bent.angles)
-    # a direction at 45 deg turns by half a 0.5 % stretch, 0.14 deg; half a turn sees both signs
-    assert 0.05 < np.abs(np.cumsum(wide)).max() < 0.2
+    # a direction at 45 deg turns by half a 0.5 % stretch, 0.14 deg; and joints shift along the
+    # strip by up to 0.25 % of its length, 1.5 mm, where it bends by up to 0.6 deg a mm
+    assert 0.05 < np.abs(np.cumsum(wide)).max() < 1.1

@@ -88,7 +88,6 @@ def read_photo(
     """
     photo, digest = _load(path)
     camera, view = _seen(path.name, photo, tape, printed)
-    half = (target.thickness or _USUAL_THICKNESS_M[0]) / 2
     goal = np.array(target.angles)
     foot = _from_foot_line if foot_aligned else None
     rough = _rough(find_path(view, target.length))
@@ -96,14 +95,7 @@ def read_photo(
     view = replace(view, side=-1.0 if mirrored else 1.0)
     start = rough_numbers(rough.places, target.length, 0.0)
     fit = fit_strip(rough, target.length, start, goal[1:])
-    points = rough
-    for _ in range(_REFINEMENTS):
-        view = replace(view, height=_height(target, fit))
-        points = refined_points(
-            view, fit.arcs, _apparent_thickness(target, fit), target.width or _USUAL_WIDTH_M
-        )
-        begin = np.append(fit.numbers[:19], fit.numbers[19] or half)
-        fit = fit_strip(points, target.length, begin, goal[1:])
+    view, points, fit = _refined(view, rough, fit, target)
     covariance = fit.covariance + _by_camera(view, points, fit)
     notes = {
         "corners": float(camera.corners),
@@ -115,6 +107,20 @@ def read_photo(
     }
     source = f"photograph {path.name}, SHA-256 {digest}"
     return as_bent(fit, covariance, goal, foot, source, notes)
+
+
+def _refined(
+    view: View, rough: Points, fit: StripFit, target: ShapeFile
+) -> tuple[View, Points, StripFit]:
+    """Return the view with its height, the contour's points and their fit."""
+    points, half = rough, (target.thickness or _USUAL_THICKNESS_M[0]) / 2
+    width = target.width or _USUAL_WIDTH_M
+    for _ in range(_REFINEMENTS):
+        view = replace(view, height=_height(target, fit))
+        points = refined_points(view, fit.arcs, _apparent_thickness(target, fit), width)
+        begin = np.append(fit.numbers[:19], fit.numbers[19] or half)
+        fit = fit_strip(points, target.length, begin, np.array(target.angles[1:]))
+    return view, points, fit
 
 
 def as_bent(

@@ -87,11 +87,8 @@ def simulate_cost(
     fastest = LIMITS["speed"].value
     if not abs(omega) <= fastest:
         raise InputError(f"omega {omega:g} rad/s is outside -{fastest:g} to {fastest:g} rad/s")
-    count = samples if bent.covariance is not None else 0
-    doubt = np.zeros((0, len(bent.angles)))
-    if count and bent.covariance is not None:
-        generator = np.random.default_rng(seed)
-        doubt = generator.multivariate_normal(np.zeros(len(bent.angles)), bent.covariance, count)
+    doubt = _draws(bent, samples, seed)
+    count = len(doubt)
     robot = make_robot(model.values(), target, model.increments, model.quantities())
     middle = [np.array(target.angles), bent.angles]
     angles = [*middle, *(middle[0] + doubt), *(middle[1] + doubt)]
@@ -103,6 +100,14 @@ def simulate_cost(
         distances[2 : 2 + count], distances[2 + count :],
         sum(one.outcome != "completed" for one in done),
     )  # fmt: skip
+
+
+def _draws(bent: AsBent, samples: int, seed: int) -> Array:
+    """Return by how much the angles may be off, (samples, 16) [rad]; none where it is unknown."""
+    if bent.covariance is None:
+        return np.zeros((0, len(bent.angles)))
+    nothing = np.zeros(len(bent.angles))
+    return np.random.default_rng(seed).multivariate_normal(nothing, bent.covariance, samples)
 
 
 def _with(robot: Robot, angles: Array) -> Robot:
