@@ -56,7 +56,9 @@ def identify(
     Beside the new model lies its report, an HTML page with figures.
 
     Example: workbench identify runs
+
     Example: workbench identify runs --fit hinge_stiffness,root_stiffness,top_mass
+
     Example: workbench identify runs --fit ground_stiffness,ground_damping,friction_slide
     """
     begin = time.perf_counter()

@@ -94,7 +94,9 @@ def optimize(
     The folder holds the best shape, every candidate, a report, and all that --resume needs.
 
     Example: workbench optimize --omega 17 --seed 1
+
     Example: workbench optimize --algorithm pareto --goal distance,cost
+
     Example: workbench optimize --resume searches/2026-11-21_143000
     """
     begin = time.perf_counter()

@@ -49,6 +49,7 @@ def run(
     skipped, the run that broke off is repeated, and what it holds stays.
 
     Example: workbench run protocols/hop-17.yaml --bench virtual
+
     Example: workbench run protocols/clamped-sweep.yaml --dry-run
     """
     lab = load_bench(bench)

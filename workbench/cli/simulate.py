@@ -48,6 +48,7 @@ def simulate(
     """Simulate one run and tell how far it went and how it rang, and whether the robot fell.
 
     Example: workbench simulate --omega 17 --duration 10
+
     Example: workbench simulate --mode decay --pull 0.39
     """
     _require(mode, omega)

@@ -101,6 +101,7 @@ def read(
     """Read a bent strip back: angles, joints to correct, and what the deviation costs.
 
     Example: workbench template read photo.jpg --shape thesis-initial --out as-bent.yaml
+
     Example: workbench template read --angles measured.csv --shape thesis-initial
     """
     robot = load_model(model, Path())
