@@ -169,7 +169,7 @@ def missed(lab: Path, studio: Studio) -> Bundle:
     bundle = only_bundle(lab)
     assert str(told.value).endswith(
         f"add its take later: workbench ingest TAKE --into {bundle.path}\n"
-        f"go on later: workbench run {lab.parent / 'p.yaml'} --resume {bundle.path}"
+        f"go on: workbench run {lab.parent / 'p.yaml'} --bench {lab} --resume {bundle.path}"
     )
     assert "the output is off, confirmed" in str(told.value)
     return bundle

@@ -44,6 +44,7 @@ from workbench.tracking import Recorder, Stream, format_start_time, write_motive
 from workbench.virtual import draw_current, film, let_go, move, true_robot
 
 __all__ = [
+    "BUILT_IN",
     "Bench",
     "Operator",
     "RealBench",
@@ -56,6 +57,9 @@ __all__ = [
 ]
 
 WireLog = Callable[[str], None]
+
+BUILT_IN = Path(__file__).with_name("bench-virtual.yaml")
+"""The file of the bench `virtual`."""
 
 _TAIL_S = 0.5  # the cameras run on for a moment after the supply is off
 
@@ -332,7 +336,7 @@ def load_bench(name: str) -> Document[BenchFile]:
         FileFaults: when the file has faults.
     """
     if name == "virtual":
-        return with_calibration(load(Path(__file__).with_name("bench-virtual.yaml"), BenchFile))
+        return with_calibration(load(BUILT_IN, BenchFile))
     if not name.endswith((".yaml", ".yml")):
         hint = did_you_mean(name, ["virtual"])
         raise InputError(

@@ -15,7 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from workbench.bench import Bench, Operator, Subject, Window
+from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
@@ -367,8 +367,9 @@ class _Conductor:
         told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
         if "cameras" in self.bundle.manifest and not self.bundle.has_take():
             told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
-        path = self.experiment.protocol.path
-        return f"{told}\ngo on later: workbench run {path} --resume {self.bundle.path}"
+        asked, bench = self.experiment.protocol.path, self.experiment.bench
+        lab = "virtual" if bench.path == BUILT_IN else bench.path
+        return f"{told}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"
 
 
 @contextmanager

@@ -33,12 +33,14 @@ class Course:
         inputs: name of each input -> sha256 of its text.
         done: numbers of the runs that are complete.
         tries: number of a run -> how often it was begun.
+        root: folder of its bundles, None where it has none yet.
     """
 
     id: str
     inputs: Mapping[str, str]
     done: frozenset[int] = frozenset()
     tries: Mapping[int, int] = field(default_factory=dict)
+    root: Path | None = None
 
     def facts(self, number: int) -> dict[str, Any]:
         """Return what the manifest of a run's bundle says of its experiment."""
@@ -86,6 +88,7 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
         inputs=inputs,
         done=frozenset(b.manifest["number"] for b in begun if b.manifest["status"] == "complete"),
         tries=Counter(bundle.manifest["number"] for bundle in begun),
+        root=one.path.parent,
     )
 
 

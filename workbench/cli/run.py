@@ -60,6 +60,7 @@ def run(
         return
     course = None if resume is None else go_on(resume, runs, experiment.inputs())
     if course is not None:
+        runs = course.root or runs
         left = len(experiment.plan.without(course.done).runs)
         tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
     done: list[Bundle] = []

@@ -166,7 +166,7 @@ def acknowledge(
 ) -> None:
     """Release the latch that a safety stop has left, so that the next run may drive.
 
-    Example: workbench supply acknowledge --bench lab.yaml --name "A. Weber"
+    Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
     latch = make_bench(load_bench(bench).content).latch(runs)
     if latch is None:
