@@ -18,6 +18,8 @@ from workbench.hw import (
     SimulatedClock,
     Supply,
     open_supply,
+    switch_on,
+    watch,
 )
 from workbench.hw.models.riden import RIDEN
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
@@ -50,6 +52,7 @@ def test_a_status_block_becomes_a_reading(play: Play, wire: list[str]) -> None:
         mode="CV",
         protection="none",
         input_voltage_V=65.0,
+        current_limit_A=1.0,
     )
     supply.close()
 
@@ -132,6 +135,24 @@ def test_the_current_scale_follows_the_range_register(
         device.write(20, [2])
         with pytest.raises(HardwareError, match="current range 2 in register 20; known are 0 to 1"):
             supply.measure()
+
+
+def test_a_current_limit_that_is_raised_on_the_way_ends_the_run(
+    clock: SimulatedClock, limits: Limits
+) -> None:
+    device = SimulatedRiden(clock=clock, model="RD6012P")
+    with (
+        serve(device) as address,
+        open_supply(
+            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
+        ) as supply,
+    ):
+        supply.arm(limits)
+        switch_on(supply, Decimal("4.5"))
+        device.change(current_limit=5.0)  # by hand, or with another current range
+        with pytest.raises(SafetyStop, match="its current limit is 5 A, allowed 1 A; somebody"):
+            watch(supply)
+        assert not device.output.on
 
 
 def test_a_current_beyond_the_register_is_refused(clock: SimulatedClock) -> None:

@@ -115,6 +115,7 @@ class ModbusSupply(Supply):
             input_voltage_V=(
                 None if supplied is None else float(from_word(words[supplied], INPUT_STEP))
             ),
+            current_limit_A=float(from_word(words[at.current_set], amp_step)),
         )
 
     def measure_power_on_output(self) -> bool:

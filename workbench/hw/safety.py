@@ -19,6 +19,7 @@ SETTLED_S = 0.2  # a tenth of the setpoint for so long is no rising voltage
 TOLERANCE_V, TOLERANCE_SHARE = 0.05, 0.02
 FACTOR_TEN = (8.0, 12.5)  # V measured / V set of a scaling fault
 SAME_V = 0.0005  # half of the finest step that a setpoint is read with
+SAME_A = 0.005  # half of the coarsest step that a current limit is held with
 PROTECTIONS = {
     "OPP": "over-power protection",
     "OTP": "over-temperature protection",
@@ -96,9 +97,9 @@ def watch(supply: Supply) -> Reading:
 
     Raises:
         SafetyStop: on a trip, on current limiting, when the output went off by itself, when
-            somebody changed the setpoint, when a trip level is passed without a trip, or when the
-            terminals do not follow the setpoint, at once when by a factor of ten; the output was
-            switched off.
+            somebody changed the setpoint or raised the current limit, when a trip level is passed
+            without a trip, or when the terminals do not follow the setpoint, at once when by a
+            factor of ten; the output was switched off.
     """
     reading = _running(supply)
     told = supply.setpoint
@@ -119,6 +120,13 @@ def _running(supply: Supply) -> Reading:
         raise _stop(supply, "its output went off, not by this program")
     if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
         raise _stop(supply, _wrong_voltage(float(told.volts), reading))
+    held = reading.current_limit_A
+    if held is not None and held > float(limits.current_max_A) + SAME_A:
+        raise _stop(
+            supply,
+            f"its current limit is {held:g} A, allowed {limits.current_max_A} A; somebody changed "
+            "it at the panel, or its current range",
+        )
     if reading.mode == "CC":
         raise _stop(
             supply,

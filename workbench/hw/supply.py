@@ -45,6 +45,7 @@ class Reading:
         mode: constant voltage, or constant current when the current limit acts.
         protection: which protection tripped.
         input_voltage_V: measured at the supply's own input; None where it does not tell.
+        current_limit_A: the current limit that it holds; None where it is not told with the rest.
     """
 
     time_s: float
@@ -55,6 +56,7 @@ class Reading:
     mode: Mode
     protection: Protection
     input_voltage_V: float | None
+    current_limit_A: float | None = None
 
 
 class Setpoint(NamedTuple):
