@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, ValidationError
+from pydantic import Field, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, core_schema
 
 from workbench.protocol.quantity import DIMENSIONS, Quantity, parse_quantity
 from workbench.protocol.section import Section
@@ -77,40 +79,26 @@ def _even(given: dict[str, object]) -> Even:
         raise ValueError(f"{told}; write for example {_EXAMPLE}") from None
 
 
-_SPEED = Quantity("speed", above=0)
-_VOLTAGE = Quantity("voltage", above=0)
-_PULL = Quantity("force", above=0)
-_HEIGHT = Quantity("length", above=0, high=1)
+@dataclass(frozen=True)
+class _Several:
+    """Annotation of a field that holds several values of a quantity, as a list or a range."""
 
-Speeds = Annotated[
-    tuple[Annotated[float, _SPEED], ...],
-    Field(min_length=1, max_length=_MOST),
-    BeforeValidator(
-        lambda given: levels(given, _SPEED),
-        json_schema_input_type=list[Annotated[float, _SPEED]] | Even,
-    ),
-]
-Voltages = Annotated[
-    tuple[Annotated[float, _VOLTAGE], ...],
-    Field(min_length=1, max_length=_MOST),
-    BeforeValidator(
-        lambda given: levels(given, _VOLTAGE),
-        json_schema_input_type=list[Annotated[float, _VOLTAGE]] | Even,
-    ),
-]
-Pulls = Annotated[
-    tuple[Annotated[float, _PULL], ...],
-    Field(min_length=1, max_length=_MOST),
-    BeforeValidator(
-        lambda given: levels(given, _PULL),
-        json_schema_input_type=list[Annotated[float, _PULL]] | Even,
-    ),
-]
-Heights = Annotated[
-    tuple[Annotated[float, _HEIGHT], ...],
-    Field(min_length=1, max_length=_MOST),
-    BeforeValidator(
-        lambda given: levels(given, _HEIGHT),
-        json_schema_input_type=list[Annotated[float, _HEIGHT]] | Even,
-    ),
-]
+    quantity: Quantity
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Check each value by itself, so that a fault is told where it stands in the list."""
+        item = Annotated[float, self.quantity]
+        several = Annotated[tuple[item, ...], Field(min_length=1, max_length=_MOST)]
+        return core_schema.no_info_before_validator_function(
+            lambda given: levels(given, self.quantity),
+            handler.generate_schema(several),
+            json_schema_input_schema=handler.generate_schema(list[item] | Even),
+        )
+
+
+Speeds = Annotated[tuple[float, ...], _Several(Quantity("speed", above=0))]
+Voltages = Annotated[tuple[float, ...], _Several(Quantity("voltage", above=0))]
+Pulls = Annotated[tuple[float, ...], _Several(Quantity("force", above=0))]
+Heights = Annotated[tuple[float, ...], _Several(Quantity("length", above=0, high=1))]
