@@ -68,7 +68,7 @@ def test_run_prints_one_object_with_path_distances_and_error(
         assert all(isinstance(found[who][k], float) for k in ("distance_m", "hop_height_m"))
     assert found["error_mm"] > 0
     assert found["runs"][0]["bundle"] == found["bundle"]
-    assert "drive 2 s at 4.52 V (16.99 rad/s)" in answer.err
+    assert "drive 2 s: 4.52 V, 16.988 rad/s" in answer.err
 
     assert workbench("runs", "verify", found["bundle"]).out.endswith(": ok\n")
     assert workbench("runs", "list", "--runs", tmp_path / "r", "--json").json["runs"][0] == {

@@ -87,7 +87,10 @@ def test_a_client_that_dies_leaves_its_output_off_confirmed_and_latched(
 def test_a_child_that_holds_the_link_open_does_not_keep_a_dead_client_s_output_on(
     device: Device, tmp_path: Path, records: Records
 ) -> None:
-    process = client(device, tmp_path, "os.fork() or time.sleep(2); clock.sleep(30)")
+    body = "os.fork() or (print(0, flush=True), time.sleep(2), os._exit(0)); clock.sleep(30)"
+    process = client(device, tmp_path, body)
+    assert process.stdout is not None
+    assert process.stdout.readline().strip().isdigit()  # the child is there
     killed = time.monotonic()
     process.kill()
     process.wait()
