@@ -51,11 +51,12 @@ def local(jobs: list[Job]) -> list[Simulation]:
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
     """Two worker processes of one thread each; a nanny starts another one when one dies."""
+    others = set(psutil.Process().children(recursive=True))  # of earlier tests
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as two:
         yield two
-        children = psutil.Process().children(recursive=True)
+        children = set(psutil.Process().children(recursive=True)) - others
     _, alive = psutil.wait_procs([child for child in children if is_worker(child)], timeout=10)
     assert not alive
 
