@@ -13,6 +13,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from decimal import Decimal
@@ -89,6 +90,20 @@ def program(*words: str) -> Iterator[None]:
             yield
         finally:
             process.kill()
+
+
+@contextmanager
+def listening(port: int) -> Iterator[None]:
+    """Wait until something accepts connections there."""
+    end = time.monotonic() + 10
+    while True:
+        try:
+            socket.create_connection(("127.0.0.1", port), 1.0).close()
+            break
+        except OSError:
+            assert time.monotonic() < end, f"nothing listens at port {port}"
+            time.sleep(0.02)
+    yield
 
 
 def free_port() -> int:
@@ -286,6 +301,7 @@ def test_our_driver_runs_against_sinstruments() -> None:
     port = free_port()
     with (
         program(sys.executable, str(HERE / "sinstruments_supply.py"), str(port)),
+        listening(port),  # it says ready before it listens
         open_supply(
             Connection("tcp", f"127.0.0.1:{port}"),
             clock=SystemClock(),
