@@ -198,8 +198,7 @@ class Bundle:
 
     def read_wire(self) -> list[dict[str, Any]]:
         """Return the exchanges with the supply, as their log has them."""
-        path = self.path / _WIRE
-        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+        return _events(self.wire_log)
 
     def write_document(self, kind: Document, text: str) -> None:
         """Keep a YAML file as it was given."""

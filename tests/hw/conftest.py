@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 from guardian_rig import DeviceProcess, device_process
 from hw_stub import QUICK_S, Play, played
 
 from workbench.hw import Connection, Limits, SimulatedClock, Supply, open_supply
+from workbench.hw.guardian import Records
 from workbench.hw.simulated import SimulatedRiden, serve
 
 
@@ -57,3 +59,8 @@ def play() -> Iterator[Play]:
 def devices() -> Iterator[DeviceProcess]:
     with device_process() as found:
         yield found
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Records:
+    return Records(tmp_path / "wire.log", tmp_path / "guardian.jsonl", tmp_path / "latch.jsonl")

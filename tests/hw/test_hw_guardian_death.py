@@ -26,11 +26,6 @@ def device(devices: DeviceProcess) -> Device:
 
 
 @pytest.fixture
-def records(tmp_path: Path) -> Records:
-    return Records(tmp_path / "wire.log", tmp_path / "guardian.jsonl", tmp_path / "latch.jsonl")
-
-
-@pytest.fixture
 def clock() -> LeaseClock:
     return LeaseClock()
 

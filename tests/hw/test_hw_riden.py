@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Decimal
 
 import pytest
@@ -38,6 +40,18 @@ PROTECTION_7 = (
 def sent(wire: list[str]) -> list[str]:
     lines = [json.loads(line) for line in wire]
     return [line["bytes"] for line in lines if line["way"] == "sent"]
+
+
+@contextmanager
+def reached(device: SimulatedRiden, clock: SimulatedClock) -> Iterator[Supply]:
+    """A device of a model of its own, and the driver that reaches it."""
+    with (
+        serve(device) as address,
+        open_supply(
+            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
+        ) as supply,
+    ):
+        yield supply
 
 
 def test_a_status_block_becomes_a_reading(play: Play, wire: list[str]) -> None:
@@ -103,12 +117,7 @@ def test_each_model_puts_the_asked_voltage_on_its_terminals(
     clock: SimulatedClock, limits: Limits, model: Model
 ) -> None:
     device = SimulatedRiden(clock=clock, model=model.name, load=lambda volts: 0.1 * volts)
-    with (
-        serve(device) as address,
-        open_supply(
-            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
-        ) as supply,
-    ):
+    with reached(device, clock) as supply:
         supply.arm(limits)
         supply.set_voltage(Decimal("4.35"))
         supply.set_output(True)
@@ -121,12 +130,7 @@ def test_the_current_scale_follows_the_range_register(
     clock: SimulatedClock, limits: Limits
 ) -> None:
     device = SimulatedRiden(clock=clock, model="RD6012P")
-    with (
-        serve(device) as address,
-        open_supply(
-            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
-        ) as supply,
-    ):
+    with reached(device, clock) as supply:
         supply.arm(limits)
         assert device.read(9, 1) == [10000]  # 1 A in 0.1 mA
         device.write(20, [1])
@@ -141,12 +145,7 @@ def test_a_current_limit_that_is_raised_on_the_way_ends_the_run(
     clock: SimulatedClock, limits: Limits
 ) -> None:
     device = SimulatedRiden(clock=clock, model="RD6012P")
-    with (
-        serve(device) as address,
-        open_supply(
-            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
-        ) as supply,
-    ):
+    with reached(device, clock) as supply:
         supply.arm(limits)
         switch_on(supply, Decimal("4.5"))
         device.change(current_limit=5.0)  # by hand, or with another current range
@@ -159,10 +158,7 @@ def test_a_current_beyond_the_register_is_refused(clock: SimulatedClock) -> None
     device = SimulatedRiden(clock=clock, model="RD6012P")
     large = Limits(Decimal(6), Decimal(8), Decimal(7), Decimal(8))
     with (
-        serve(device) as address,
-        open_supply(
-            Connection("rtu-over-tcp", address), clock=clock, wire_log=lambda line: None
-        ) as supply,
+        reached(device, clock) as supply,
         pytest.raises(InputError, match=r"8 A is 80000 steps of 0.0001 A, more than a register"),
     ):
         supply.arm(large)

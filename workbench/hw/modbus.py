@@ -19,7 +19,7 @@ from workbench.hw.models import (
     model_with_id,
     to_word,
 )
-from workbench.hw.setting import read_back, refuse_beyond, told_mode
+from workbench.hw.setting import read_back, refuse_beyond, reopen, told_mode
 from workbench.hw.supply import Identity, Mode, Reading, Supply
 from workbench.hw.transport import Transport
 
@@ -157,7 +157,7 @@ class ModbusSupply(Supply):
         if on:
             self._link.write(place, 1)
         else:
-            self._reconnect_to_same_device()
+            reopen(self._link, self.identify)
             with suppress(HardwareError):  # what is read back decides, not the echo
                 self._link.write(place, 0, urgent=True)
         # no patience for off: better to send off again soon
@@ -215,14 +215,3 @@ class ModbusSupply(Supply):
                 f"read back {found}, which is {from_word(found, step)} {unit}"
             )
         return from_word(word, step)
-
-    def _reconnect_to_same_device(self) -> None:
-        """Open a lost link again, for switching off, and make sure who is there."""
-        if self._link.connected:
-            return
-        self._link.open()
-        try:
-            self.identify()
-        except BaseException:
-            self._link.close()  # so that the next try checks again
-            raise

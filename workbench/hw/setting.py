@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from decimal import Decimal
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from workbench.errors import InputError
 from workbench.hw.clock import Clock
 from workbench.hw.supply import Mode
 
-__all__ = ["NOT_REPORTED", "read_back", "refuse_beyond", "told_mode"]
+__all__ = ["NOT_REPORTED", "read_back", "refuse_beyond", "reopen", "told_mode"]
 
 NOT_REPORTED = "not reported"  # serial number or firmware of a supply that does not tell
 READ_BACKS = 3  # a setpoint may show a moment after its acknowledgement
@@ -18,6 +18,34 @@ READ_BACK_PAUSE_S = 0.05
 SAG_V = 0.05  # a voltage this far below its setpoint is held down by something
 
 Value = TypeVar("Value")
+
+
+class Link(Protocol):
+    """What leads to a supply."""
+
+    @property
+    def connected(self) -> bool: ...
+
+    def open(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def reopen(link: Link, identify: Callable[[], object]) -> None:
+    """Open a lost link again, for switching off, and make sure who is there.
+
+    Args:
+        link: to the supply.
+        identify: raises when another supply answers than at first.
+    """
+    if link.connected:
+        return
+    link.open()
+    try:
+        identify()
+    except BaseException:
+        link.close()  # so that the next try checks again
+        raise
 
 
 def read_back(read: Callable[[], Value], wanted: Value, clock: Clock) -> Value:

@@ -14,7 +14,7 @@ from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.line import Line
 from workbench.hw.models import Model, rounded
-from workbench.hw.setting import read_back, refuse_beyond
+from workbench.hw.setting import read_back, refuse_beyond, reopen
 from workbench.hw.supply import Identity, Reading, Supply
 
 __all__ = ["TextSupply"]
@@ -79,7 +79,7 @@ class TextSupply(Supply):
 
     def _apply_output(self, on: bool) -> None:
         if not on:
-            self._reconnect_to_same_device()
+            reopen(self._line, self.identify)
         self._switch(on)
         found = read_back(lambda: self._output(again=on), on, self.clock)
         if found != on:
@@ -129,14 +129,3 @@ class TextSupply(Supply):
     def _complaint(self) -> str:
         """Return what the supply itself says is wrong, as the tail of a message."""
         return ""
-
-    def _reconnect_to_same_device(self) -> None:
-        """Open a lost line again, for switching off, and make sure who is there."""
-        if self._line.connected:
-            return
-        self._line.open()
-        try:
-            self._line.ask_who()
-        except BaseException:
-            self._line.close()  # so that the next try checks again
-            raise

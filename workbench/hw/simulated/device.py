@@ -14,7 +14,16 @@ from workbench.hw.models import Model, Protection, model_named
 from workbench.hw.simulated.faults import EVENTS, Fault, FaultSwitch
 from workbench.hw.supply import Mode
 
-__all__ = ["Answer", "Framing", "Load", "Output", "SimulatedSupply", "Wire", "no_load"]
+__all__ = [
+    "Answer",
+    "Framing",
+    "Load",
+    "Output",
+    "SimulatedSupply",
+    "SpoiltWire",
+    "Wire",
+    "no_load",
+]
 
 Load = Callable[[float], float]  # output voltage [V] -> current [A], rising with the voltage
 Framing = Literal["rtu", "tcp"]
@@ -41,6 +50,47 @@ class Wire(ABC):
     @abstractmethod
     def receive(self, data: bytes) -> list[Answer]:
         """Take what came in and return what the device answers, in order."""
+
+
+class SpoiltWire(Wire):
+    """A conversation whose answers are spoilt as the fault that is on says.
+
+    Args:
+        faults: of the device.
+    """
+
+    junk: bytes
+    """What `junk` sends before an answer."""
+
+    def __init__(self, faults: FaultSwitch) -> None:
+        self._faults = faults
+        self._last = b""
+
+    @abstractmethod
+    def _damaged(self, data: bytes) -> bytes:
+        """Return an answer with a byte that `bad-crc` changed."""
+
+    @abstractmethod
+    def _shortened(self, data: bytes) -> bytes:
+        """Return what `short-reply` leaves of an answer."""
+
+    def _spoilt(self, data: bytes) -> list[Answer]:
+        """Return what really goes out where `data` should."""
+        faults, last = self._faults, self._last
+        self._last = data
+        if faults.strikes(Fault.SILENT):
+            return []
+        if faults.strikes(Fault.LATE_REPLY):
+            return [Answer(faults.delay_s, data)]
+        if faults.strikes(Fault.BAD_CRC):
+            return [Answer(0, self._damaged(data))]
+        if faults.strikes(Fault.SHORT_REPLY):
+            return [Answer(0, self._shortened(data))]
+        if faults.strikes(Fault.JUNK):
+            return [Answer(0, self.junk + data)]
+        if last and faults.strikes(Fault.REPEATED_REPLY):
+            return [Answer(0, last), Answer(0, data)]
+        return [Answer(0, data)]
 
 
 def no_load(volts: float) -> float:

@@ -18,14 +18,13 @@ from pymodbus.pdu.register_message import (
     WriteSingleRegisterResponse,
 )
 
-from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, Wire
+from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, SpoiltWire, Wire
 from workbench.hw.simulated.faults import Fault, RequestError
 
 __all__ = ["SimulatedRegisters"]
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
 MOST_REGISTERS = 125  # of the norm
-JUNK = b"\x00\xff\x55"
 LONGEST_FRAME = 300
 
 
@@ -96,16 +95,18 @@ class SimulatedRegisters(SimulatedSupply):
             raise RequestError(self.faults.code)
 
 
-class _Frames(Wire):
+class _Frames(SpoiltWire):
     """Frames of pymodbus around a device's registers, spoilt as the fault that is on says."""
 
+    junk = b"\x00\xff\x55"
+
     def __init__(self, device: SimulatedRegisters, framing: Framing) -> None:
+        super().__init__(device.faults)
         self._device = device
         self._rtu = framing == "rtu"
         decoder = DecodePDU(True)
         self._framer: FramerBase = FramerRTU(decoder) if self._rtu else FramerSocket(decoder)
         self._waiting = b""
-        self._last = b""
 
     def receive(self, data: bytes) -> list[Answer]:
         """Carry out every complete request; a damaged one is not answered."""
@@ -149,20 +150,9 @@ class _Frames(Wire):
         answer.transaction_id = request.transaction_id
         return self._framer.buildFrame(answer)
 
-    def _spoilt(self, data: bytes) -> list[Answer]:
-        faults, last = self._device.faults, self._last
-        self._last = data
-        if faults.strikes(Fault.SILENT):
-            return []
-        if faults.strikes(Fault.LATE_REPLY):
-            return [Answer(faults.delay_s, data)]
-        if faults.strikes(Fault.BAD_CRC):
-            at = len(data) - 1 if self._rtu else 2  # CRC, or MBAP protocol id
-            return [Answer(0, data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :])]
-        if faults.strikes(Fault.SHORT_REPLY):
-            return [Answer(0, data[:-3])]
-        if faults.strikes(Fault.JUNK):
-            return [Answer(0, JUNK + data)]
-        if last and faults.strikes(Fault.REPEATED_REPLY):
-            return [Answer(0, last), Answer(0, data)]
-        return [Answer(0, data)]
+    def _damaged(self, data: bytes) -> bytes:
+        at = len(data) - 1 if self._rtu else 2  # CRC, or MBAP protocol id
+        return data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :]
+
+    def _shortened(self, data: bytes) -> bytes:
+        return data[:-3]

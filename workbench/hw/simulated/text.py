@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, Wire
+from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, SpoiltWire, Wire
 from workbench.hw.simulated.faults import Fault
 
 __all__ = ["SimulatedText"]
 
-JUNK = b"\x7f?#"
 ERROR = b"ERR"
 SPOILT = 0x80
 
@@ -32,11 +31,13 @@ class SimulatedText(SimulatedSupply):
         return _Words(self)
 
 
-class _Words(Wire):
+class _Words(SpoiltWire):
+    junk = b"\x7f?#"
+
     def __init__(self, device: SimulatedText) -> None:
+        super().__init__(device.faults)
         self._device = device
         self._waiting = b""
-        self._last = b""
 
     def receive(self, data: bytes) -> list[Answer]:
         """Carry out all commands that are complete."""
@@ -58,20 +59,9 @@ class _Words(Wire):
             return None
         return self._device.obey(command)
 
-    def _spoilt(self, data: bytes) -> list[Answer]:
-        faults, last = self._device.faults, self._last
-        self._last = data
-        if faults.strikes(Fault.SILENT):
-            return []
-        if faults.strikes(Fault.LATE_REPLY):
-            return [Answer(faults.delay_s, data)]
-        if faults.strikes(Fault.BAD_CRC):
-            at = (len(data) - len(self._device.terminator)) // 2
-            return [Answer(0, data[:at] + bytes([data[at] ^ SPOILT]) + data[at + 1 :])]
-        if faults.strikes(Fault.SHORT_REPLY):
-            return [Answer(0, data[: len(data) // 2])]
-        if faults.strikes(Fault.JUNK):
-            return [Answer(0, JUNK + data)]
-        if last and faults.strikes(Fault.REPEATED_REPLY):
-            return [Answer(0, last), Answer(0, data)]
-        return [Answer(0, data)]
+    def _damaged(self, data: bytes) -> bytes:
+        at = (len(data) - len(self._device.terminator)) // 2
+        return data[:at] + bytes([data[at] ^ SPOILT]) + data[at + 1 :]
+
+    def _shortened(self, data: bytes) -> bytes:
+        return data[: len(data) // 2]
