@@ -65,7 +65,7 @@ def main() -> None:
     parser.add_argument("--log", type=Path, help="folder of the searches, to go on from")
     parser.add_argument("--seeds", type=int, help="of each method, by default 7")
     parser.add_argument("--evaluations", type=int, help="of each search, by default 480")
-    parser.add_argument("--only", default="speed,ga,cma,peers", help="parts, commas between")
+    parser.add_argument("--only", default="speed,ga,guided,cma,peers", help="parts, commas between")
     given = parser.parse_args()
     plan = QUICK if given.quick else Plan()
     plan = plan._replace(
@@ -166,7 +166,11 @@ def rows(
     plan: Plan, folder: Path, parts: Sequence[str]
 ) -> Iterator[tuple[str, float, list[float]]]:
     """Yield method, distance of its first shape and best distance of each seed [m]."""
-    for algorithm, shape in (("ga", "thesis-ga-start"), ("cma", "thesis-initial")):
+    for algorithm, shape in (
+        ("ga", "thesis-ga-start"),
+        ("guided", "thesis-initial"),
+        ("cma", "thesis-initial"),
+    ):
         if algorithm in parts:
             asked = problem(plan, shape)
             first = appraise(asked, asked.space.start).values["distance"]
@@ -222,7 +226,7 @@ def bars(name: str, first: float, distances: Sequence[float]) -> str:
     if name == "ga":
         least = min(distances) / first - 1
         return f"all at least +200 %: {100 * least:+.0f} % {met(least >= GAIN)}"
-    if name == "cma":
+    if name == "guided":
         spread = (max(distances) - min(distances)) / middle
         return (
             f"median at least {LEAST_MEDIAN_M} m {met(middle >= LEAST_MEDIAN_M)}, "

@@ -35,8 +35,8 @@ from workbench.optimize import (
     Cmaes,
     Evaluation,
     GeneticAlgorithm,
+    Guided,
     Space,
-    neighbour_correlation,
     search,
 )
 
@@ -282,16 +282,11 @@ def around(space: Space, seed: int, count: int) -> NDArray[np.float64]:
     return space.project(space.start + SIGMA * space.widths * drawn)
 
 
-def smooth_start(space: Space, seed: int) -> Cmaes:
-    """Return the default search as it is told that neighbouring angles bend alike."""
-    return Cmaes(space, seed, correlation=neighbour_correlation(space, space.summed, 3.0))
-
-
 FUNCTIONS = {"smooth bowl": smooth, "ripples and cliffs": cliffs}
 PEERS: Mapping[str, Peer] = {
     "ours: ga of the thesis": ours(GeneticAlgorithm),
     "ours: cma": ours(Cmaes),
-    "ours: cma, correlated": ours(smooth_start),
+    "ours: guided, told nothing": ours(Guided),
     "pymoo GA": pymoo_peer(GA),
     "pymoo DE": pymoo_peer(DE),
     "scipy DE": scipy_de,

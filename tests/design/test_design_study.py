@@ -14,6 +14,7 @@ from workbench.design import (
     ALGORITHMS,
     BOUNDS,
     GOALS,
+    Objective,
     Settings,
     Study,
     appraise,
@@ -143,8 +144,8 @@ def test_nothing_is_written_for_a_search_that_cannot_be(begin: Begin, tmp_path: 
 
 
 def test_the_gaussian_mutation_shrinks_until_the_last_generation(begin: Begin) -> None:
-    space = begin(SMALL).problem.space
-    made = ALGORITHMS["ga"](space, replace(SMALL, mutation="gaussian", evaluations=120))
+    objective = Objective(begin(SMALL).problem, Fanout())
+    made = ALGORITHMS["ga"](objective, replace(SMALL, mutation="gaussian", evaluations=120))
     assert made.options["generations"] == 10
     assert made.options["mutation_fcn"] == "mutationgaussian"
 

@@ -14,10 +14,11 @@ from workbench.optimize import (
     Evaluation,
     GeneticAlgorithm,
     GeneticOptions,
+    Guided,
+    GuidedOptions,
     History,
     Pareto,
     Space,
-    neighbour_correlation,
 )
 
 START = (-2.558, 0.01, 0.112, 0.042, 0.084, 0.126, 0.130, 0.217,
@@ -34,8 +35,9 @@ ALGORITHMS: dict[str, Callable[[Space, int], Algorithm]] = {
     ),
     "cma": Cmaes,
     "cma, impatient": lambda space, seed: Cmaes(space, seed, CmaesOptions(patience=2)),
-    "cma, smooth": lambda space, seed: Cmaes(
-        space, seed, correlation=neighbour_correlation(space, NAMES[1:], 2.0)
+    "guided": Guided,
+    "guided, impatient": lambda space, seed: Guided(
+        space, seed, options=GuidedOptions(population_size=8, first=1, patience=1)
     ),
     "nsga2": Pareto,
 }

@@ -7,7 +7,7 @@ import pytest
 
 from tests.optimize.contract import START, beam
 from workbench.errors import InputError
-from workbench.optimize import Cmaes, CmaesOptions, Space, neighbour_correlation
+from workbench.optimize import Cmaes, CmaesOptions, Space
 
 
 def open_space(size: int = 8) -> Space:
@@ -27,17 +27,6 @@ def test_the_first_samples_spread_as_sigma_says() -> None:
     options = CmaesOptions(population_size=2000, sigma=0.02)
     candidates = Cmaes(open_space(), 0, options).ask()
     np.testing.assert_allclose(candidates.std(axis=0), 0.02 * 100, rtol=0.1)
-
-
-def test_neighbours_move_alike_where_that_is_asked_for() -> None:
-    space = open_space()
-    correlation = neighbour_correlation(space, space.names[1:], 2.0)
-    options = CmaesOptions(population_size=4000, sigma=0.02)
-    candidates = Cmaes(space, 0, options, correlation).ask()
-    found = np.asarray(np.corrcoef(candidates[2:].T))
-    assert found[1, 2] == pytest.approx(0.99 * np.exp(-1 / 8), abs=0.03)
-    assert found[1, 7] == pytest.approx(0.99 * np.exp(-36 / 8), abs=0.06)
-    assert found[0, 1:] == pytest.approx(0.0, abs=0.08)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -82,19 +71,6 @@ def test_a_stalled_search_starts_again_around_the_best() -> None:
     state = algorithm.state()
     assert state["begun_at"] == candidates[0].tolist()
     assert (state["sigma"], state["told"], state["stalled"]) == (0.05, [], 0)
-
-
-@pytest.mark.parametrize(
-    ("correlation", "told"),
-    [
-        (np.eye(15), r"a correlation of 16 variables is 16 x 16, not \(15, 15\)"),
-        (np.ones((16, 16)), "not symmetric and positive"),
-        (np.triu(np.ones((16, 16))), "not symmetric and positive"),
-    ],
-)
-def test_a_correlation_that_is_none_is_refused(correlation: np.ndarray, told: str) -> None:
-    with pytest.raises(InputError, match=told):
-        Cmaes(beam(), 0, correlation=correlation)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ _MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
 def optimize(
     context: typer.Context,
     omega: Annotated[float, typer.Option(help="Rotor speed [rad/s].")] = 17.0,
-    algorithm: Annotated[str, typer.Option(help=f"One of {', '.join(ALGORITHMS)}.")] = "cma",
+    algorithm: Annotated[str, typer.Option(help=f"One of {', '.join(ALGORITHMS)}.")] = "guided",
     goal: Annotated[
         str, typer.Option(help=f"One of {', '.join(GOALS)}; two with a comma between: pareto.")
     ] = "distance",

@@ -3,8 +3,10 @@
 `problem` says which robot, how it is driven and what a candidate is: `variables` what may change
 within which bounds, `goals` what is to become better (`stability` defines one of them),
 `uncertainty` what a robust search averages over, `bendable` which shapes can be made at all.
-`objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a search in its
-folder, begun or gone on with, by one of the algorithms of `optimize`, which know no physics.
+`small_motions` and `description` say what a beam does before it hops: what the default search
+learns from. `objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a
+search in its folder, begun or gone on with, by one of the algorithms of `optimize`, which know no
+physics.
 `appraisal` tells what a design is, `results`, `figures` and `report` write it down;
 `experiments` are those of the thesis.
 

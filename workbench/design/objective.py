@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.design.goals import GOALS, PENALTY, Hop
-from workbench.design.problem import Problem
+from workbench.design.problem import START_ANGLE_RAD, Problem
 from workbench.design.uncertainty import altered
 from workbench.errors import InputError
 from workbench.optimize import Evaluation
-from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation, applied, unloaded
+from workbench.sim import Condition, Fanout, Outcome, Robot, Simulation, applied, settle, unloaded
 
 __all__ = ["Objective"]
 
@@ -37,7 +37,7 @@ class Objective:
     """
 
     def __init__(self, problem: Problem, fanout: Fanout) -> None:
-        self._problem = problem
+        self.problem = problem
         self._fanout = fanout
         self._strip = problem.strip
 
@@ -61,27 +61,38 @@ class Objective:
             for own, refusal in zip(jobs, refused, strict=True)
         ]  # fmt: skip
 
+    def possible(self, candidate: NDArray[np.float64]) -> bool:
+        """Tell whether a candidate (d,) can be bent and stands; nothing is simulated."""
+        if self._refusal(candidate) is not None:
+            return False
+        robot = unloaded(applied(self.problem.robot(candidate)))
+        try:
+            self._strip.require_upright(*settle(robot, "free", START_ANGLE_RAD))
+        except InputError:
+            return False
+        return True
+
     def _refusal(self, candidate: NDArray[np.float64]) -> str | None:
-        if not self._problem.space.contains(candidate):
+        if not self.problem.space.contains(candidate):
             return "the candidate is outside the bounds of the angles or of their sum"
         try:
-            free = unloaded(applied(self._problem.robot(candidate)))
+            free = unloaded(applied(self.problem.robot(candidate)))
             self._strip.require_bendable(free.angles)
         except InputError as refusal:
             return str(refusal)
         return None
 
     def _jobs(self, candidate: NDArray[np.float64]) -> Iterator[Job]:
-        robot = self._problem.robot(candidate)
-        if self._problem.uncertainty is None:
-            yield robot, self._problem.condition(candidate)
+        robot = self.problem.robot(candidate)
+        if self.problem.uncertainty is None:
+            yield robot, self.problem.condition(candidate)
             return
-        for departure in self._problem.uncertainty.departures:
-            condition = self._problem.condition(candidate, departure.omega)
+        for departure in self.problem.uncertainty.departures:
+            condition = self.problem.condition(candidate, departure.omega)
             yield altered(robot, departure), condition
 
     def _failed(self, why: str) -> Evaluation:
-        return Evaluation((PENALTY,) * len(self._problem.goals), {}, why)
+        return Evaluation((PENALTY,) * len(self.problem.goals), {}, why)
 
     def _judged(
         self, jobs: Sequence[Job], results: Sequence[Simulation | InputError]
@@ -92,14 +103,14 @@ class Objective:
             return self._failed(next(hop for hop in hops if isinstance(hop, str)))
         values = {goal.name: [goal.value(hop) for hop in good] for goal in GOALS.values()}
         told = {goal.column: float(np.mean(values[name])) for name, goal in GOALS.items()}
-        uncertainty = self._problem.uncertainty
+        uncertainty = self.problem.uncertainty
         fitness = self._fitness(values, len(hops) - len(good))
         if uncertainty is None:
             return Evaluation(tuple(map(float, fitness[0])), told)
         told |= {"failed_draws": float(len(hops) - len(good))}
         told |= {
             f"spread_{goal.column}": float(np.std(values[goal.name], ddof=len(good) > 1))
-            for goal in self._problem.goals
+            for goal in self.problem.goals
         }
         return Evaluation(tuple(map(float, uncertainty.fitness(fitness))), told)
 
@@ -107,7 +118,7 @@ class Objective:
         """Return the fitness of every draw by every goal, (draws, goals)."""
         columns = [
             [goal.fitness(value) for value in values[goal.name]] + failed * [PENALTY]
-            for goal in self._problem.goals
+            for goal in self.problem.goals
         ]
         return np.column_stack(columns)
 
@@ -117,4 +128,4 @@ class Objective:
             return str(result)
         if result.outcome != "completed":
             return f"{_ENDINGS[result.outcome]} after {result.motion.times[-1]:.2f} s"
-        return Hop(robot, result, self._problem.duration)
+        return Hop(robot, result, self.problem.duration)

@@ -16,22 +16,22 @@ from typing import Literal
 from pydantic import TypeAdapter, ValidationError
 
 from workbench.design.bendable import LEAST_RADIUS_M
+from workbench.design.description import Description
 from workbench.design.goals import PENALTY, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.uncertainty import Uncertainty
-from workbench.design.variables import ANGLES, BOUNDS, parse_varied
+from workbench.design.variables import BOUNDS, parse_varied
 from workbench.errors import InputError, did_you_mean
 from workbench.optimize import (
     Algorithm,
     Cmaes,
     GeneticAlgorithm,
     GeneticOptions,
+    Guided,
     History,
     Pareto,
     Progress,
-    Space,
-    neighbour_correlation,
     search,
 )
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile, load_model, load_shape
@@ -42,10 +42,6 @@ __all__ = ["ALGORITHMS", "MUTATIONS", "Settings", "Study"]
 _SCHEMA = "workbench/optimize-1"
 _SETTINGS, _CHECKPOINT = "settings.json", "search.json"
 _MODEL, _START = "model.yaml", "start.yaml"
-
-_NEIGHBOURHOOD = 3.0
-"""Joints over which the first candidates bend alike: what a beam does hangs on how much it turns
-over a stretch, hardly on which joint turns, so independent angles mostly undo one another."""
 
 MUTATIONS: dict[str, Literal["mutationadaptfeasible", "mutationgaussian"]] = {
     "adaptfeasible": "mutationadaptfeasible",
@@ -76,7 +72,7 @@ class Settings:
 
     omega: float = 17.0
     duration: float = 10.0
-    algorithm: str = "cma"
+    algorithm: str = "guided"
     goals: tuple[str, ...] = ("distance",)
     bounds: str = "thesis"
     vary: tuple[str, ...] = ()
@@ -129,24 +125,29 @@ class Settings:
         )
 
 
-def _ga(space: Space, settings: Settings) -> Algorithm:
+def _ga(objective: Objective, settings: Settings) -> Algorithm:
     options = GeneticOptions(mutation_fcn=MUTATIONS[settings.mutation])
     if settings.mutation == "gaussian":  # which shrinks until the last generation
         last = max(1, settings.evaluations // options.population_size)
         options = replace(options, generations=last)
-    return GeneticAlgorithm(space, settings.seed, options)
+    return GeneticAlgorithm(objective.problem.space, settings.seed, options)
 
 
-def _cma(space: Space, settings: Settings) -> Algorithm:
-    alike = neighbour_correlation(space, ANGLES[1:], _NEIGHBOURHOOD)
-    return Cmaes(space, settings.seed, correlation=alike)
+def _guided(objective: Objective, settings: Settings) -> Algorithm:
+    problem = objective.problem
+    return Guided(problem.space, settings.seed, Description(problem), objective.possible)
 
 
-def _pareto(space: Space, settings: Settings) -> Algorithm:
-    return Pareto(space, settings.seed, len(settings.goals))
+def _cma(objective: Objective, settings: Settings) -> Algorithm:
+    return Cmaes(objective.problem.space, settings.seed)
 
 
-ALGORITHMS: dict[str, Callable[[Space, Settings], Algorithm]] = {
+def _pareto(objective: Objective, settings: Settings) -> Algorithm:
+    return Pareto(objective.problem.space, settings.seed, len(settings.goals))
+
+
+ALGORITHMS: dict[str, Callable[[Objective, Settings], Algorithm]] = {
+    "guided": _guided,
     "cma": _cma,
     "ga": _ga,
     "pareto": _pareto,
@@ -232,11 +233,11 @@ class Study:
             InputError: when the checkpoint is of another search, torn or edited.
             WorkbenchError: when the cluster is lost; the checkpoint is whole.
         """
-        make = ALGORITHMS[self.settings.algorithm]
+        objective = Objective(self.problem, fanout)
         return search(
             self.problem.identity,
-            make(self.problem.space, self.settings),
-            Objective(self.problem, fanout),
+            ALGORITHMS[self.settings.algorithm](objective, self.settings),
+            objective,
             evaluations=self.settings.evaluations,
             penalty=(PENALTY,) * len(self.settings.goals),
             checkpoint=self.checkpoint,

@@ -1,7 +1,8 @@
 """Searches by one interface: ask for candidates, tell what they are worth; less is better.
 
 `space` is the set that is searched and `algorithm` the contract; `genetic` is the algorithm of the
-thesis, `cma_es` the default search, `pareto` the one for several goals. `search` is the loop,
+thesis, `guided` the default search, which learns by `surrogate`, `cma_es` the one that needs no
+descriptors, `pareto` the one for several goals. `search` is the loop,
 `evaluation` what a candidate is worth, `history` what was done, `checkpoint` the file that a search
 goes on from and `figures` what it looks like.
 
@@ -10,9 +11,10 @@ algorithm is one file with a subclass of `Algorithm`, and its name in `tests/opt
 """
 
 from workbench.optimize.algorithm import Algorithm, State
-from workbench.optimize.cma_es import Cmaes, CmaesOptions, neighbour_correlation
+from workbench.optimize.cma_es import Cmaes, CmaesOptions
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
 from workbench.optimize.genetic import GeneticAlgorithm, GeneticOptions
+from workbench.optimize.guided import Describe, Guided, GuidedOptions, Possible
 from workbench.optimize.history import Generation, History, Trial
 from workbench.optimize.pareto import Pareto, ParetoOptions, hypervolume
 from workbench.optimize.search import Progress, search
@@ -22,20 +24,23 @@ __all__ = [
     "Algorithm",
     "Cmaes",
     "CmaesOptions",
+    "Describe",
     "Evaluate",
     "Evaluation",
     "Generation",
     "GeneticAlgorithm",
     "GeneticOptions",
+    "Guided",
+    "GuidedOptions",
     "History",
     "Pareto",
     "ParetoOptions",
+    "Possible",
     "Progress",
     "Space",
     "State",
     "Trial",
     "candidate_key",
     "hypervolume",
-    "neighbour_correlation",
     "search",
 ]

@@ -7,7 +7,6 @@ choice was made is told in docs/reference/search.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -18,12 +17,11 @@ from workbench.errors import InputError
 from workbench.optimize.algorithm import Algorithm, State
 from workbench.optimize.space import Space
 
-__all__ = ["Cmaes", "CmaesOptions", "neighbour_correlation"]
+__all__ = ["Cmaes", "CmaesOptions"]
 
 _LEAST_POPULATION = 4
 _SEEDS = 2**32  # that `cmaes` takes
 _SPENT = 1e-3  # of the bounds' widths: finer than anyone bends
-_OWN = 0.01  # of a variance, what a variable has for itself: or the correlation is singular
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,6 @@ class Cmaes(Algorithm):
         space: what is searched; its start is the first candidate and the first mean.
         seed: of the random generator, which seeds every generation's samples.
         options: those of the default search where not given.
-        correlation: of the first samples' variables, (d, d); independent where not given.
     """
 
     name = "cma"
@@ -80,20 +77,16 @@ class Cmaes(Algorithm):
         space: Space,
         seed: int,
         options: CmaesOptions | None = None,
-        correlation: NDArray[np.float64] | None = None,
     ) -> None:
         super().__init__(space, seed)
         self._chosen = options or CmaesOptions()
-        self._correlation = np.eye(len(space)) if correlation is None else correlation.copy()
-        _require_correlation(self._correlation, len(space))
         self._best, self._least = space.start, np.inf
         self._begin(space.start, self._chosen.sigma)
 
     @property
     def options(self) -> State:
-        """The options, the correlation and the seed."""
-        told = {"seed": self.seed, "correlation": self._correlation.tolist()}
-        return told | asdict(self._chosen)
+        """The options and the seed."""
+        return {"seed": self.seed} | asdict(self._chosen)
 
     def ask(self) -> NDArray[np.float64]:
         """Return pairs mirrored at the mean; the first candidate of all is the start itself."""
@@ -143,9 +136,7 @@ class Cmaes(Algorithm):
         self._begun_at, self._sigma, self._stalled = mean, max(sigma, _SPENT), 0
         self._told: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         size = self._chosen.population_size
-        self._strategy = CMA(
-            self._scaled(mean), self._sigma, population_size=size, cov=self._correlation.copy()
-        )
+        self._strategy = CMA(self._scaled(mean), self._sigma, population_size=size)
 
     def _learn(self, candidates: NDArray[np.float64], fitness: NDArray[np.float64]) -> None:
         self._told.append((candidates.copy(), fitness.copy()))
@@ -156,32 +147,3 @@ class Cmaes(Algorithm):
 
     def _scaled(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         return (points - self.space.lower) / self.space.widths
-
-
-def neighbour_correlation(space: Space, names: Sequence[str], length: float) -> NDArray[np.float64]:
-    """Return the correlation of variables that follow one another, such as a beam's angles.
-
-    It falls with the distance of two variables in the list as a normal curve does, so that a first
-    sample changes neighbours alike; variables that are not named stay independent.
-
-    Args:
-        space: that is searched.
-        names: of the variables, in their order.
-        length: the distance at which the correlation has fallen to exp(-1/2).
-
-    Returns:
-        Correlation, (d, d), with ones on its diagonal.
-    """
-    rows = [space.names.index(name) for name in names]
-    apart = np.subtract.outer(np.arange(len(rows)), np.arange(len(rows)))
-    alike = (1 - _OWN) * np.exp(-0.5 * (apart / length) ** 2) + _OWN * np.eye(len(rows))
-    correlation = np.eye(len(space))
-    correlation[np.ix_(rows, rows)] = alike
-    return correlation
-
-
-def _require_correlation(given: NDArray[np.float64], size: int) -> None:
-    if given.shape != (size, size):
-        raise InputError(f"a correlation of {size} variables is {size} x {size}, not {given.shape}")
-    if not (np.array_equal(given, given.T) and np.linalg.eigvalsh(given).min() > 0):
-        raise InputError("the correlation of the first samples is not symmetric and positive")

@@ -1,0 +1,103 @@
+"""What a beam does in small motions: against the engine, one shape at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.design import Objective, Problem, parse_varied
+from workbench.design.description import Description
+from workbench.design.small_motions import DESCRIPTORS, descriptors, small_motions
+from workbench.protocol import load_model, load_shape
+from workbench.sim import Fanout, applied, linear_modes, settle, unloaded
+
+MODEL = load_model("thesis", Path()).content
+SHAPES = [
+    load_shape(name, Path()).content
+    for name in ("thesis-initial", "thesis-ga-start", "optimised-17", "optimised-19")
+]
+LENGTH = SHAPES[0].length
+ANGLES = np.array([shape.angles for shape in SHAPES])
+
+
+def test_modes_are_those_of_the_engine() -> None:
+    """The rotor as a point at T: frequency, damping left out, and where T swings."""
+    motions = small_motions(MODEL.values(), ANGLES, LENGTH)
+    problem = Problem(MODEL, SHAPES[0])
+    for k, angles in enumerate(ANGLES):
+        modes = linear_modes(problem.robot(angles))
+        hz = [mode.hz for mode in modes]
+        np.testing.assert_allclose(motions.omega[k] / (2 * np.pi), hz, rtol=1e-4)
+        swing = motions.swing[k, :, :2] / np.linalg.norm(motions.swing[k, :, :2], axis=0)
+        engine = np.array([mode.top_direction for mode in modes[:2]]).T
+        np.testing.assert_allclose(np.abs(np.sum(swing * engine, axis=0)), 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("state", ["unloaded", "loaded"])
+def test_where_t_stands_is_where_the_engine_has_it(state: str) -> None:
+    problem = Problem(MODEL, SHAPES[0].model_copy(update={"state": state}))
+    standing = state == "loaded"
+    motions = small_motions(MODEL.values(), ANGLES, LENGTH, standing=standing)
+    for k, angles in enumerate(ANGLES):
+        _, data = settle(unloaded(applied(problem.robot(angles))), "fixed", np.pi / 2)
+        top = data.body("top").xpos[[0, 2]] - data.body("foot").xpos[[0, 2]]
+        # the engine takes standing angles with the foot tipped by the load, the chain without
+        np.testing.assert_allclose(motions.tip[k], top, atol=5e-3 if standing else 1e-4)
+
+
+def test_shapes_of_different_masses_are_told_apart() -> None:
+    masses = np.linspace(0.05, 0.15, 4)
+    values = MODEL.values() | {"top_mass": masses}
+    together = small_motions(values, np.tile(ANGLES[0], (4, 1)), LENGTH)
+    for k, mass in enumerate(masses):
+        alone = small_motions(MODEL.values() | {"top_mass": mass}, ANGLES[:1], LENGTH)
+        np.testing.assert_allclose(together.omega[k], alone.omega[0], rtol=1e-9)
+    assert np.all(np.diff(together.omega[:, 0]) < 0)
+
+
+def test_modes_are_named_by_where_they_swing_not_by_which_is_slower() -> None:
+    motions = small_motions(MODEL.values(), ANGLES, LENGTH)
+    order = [1, 0, 2]
+    swapped = motions._replace(omega=motions.omega[:, order], swing=motions.swing[:, :, order])
+    named = descriptors(motions)
+    kept = [k for k, name in enumerate(DESCRIPTORS) if name != "third"]
+    np.testing.assert_array_equal(descriptors(swapped)[:, kept], named[:, kept])
+    rising, falling = (DESCRIPTORS.index(f"{name}_sin") for name in ("rising", "falling"))
+    assert np.all(named[:, rising] > named[:, falling])
+
+
+def test_a_description_tells_shape_and_what_is_varied_beside() -> None:
+    varied = (parse_varied("top_mass=0.05:0.15"), parse_varied("omega=15:21"))
+    problem = Problem(MODEL, SHAPES[0], varied=varied)
+    candidates = problem.space.sample(np.random.default_rng(0), 20)
+    candidates[0] = problem.space.start
+    described = Description(problem)(candidates)
+    assert described.shape == (20, len(DESCRIPTORS) + 2)
+    plain = Description(replace(problem, varied=()))(candidates[:1, :16])
+    np.testing.assert_allclose(described[0, : len(DESCRIPTORS)], plain[0])
+    assert described[0, -1] == 17.0
+
+
+def test_what_surely_cannot_stand_is_not_described_and_never_what_can() -> None:
+    problem = Problem(MODEL, SHAPES[0])
+    objective = Objective(problem, Fanout())
+    candidates = problem.space.sample(np.random.default_rng(1), 100)
+    described = np.isfinite(Description(problem)(candidates)).all(axis=1)
+    stands = np.array([objective.possible(candidate) for candidate in candidates])
+    assert np.all(described[stands])
+    assert 0 < stands.sum() <= described.sum() < 0.5 * len(candidates)
+
+
+def test_what_is_possible_is_what_the_objective_does_not_refuse() -> None:
+    problem = Problem(MODEL, SHAPES[0], duration=0.1)
+    with Fanout() as fanout:
+        objective = Objective(problem, fanout)
+        candidates = problem.space.sample(np.random.default_rng(2), 40)
+        found = objective(candidates)
+    hopped = [
+        one.failure is None or "fell" in one.failure or "blew" in one.failure for one in found
+    ]
+    assert hopped == [objective.possible(candidate) for candidate in candidates]

@@ -1,0 +1,88 @@
+"""What a search has learnt so far: a Gaussian process over what describes a candidate.
+
+Rasmussen and Williams, "Gaussian processes for machine learning", 2006, through scikit-learn: a
+Matern kernel of nu = 5/2 with a length for every descriptor, and white noise. Lengths and noise are
+the most likely ones, learnt anew now and then; in between only the data grow.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+__all__ = ["Surrogate", "learn_scales"]
+
+_MOST_TO_LEARN_FROM = 240  # candidates, the best ones: the effort grows with their cube
+_LENGTHS = (0.3, 30.0)  # of the descriptors' spread
+_VARIANCE = (1e-2, 1e2)  # of the worth's own
+_NOISE = (1e-5, 0.5)  # of the worth's variance
+_JITTER = 1e-9
+
+
+def learn_scales(
+    described: NDArray[np.float64], worth: NDArray[np.float64], begin: Sequence[float]
+) -> list[float]:
+    """Return the most likely scales: logarithms of variance, lengths and noise.
+
+    Args:
+        described: (n, f) in units of the descriptors' spread.
+        worth: (n,), more is better.
+        begin: where to look from, those learnt before; empty for none.
+    """
+    best = np.argsort(-worth, kind="stable")[:_MOST_TO_LEARN_FROM]
+    kernel = _kernel(described.shape[1])
+    process = _process(kernel if not len(begin) else kernel.clone_with_theta(np.array(begin)))
+    with warnings.catch_warnings():  # a scale at its bound is an answer: it does not matter
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        process.fit(described[best], worth[best])
+    return [float(scale) for scale in process.kernel_.theta]
+
+
+class Surrogate:
+    """Predicts what candidates are worth, and how sure that is.
+
+    Args:
+        described: (n, f) in units of the descriptors' spread.
+        worth: (n,), more is better.
+        scales: as `learn_scales` gave them.
+    """
+
+    def __init__(
+        self,
+        described: NDArray[np.float64],
+        worth: NDArray[np.float64],
+        scales: Sequence[float],
+    ) -> None:
+        kernel = _kernel(described.shape[1]).clone_with_theta(np.array(scales))
+        self._process = _process(kernel, optimizer=None).fit(described, worth)
+
+    def predict(
+        self, described: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return mean and standard deviation of the worth, each (m,)."""
+        mean, deviation = self._process.predict(described, return_std=True)
+        return mean, deviation
+
+    def together(
+        self, described: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the mean (m,) and the covariance (m, m) of the worth."""
+        mean, covariance = self._process.predict(described, return_cov=True)
+        return mean, covariance
+
+
+def _kernel(count: int) -> Any:
+    matern: Any = Matern(np.full(count, 3.0), _LENGTHS, nu=2.5)  # pyright: ignore[reportArgumentType]
+    return ConstantKernel(1.0, _VARIANCE) * matern + WhiteKernel(0.05, _NOISE)
+
+
+def _process(kernel: Any, **how: Any) -> Any:
+    """Return the process; the types that scikit-learn states are not those it takes."""
+    return GaussianProcessRegressor(kernel, alpha=_JITTER, normalize_y=True, **how)
