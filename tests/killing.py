@@ -139,8 +139,8 @@ def _client(words: list[str], err: Path, pipe: Pipe) -> None:
 
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
-    verb = sys.modules["workbench.cli.run"]
-    vars(verb)["operator_of"] = lambda bench: QuietOperator()
+    attended = sys.modules["workbench.cli.attended"]
+    vars(attended)["operator_of"] = lambda bench, desk: QuietOperator()
     keep = Bundle.journal
 
     def journal(self: Bundle, event: str, time_s: float, **facts: Any) -> None:

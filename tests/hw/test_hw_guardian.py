@@ -19,7 +19,7 @@ from guardian_rig import QUICK_S, Device, DeviceProcess, events, off_after, stan
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import Connection, Limits, prepare, switch_on, watch
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
-from workbench.hw.guardian.messages import Line, Task
+from workbench.hw.guardian.messages import Task
 from workbench.hw.guardian.process import _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
 from workbench.hw.simulated import Fault, serve, simulated

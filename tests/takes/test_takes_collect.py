@@ -13,7 +13,7 @@ import pytest
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
 from workbench.hw import Clock, SimulatedClock, SystemClock
-from workbench.takes import CameraTime, Collector, TakeFolder
+from workbench.takes import CameraTime, Collector, Place, TakeFolder
 
 Export = Callable[..., Path]
 TEN_MINUTES = timedelta(minutes=10)
@@ -34,6 +34,8 @@ class Scripted(SimulatedClock):
 
 class Person:
     """An operator who gives prepared answers and remembers what was shown."""
+
+    place: Place = "terminal"
 
     def __init__(self, *answers: object, present: bool = True) -> None:
         self.answers, self.present = list(answers), present

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
@@ -12,7 +12,10 @@ from workbench.hw import Clock
 from workbench.takes.belonging import CameraTime, Verdict, judge
 from workbench.takes.folder import TakeFolder
 
-__all__ = ["Collector", "Operator"]
+__all__ = ["Collector", "Operator", "Place"]
+
+Place = Literal["terminal", "panel", "nobody"]
+"""Where a prompt was answered; on a bench without an operator it answers itself."""
 
 _POLL_S = 0.25
 _INSIST = "yes"
@@ -24,6 +27,11 @@ class Operator(Protocol):
     @property
     def present(self) -> bool:
         """Whether somebody can answer."""
+        ...
+
+    @property
+    def place(self) -> Place:
+        """Where the last prompt was answered."""
         ...
 
     def tell(self, text: str) -> None:

@@ -17,7 +17,8 @@ from typing import Any
 import workbench
 from workbench.errors import HardwareError
 from workbench.hw.guardian.lease import RENEW_S, SILENT_S
-from workbench.hw.guardian.messages import Line, Message, Task, error_of
+from workbench.hw.guardian.messages import Task, error_of
+from workbench.loopback import HERE, Line, Message
 
 __all__ = ["GuardianLost", "GuardianProcess", "GuardianTripped"]
 
@@ -58,7 +59,7 @@ class GuardianProcess:
         self._numbers = itertools.count(1)
         self._unanswered: float | None = None  # since when a renewal is
         token = secrets.token_hex(16)
-        with socket.create_server(("127.0.0.1", 0)) as listener:
+        with socket.create_server((HERE, 0)) as listener:
             self._process = _start()
             try:
                 self._brief(f"{listener.getsockname()[1]} {token} {task.to_json()}\n")
