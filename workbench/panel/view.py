@@ -159,5 +159,5 @@ def _left_behind(following: Following | None) -> str:
     if found == "unconfirmed":
         return f"OUTPUT MAY BE ON: its guardian could not confirm off. Use {OWN_SWITCH} now."
     if not events:
-        return f"No guardian watched it, as its supply is simulated. Of a real one, use {OWN_SWITCH}."
+        return f"No guardian watched its output. If anything moves, use {OWN_SWITCH}."
     return f"Its guardian has not said yet that the output is off. Be ready to use {OWN_SWITCH}."

@@ -30,6 +30,7 @@ let clocksCame = 0;
 let heard = performance.now();
 let replaced = false;
 let readings = empty();
+let runs = { rows: [], all: 0 };
 
 function empty() { return { time_s: [], set_V: [], volts: [], amps: [] }; }
 function isLost() { return !replaced && performance.now() - heard > SILENT_MS; }
@@ -114,6 +115,7 @@ function showState() {
   const lost = isLost();
   const named = lost ? "lost" : replaced ? "replaced" : state.controller;
   put("state", STATES[named] + (state.others ? `, and ${state.others} more; STOP stops them all` : ""));
+  document.body.classList.toggle("past", named !== "alive");
   at("lamp").className = "lamp" + (ALARMS.includes(named) ? " alarm" : named === "alive" ? " alive" : "");
   put("title", state.title || "Workbench panel");
   document.title = `${STATES[named]}${state.title ? ` – ${state.title}` : ""}`;
@@ -152,7 +154,8 @@ function row(cells) {
   return made;
 }
 
-function showRuns(runs) {
+function showRuns() {
+  const live = state.controller === "alive" && state.run && !state.run.ended ? state.run.name : null;
   put("runs-count", runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
   at("runs").replaceChildren(...runs.rows.map((run) => {
     let report = "–";
@@ -165,7 +168,8 @@ function showRuns(runs) {
       report.setAttribute("aria-label", `report of ${run.name}`);
     }
     return row([
-      [run.name], [run.title], [run.status, run.status === "complete" ? "" : "bad"],
+      [run.name], [run.title], run.name === live ? ["running", "live"] :
+        [run.status, run.status === "complete" ? "" : "bad"],
       [digits(run.real_m, 3), "number"], [digits(run.twin_m, 3), "number"],
       [digits(run.error_mm, 1), "number"], [report],
     ]);
@@ -187,9 +191,15 @@ function listen() {
     heard = performance.now();
     take(JSON.parse(event.data));
   });
-  on("state", (news) => { state = news; showState(); showLog(); });
+  on("state", (news) => {
+    if (news.pid !== state.pid) put("stop-says", "");  // it was said of another run
+    state = news;
+    showState();
+    showLog();
+    showRuns();
+  });
   on("clocks", (news) => { clocks = news; clocksCame = performance.now(); });
-  on("runs", showRuns);
+  on("runs", (news) => { runs = news; showRuns(); });
   on("readings", takeReadings);
   on("replaced", () => { replaced = true; stream.close(); showState(); });
 }
@@ -233,14 +243,14 @@ function drawPlot(runTime) {
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
   const last = readings.time_s.at(-1) || 0;
   const end = Math.max((state.run && state.run.seconds) || 10, last, runTime || 0);
-  const box = { left: 48, right: width - 12, end, colour, pen };
+  const box = { left: 56, right: width - 12, end, colour, pen };
   const split = Math.round(0.6 * (height - 34));
   const upper = { ...box, top: 14, bottom: split, unit: "V", lines: [
     [readings.set_V, "set", [5, 4], true], [readings.volts, "volts", [], false]] };
   const lower = { ...box, top: split + 22, bottom: height - 26, unit: "A", lines: [
     [readings.amps, "amps", [], false]] };
-  drawAxes(upper, false, 1);
-  drawAxes(lower, true, 0.1);
+  drawAxes(upper, false, last ? 1 : 5);
+  drawAxes(lower, true, last ? 0.1 : 0.5);
   if (runTime !== null && runTime > 0) {
     const x = box.left + ((box.right - box.left) * Math.min(runTime, end)) / end;
     pen.strokeStyle = colour("quiet");
