@@ -28,6 +28,7 @@ from workbench.protocol import (
     load_shape,
     make_plan,
 )
+from workbench.takes import Place
 
 STEPS = "  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
 TEN_MINUTES = timedelta(minutes=10)

@@ -1,4 +1,4 @@
-"""A line between two processes of this computer: JSON objects over a loopback socket, one a line."""
+"""A line between two processes of this computer: JSON objects over a loopback socket."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LONGEST = 1 << 20  # bytes of a line; whoever sends more is no process of ours
 
 
 class Line:
-    """One end of the link; several threads may send, one receives.
+    """One end of the link, one object a line; several threads may send, one receives.
 
     Args:
         link: a connected socket, closed with this.

@@ -77,9 +77,10 @@ def test_a_card_is_for_its_owner_s_eyes_and_gone_at_the_end(runs: Path) -> None:
 
 
 def test_one_experiment_is_carried_out_once_at_a_time(runs: Path) -> None:
+    words = f"e: process {os.getpid()} carries it out; see .*json"
     with claim(runs, "e", {}):
-        with pytest.raises(InputError, match=rf"e: process {os.getpid()} carries it out; see .*json"):
-            claim(runs, "e", {}).__enter__()
+        with pytest.raises(InputError, match=words), claim(runs, "e", {}):
+            pass
         with claim(runs, "another", {}):
             assert len(cards(runs)) == 2
     assert holder(runs, "e") is None
@@ -128,13 +129,17 @@ def test_a_desk_says_how_its_run_ended(runs: Path) -> None:
                 seen.set()
             ended.append(found["ended"])
 
-    seen = threading.Event()
-    with pytest.raises(InputError, match="no such thing"), open_desk(runs, "e", {}):
-        visitor = threading.Thread(target=look, args=cards(runs))
-        visitor.start()
-        assert seen.wait(3)
-        raise InputError("no such thing")
-    visitor.join()
+    def fail() -> None:
+        with open_desk(runs, "e", {}):
+            visitors.append(threading.Thread(target=look, args=cards(runs)))
+            visitors[0].start()
+            assert seen.wait(3)
+            raise InputError("no such thing")
+
+    seen, visitors = threading.Event(), list[threading.Thread]()
+    with pytest.raises(InputError, match="no such thing"):
+        fail()
+    visitors[0].join()
     assert ended == [{"kind": "InputError", "text": "no such thing"}]
 
 
@@ -166,9 +171,10 @@ def test_stop_is_a_ctrl_c_wherever_the_main_thread_waits(desk: Desk, card: Card)
 def test_stop_is_heard_where_a_shell_had_ctrl_c_ignored(runs: Path) -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as for a command that ends in &
     try:
-        with open_desk(runs, "e", {}), pytest.raises(KeyboardInterrupt):
-            press_stop(cards(runs)[0])
-            time.sleep(10)
+        with open_desk(runs, "e", {}):
+            threading.Timer(0.1, press_stop, cards(runs)).start()
+            with pytest.raises(KeyboardInterrupt):
+                time.sleep(10)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)

@@ -23,6 +23,7 @@ from workbench.hw.guardian.messages import Task
 from workbench.hw.guardian.process import _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
 from workbench.hw.simulated import Fault, serve, simulated
+from workbench.loopback import Line
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
 BAR_S = 1.0

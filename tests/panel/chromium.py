@@ -102,7 +102,9 @@ class Page:
 
     def sees(self, selector: str) -> bool:
         """Whether it is shown at all."""
-        return self.evaluate(f"document.querySelector({json.dumps(selector)}).offsetParent !== null")
+        return self.evaluate(
+            f"document.querySelector({json.dumps(selector)}).offsetParent !== null"
+        )
 
     def click(self, selector: str) -> float:
         """Press and release the mouse on the middle of it, and return when it was pressed."""

@@ -72,7 +72,9 @@ class Keyboard:
             self._ended = not line
             take = self._take
             if line and take is not None:
-                take(line.decode(os.device_encoding(self._descriptor) or "utf-8", "replace").strip())
+                take(
+                    line.decode(os.device_encoding(self._descriptor) or "utf-8", "replace").strip()
+                )
 
     def _forget(self) -> None:
         """Drop what was typed and not read yet."""

@@ -85,7 +85,9 @@ def holder(runs: Path, experiment: str) -> Card | None:
 
 @contextmanager
 def claim(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[Card]:
-    """Hold an experiment until the block ends; its card is there as long, cards of the dead are not.
+    """Hold an experiment until the block ends; its card is there as long.
+
+    Cards of processes that died are removed.
 
     Args:
         runs: folder of all bundles.

@@ -211,13 +211,16 @@ class Desk:
         self._note_pages(number, 0)
         seen, shown = -1, self._shown
         while shown.ended is None:
-            with self._news:
-                before = seen
-                self._news.wait_for(lambda: self._version != before, BEAT_S)
-                seen, shown = self._version, self._shown
+            seen, shown = self._news_after(seen)
             line.send(shown.message())
             while (told := line.receive(0.0)) is not None:
                 self._note_pages(number, int(told.get("pages", 0)))
+
+    def _news_after(self, seen: int) -> tuple[int, Shown]:
+        """Wait for something new, or a beat, and return it with its number."""
+        with self._news:
+            self._news.wait_for(lambda: self._version != seen, BEAT_S)
+            return self._version, self._shown
 
     def _note_pages(self, number: int, pages: int | None) -> None:
         """Note how many pages a visitor shows, None when it has left."""

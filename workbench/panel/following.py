@@ -30,7 +30,7 @@ class Readings:
     """
 
     time_s: list[float] = field(default_factory=list)
-    set_V: list[float] = field(default_factory=list)  # noqa: N815
+    set_V: list[float] = field(default_factory=list)
     volts: list[float] = field(default_factory=list)
     amps: list[float] = field(default_factory=list)
 

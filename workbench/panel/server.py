@@ -67,7 +67,9 @@ class Panel:
         try:
             self._socket = socket.create_server((HERE, port))
         except OSError as error:
-            raise InputError(f"port {port} cannot be used ({error.strerror}); try --port 0") from None
+            raise InputError(
+                f"port {port} cannot be used ({error.strerror}); try --port 0"
+            ) from None
         token = secrets.token_urlsafe(24)
         self.port: int = self._socket.getsockname()[1]
         self.url = f"http://{HERE}:{self.port}/{token}/"
@@ -121,7 +123,9 @@ def _app(watcher: Watcher) -> FastAPI:
         if name not in PAGE:
             raise HTTPException(404, "no such page")
         file, kind = PAGE[name]
-        return Response(files("workbench.panel").joinpath("page", file).read_bytes(), media_type=kind)
+        return Response(
+            files("workbench.panel").joinpath("page", file).read_bytes(), media_type=kind
+        )
 
     return app
 

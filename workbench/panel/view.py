@@ -109,7 +109,7 @@ def _run(controller: Controller, following: Following | None) -> dict[str, Any] 
 def _output(controller: Controller, following: Following | None) -> dict[str, str]:
     """Return what is known of the supply's output; a controller that is gone knows nothing."""
     if following is None:
-        return {"level": "plain", "text": "off" if controller.state == "alive" else "–"}
+        return {"level": "plain", "text": "off" if controller.state == "alive" else ""}
     if controller.state == "gone" and following.output == "on":
         found = following.bundle.output_off
         told = {"confirmed": ("plain", "off, confirmed"), "unconfirmed": ("alarm", "MAY BE ON")}

@@ -132,7 +132,7 @@ function showState() {
   put("run-place", run ? `Run ${run.number} of ${run.of}` : "Run");
   put("run-name", run ? [run.mode, run.asked, run.name].filter(Boolean).join(", ") : "");
   put("phase", state.question ? "Waiting for an answer" : state.phase || STATES[state.controller]);
-  put("output", state.output ? state.output.text : "–");
+  put("output", (state.output && state.output.text) || "–");
   at("output").className = `value ${state.output ? state.output.level : ""}`;
   show("notice", Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
