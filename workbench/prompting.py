@@ -50,16 +50,22 @@ def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
     Raises:
         InputError: when several answers in a row are not taken.
     """
-    text = prompt.text if prompt.picture is None else f"{prompt.text} (see {prompt.picture})"
     question = prompt.question
     if question is None or not operator.present:
-        operator.confirm(text)
+        _show_picture(operator, prompt)
+        operator.confirm(prompt.text)
         return Answered(prompt, None, operator.place)
-    asked = f"{text} [{question.name}: {question.hint}]"
+    asked = f"{prompt.text} [{question.name}: {question.hint}]"
     for _ in range(_TRIES):
+        _show_picture(operator, prompt)
         try:
             answer = question.read(operator.ask(asked, ""))
             return Answered(prompt, answer, operator.place)
         except ValueError as error:
             operator.tell(f"not taken: {error}")
     raise InputError(f"{question.name}: {_TRIES} answers were not taken; {question.hint} is needed")
+
+
+def _show_picture(operator: Operator, prompt: PlannedPrompt) -> None:
+    if prompt.picture is not None:
+        operator.show_picture(prompt.picture)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import sys
@@ -26,11 +27,12 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="clients are end
 STOP_BAR_S = 0.5
 GONE_BAR_S = 1.0
 STALLED = 3
+PICTURE = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "template.png"
 PROMPTS = """\
 schema: workbench/protocol-1
 title: With prompts
 steps:
-  - prompt: Stand the robot on the start line.
+  - prompt: {text: Stand the robot on the start line.}
   - prompt:
       text: Measure the room.
       value: {name: room, quantity: temperature, low: 10 degC, high: 35 degC}
@@ -89,9 +91,12 @@ def test_stop_ends_a_run_exactly_as_ctrl_c_does(
 def test_prompts_are_answered_checked_and_stopped_in_the_page(
     tmp_path: Path, device: Device, page: Page
 ) -> None:
-    client = Client(tmp_path, device, PROMPTS, attended=True)
+    shutil.copy(PICTURE, tmp_path / "line.png")
+    pictured = PROMPTS.replace("line.}", "line., picture: line.png}")
+    client = Client(tmp_path, device, pictured, attended=True)
     page.wait_for(has("#prompt-text", "Stand the robot"))
     assert not page.sees("#prompt-input")
+    page.wait_for("document.querySelector('#prompt-picture').naturalWidth > 100")
     page.key("Enter", 13, "\r")  # the button has the focus
     page.wait_for(has("#prompt-text", "[room: temperature in degC from 10 degC to 35 degC]"))
     page.type("99 degC")
@@ -105,6 +110,7 @@ def test_prompts_are_answered_checked_and_stopped_in_the_page(
     page.key("Enter", 13, "\r")
     page.wait_for(has("#prompt-text", "Start recording"))
     assert not page.sees("#prompt-refused")
+    assert not page.sees("#prompt-picture")
     page.click("#prompt-send")
     client.heard_until("output_on")
     page.wait_for(has("#prompt-text", "give its path"))
@@ -246,7 +252,7 @@ def test_text_of_a_protocol_stays_text(tmp_path: Path, device: Device, page: Pag
     client = Client(tmp_path, device, PROMPTS.replace("With prompts", f"'{nasty}'"), attended=True)
     page.wait_for("!document.querySelector('#prompt').hidden")
     assert page.text("#title") == nasty
-    assert page.evaluate("document.images.length") == 0
+    assert page.evaluate("document.querySelector('#title').children.length") == 0
     assert client.process.pid is not None
     os.kill(client.process.pid, signal.SIGINT)
     client.end()

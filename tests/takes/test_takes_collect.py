@@ -45,6 +45,9 @@ class Person:
     def tell(self, text: str) -> None:
         self.told.append(text)
 
+    def show_picture(self, picture: Path) -> None:
+        self.told.append(f"see {picture}")
+
     def confirm(self, text: str) -> None:
         self.told.append(text)
 

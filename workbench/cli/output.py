@@ -114,6 +114,7 @@ class TerminalOperator:
 
     def __init__(self, desk: Desk, keyboard: Keyboard, needed: bool = True) -> None:
         self._desk, self._keyboard, self._needed = desk, keyboard, needed
+        self._picture: Path | None = None
 
     @property
     def present(self) -> bool:
@@ -125,15 +126,22 @@ class TerminalOperator:
         self._desk.show_notice(text)
         people.print(text, style="bold", markup=False)
 
+    def show_picture(self, picture: Path) -> None:
+        """Tell where it lies, and show it where the next prompt is shown elsewhere."""
+        self._picture = picture
+        people.print(f"see {picture}", markup=False)
+
     def confirm(self, text: str) -> None:
         """Wait for Enter."""
-        with self._desk.ask(text, typed=False) as question:
+        picture, self._picture = self._picture, None
+        with self._desk.ask(text, typed=False, picture=picture) as question:
             self._answer(question, "  (Enter) ")
 
     def ask(self, text: str, default: str) -> str:
         """Read a line; empty takes the default."""
         offered = f" [{default}]" if default else ""
-        with self._desk.ask(text, typed=True, default=default) as question:
+        picture, self._picture = self._picture, None
+        with self._desk.ask(text, typed=True, default=default, picture=picture) as question:
             return self._answer(question, f"{offered}: ") or default
 
     def _answer(self, question: Question, end: str) -> str:
@@ -168,6 +176,10 @@ class QuietOperator:
     def tell(self, text: str) -> None:
         """Show the text."""
         tell(text)
+
+    def show_picture(self, picture: Path) -> None:
+        """Tell where it lies."""
+        tell(f"see {picture}")
 
     def confirm(self, text: str) -> None:
         """Show the text and go on."""

@@ -55,12 +55,11 @@ class Question:
     Args:
         number: of this question.
         text: of the prompt.
-        typed: whether something is to be typed, not only confirmed.
         default: what nothing typed stands for.
     """
 
-    def __init__(self, number: int, text: str, typed: bool, default: str) -> None:
-        self.number, self.text, self.typed, self.default = number, text, typed, default
+    def __init__(self, number: int, text: str, default: str) -> None:
+        self.number, self.text, self.default = number, text, default
         self._replies: queue.SimpleQueue[Reply] = queue.SimpleQueue()
         self._open = threading.Lock()  # who acquires it, answers
 
@@ -86,7 +85,7 @@ class Shown:
         phase: what the run does now.
         since: when that began, by `time.monotonic()`.
         notice: the last thing that the operator was told, of this phase or question.
-        question: that waits for an answer: `number`, `text`, `typed`, `default`.
+        question: that waits for an answer: `number`, `text`, `typed`, `default`, `picture`.
         stops: how often STOP was pressed.
         ended: how it ended, `kind` and `text`; None while it goes on.
     """
@@ -143,10 +142,20 @@ class Desk:
         self._show(notice=text)
 
     @contextmanager
-    def ask(self, text: str, *, typed: bool, default: str = "") -> Iterator[Question]:
-        """Let a prompt be answered until the block ends."""
-        question = Question(next(self._numbers), text, typed, default)
+    def ask(
+        self, text: str, *, typed: bool, default: str = "", picture: Path | None = None
+    ) -> Iterator[Question]:
+        """Let a prompt be answered until the block ends.
+
+        Args:
+            text: of the prompt.
+            typed: whether something is to be typed, not only confirmed.
+            default: what nothing typed stands for.
+            picture: shown with it.
+        """
+        question = Question(next(self._numbers), text, default)
         told = {"number": question.number, "text": text, "typed": typed, "default": default}
+        told |= {"picture": None if picture is None else str(picture.resolve())}
         self._question = question
         self._show(question=told)
         try:

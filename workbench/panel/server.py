@@ -9,8 +9,9 @@ import socket
 import threading
 import time
 from collections.abc import AsyncIterator, Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib.resources import files
+from pathlib import Path
 from typing import Annotated, Any
 
 import uvicorn
@@ -18,7 +19,7 @@ from fastapi import FastAPI, HTTPException
 from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
-from workbench.desk import answer, cards, holder, press_stop
+from workbench.desk import Card, answer, cards, holder, press_stop
 from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
@@ -33,6 +34,7 @@ BEAT_S = 1.0
 """How often a page is sent the times, even when nothing is new [s]."""
 BATCH = 2000
 """Most readings that are sent at once."""
+PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".webp", ".svg")
 PAGE = {
     "": ("index.html", "text/html; charset=utf-8"),
     "panel.css": ("panel.css", "text/css; charset=utf-8"),
@@ -63,7 +65,6 @@ class Panel:
     """
 
     def __init__(self, watcher: Watcher, port: int = 0) -> None:
-        self._watcher = watcher
         try:
             self._socket = socket.create_server((HERE, port))
         except OSError as error:
@@ -74,7 +75,7 @@ class Panel:
         self.port: int = self._socket.getsockname()[1]
         self.url = f"http://{HERE}:{self.port}/{token}/"
         config = uvicorn.Config(
-            Guard(_app(watcher), token, self.port),
+            Guard(_app(_Pages(watcher, self._ends)), token, self.port),
             log_level="warning",
             access_log=False,  # it would hold the token
             server_header=False,
@@ -92,10 +93,15 @@ class Panel:
         """Let `serve` return; safe in any thread."""
         self._server.should_exit = True
 
+    def _ends(self) -> bool:
+        return self._server.should_exit
 
-def _app(watcher: Watcher) -> FastAPI:
+
+def _app(pages: _Pages) -> FastAPI:
+    """Return what the guard lets through: the stream, STOP, answers, and files."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    pages = _Pages(watcher)
+    watcher = pages.watcher
+    _add_files(app, watcher)
 
     @app.get("/events")
     async def events() -> Response:
@@ -108,6 +114,20 @@ def _app(watcher: Watcher) -> FastAPI:
     @app.post("/answer")
     async def give_answer(given: Answer) -> dict[str, Any]:
         return await _in_own_thread(lambda: _answer(watcher, given))
+
+    return app
+
+
+def _add_files(app: FastAPI, watcher: Watcher) -> None:
+    """Serve the page itself, the reports, and the picture of the prompt that is shown."""
+
+    @app.get("/picture/{number}")
+    async def picture(number: int) -> Response:
+        asked = watcher.controller.shown.get("question") or {}
+        path = Path(asked.get("picture") or "") if asked.get("number") == number else Path()
+        if path.suffix.lower() not in PICTURES or not path.is_file():
+            raise HTTPException(404, "no such picture")
+        return FileResponse(path, headers={"content-security-policy": REPORT_POLICY})
 
     @app.get("/runs/{name}/report.html")
     async def report(name: str) -> Response:
@@ -127,8 +147,6 @@ def _app(watcher: Watcher) -> FastAPI:
             files("workbench.panel").joinpath("page", file).read_bytes(), media_type=kind
         )
 
-    return app
-
 
 async def _in_own_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Do something in a thread that nobody else waits for; a pool could be busy."""
@@ -145,21 +163,33 @@ async def _in_own_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
 
 
 def _stop(watcher: Watcher) -> dict[str, Any]:
-    """Stop whatever runs in this folder, and tell what was reached."""
-    stopped, hanging = [], []
-    for card in cards(watcher.runs):
-        title = card.facts.get("title", card.experiment)
-        try:
-            press_stop(card)
-            stopped.append(title)
-        except ControllerGone:
-            if holder(watcher.runs, card.experiment) is not None:
-                hanging.append(f"process {card.pid} ({title})")
+    """Stop whatever runs in this folder, all at once, and tell what was reached."""
+    found = cards(watcher.runs)
+    with ThreadPoolExecutor(max(len(found), 1)) as pool:  # one that hangs delays no other
+        reached = list(pool.map(_press_stop, found))
+    stopped = [card for card, ok in zip(found, reached, strict=True) if ok]
+    missed = [card for card, ok in zip(found, reached, strict=True) if not ok]
+    hanging = [card for card in missed if holder(watcher.runs, card.experiment) is not None]
     if hanging:
-        text = f"{', '.join(hanging)} does not answer. Use {OWN_SWITCH} now."
+        names = ", ".join(f"process {card.pid} ({_title(card)})" for card in hanging)
+        text = f"{names} does not answer. Use {OWN_SWITCH} now."
+    elif stopped:
+        text = f"Stopping: {', '.join(map(_title, stopped))}."
     else:
-        text = f"Stopping: {', '.join(stopped)}." if stopped else NOTHING_TO_STOP
+        text = NOTHING_TO_STOP
     return {"stopped": len(stopped), "hanging": len(hanging), "text": text}
+
+
+def _press_stop(card: Card) -> bool:
+    try:
+        press_stop(card)
+    except ControllerGone:
+        return False
+    return True
+
+
+def _title(card: Card) -> str:
+    return str(card.facts.get("title", card.experiment))
 
 
 def _answer(watcher: Watcher, given: Answer) -> dict[str, Any]:
@@ -175,10 +205,16 @@ def _answer(watcher: Watcher, given: Answer) -> dict[str, Any]:
 
 
 class _Pages:
-    """The streams of the pages that are open; the oldest ends when there are too many."""
+    """The streams of the pages that are open; the oldest ends when there are too many.
 
-    def __init__(self, watcher: Watcher) -> None:
-        self._watcher = watcher
+    Args:
+        watcher: knows what they show.
+        ends: tells whether the server ends, so that no stream holds it up.
+    """
+
+    def __init__(self, watcher: Watcher, ends: Callable[[], bool]) -> None:
+        self.watcher = watcher
+        self._ends = ends
         self._open: list[object] = []
 
     async def stream(self) -> AsyncIterator[str]:
@@ -189,19 +225,20 @@ class _Pages:
         try:
             async for event in self._news(me):
                 yield event
-            yield _event("replaced", {})
+            if me not in self._open:
+                yield _event("replaced", {})
         finally:
             self._open = [one for one in self._open if one is not me]
             self._count()
 
     def _count(self) -> None:
-        self._watcher.pages = len(self._open)
+        self.watcher.pages = len(self._open)
 
     async def _news(self, me: object) -> AsyncIterator[str]:
         sent: dict[str, Any] = {}
         plotted, count, beat = None, 0, 0.0
-        while me in self._open:
-            picture = self._watcher.picture
+        while me in self._open and not self._ends():
+            picture = self.watcher.picture
             for name, value in (("state", picture.state), ("runs", picture.runs)):
                 if sent.get(name) != value:
                     sent[name] = value

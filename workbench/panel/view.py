@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from datetime import datetime
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from workbench.panel.controller import Controller
@@ -46,14 +47,14 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
     return {
         "controller": controller.state,
         "title": fact.get("title", ""),
-        "protocol": fact.get("protocol", ""),
+        "protocol": Path(fact.get("protocol", "")).name,
         "bench": fact.get("bench", ""),
         "pid": fact.get("pid"),
         "others": controller.others,
         "banner": None if banner is None else banner._asdict(),
         "phase": shown.get("phase", "") if alive else "",
         "notice": shown.get("notice", "") if alive else "",
-        "question": shown.get("question") if controller.state == "alive" else None,
+        "question": _question(controller),
         "stops": shown.get("stops", 0),
         "run": _run(controller, following),
         "output": _output(controller, following),
@@ -84,6 +85,14 @@ def clocks(controller: Controller, following: Following | None) -> dict[str, Any
         "remaining_s": round(left, 2) if running else None,
         "running": running,
     }
+
+
+def _question(controller: Controller) -> dict[str, Any] | None:
+    """Return the prompt that waits for an answer; where its picture lies is not the page's."""
+    asked = controller.shown.get("question")
+    if asked is None or controller.state != "alive":
+        return None
+    return asked | {"picture": asked["picture"] is not None}
 
 
 def _run(controller: Controller, following: Following | None) -> dict[str, Any] | None:

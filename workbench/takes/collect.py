@@ -38,6 +38,10 @@ class Operator(Protocol):
         """Show a text and go on."""
         ...
 
+    def show_picture(self, picture: Path) -> None:
+        """Show a picture with the next prompt, or where it lies."""
+        ...
+
     def confirm(self, text: str) -> None:
         """Show a text and return when it is confirmed."""
         ...

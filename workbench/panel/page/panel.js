@@ -78,6 +78,8 @@ function showPrompt() {
   if (asked === question.number) return;
   asked = question.number;
   put("prompt-text", question.text);
+  show("prompt-picture", question.picture);
+  if (question.picture) at("prompt-picture").src = `picture/${question.number}`;
   const input = at("prompt-input");
   show("prompt-input", question.typed);
   input.value = "";
