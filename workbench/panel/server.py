@@ -101,7 +101,6 @@ def _app(pages: _Pages) -> FastAPI:
     """Return what the guard lets through: the stream, STOP, answers, and files."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     watcher = pages.watcher
-    _add_files(app, watcher)
 
     @app.get("/events")
     async def events() -> Response:
@@ -115,6 +114,7 @@ def _app(pages: _Pages) -> FastAPI:
     async def give_answer(given: Answer) -> dict[str, Any]:
         return await _in_own_thread(lambda: _answer(watcher, given))
 
+    _add_files(app, watcher)  # last, as any name is looked up there
     return app
 
 
