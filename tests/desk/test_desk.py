@@ -213,14 +213,12 @@ def test_a_visitor_that_never_reads_does_not_hold_up_the_run(desk: Desk, card: C
 def test_a_page_that_is_open_counts_as_somebody(desk: Desk, card: Card) -> None:
     assert not desk.attended  # after the time in which a panel finds it
     with watch(card) as line:
-        line.send({"pages": 1})
-        shown(line)
-        assert desk.attended
-        line.send({"pages": 0})
-        deadline = time.monotonic() + 3
-        while desk.attended:
-            assert time.monotonic() < deadline
-            heard(line)
+        for pages in (1, 0):
+            line.send({"pages": pages})
+            deadline = time.monotonic() + 5
+            while desk.attended != bool(pages):
+                assert time.monotonic() < deadline
+                heard(line)
 
 
 def test_a_process_that_hangs_is_told_from_one_that_is_dead(runs: Path) -> None:
