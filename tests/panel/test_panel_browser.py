@@ -7,6 +7,7 @@ import shutil
 import signal
 import socket
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from itertools import pairwise
@@ -21,7 +22,7 @@ from tests.panel.chromium import Browser, Page
 from workbench.bundle import Bundle
 from workbench.hw.simulated import Fault
 from workbench.loopback import HERE
-from workbench.panel import Panel
+from workbench.panel import Panel, Watcher
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="clients are ended by signals")
 STOP_BAR_S = 0.5
@@ -202,6 +203,17 @@ def test_a_panel_that_is_gone_says_so(browser: Browser, panel: Panel) -> None:
     page.click("#stop")
     page.wait_for(has("#stop-says", "STOP was not received. Use the switch on the supply"))
     page.close()
+
+
+def test_a_panel_that_looks_no_more_says_so(tmp_path: Path, browser: Browser) -> None:
+    served = Panel(Watcher(tmp_path / "runs"))  # its watcher was never started
+    thread = threading.Thread(target=served.serve)
+    thread.start()
+    page = browser.open(served.url)
+    page.wait_for(has("#banner-title", "Panel lost"), 8)
+    page.close()
+    served.stop()
+    thread.join()
 
 
 def test_browsers_that_never_read_slow_no_run(

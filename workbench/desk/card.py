@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from workbench.errors import InputError
+from workbench.errors import InputError, RecordError
 
 if sys.platform == "win32":
     import msvcrt
@@ -69,12 +69,17 @@ def cards(runs: Path) -> list[Card]:
 
 
 def holder(runs: Path, experiment: str) -> Card | None:
-    """Return the card of the process that carries out an experiment; None when nobody does."""
+    """Return the card of the process that carries out an experiment; None when nobody does.
+
+    A card of another user cannot be read; it counts as held, without facts.
+    """
     path = _path(runs, experiment)
     try:
         file = os.open(path, os.O_RDWR)
     except FileNotFoundError:
         return None
+    except PermissionError:
+        return Card(path, {})
     try:
         if _lock(file):
             return None
@@ -96,10 +101,17 @@ def claim(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[Car
 
     Raises:
         InputError: when another process carries it out.
+        RecordError: when the card cannot be written.
     """
     path = _path(runs, experiment)
-    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    file = _locked(path)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        file = _locked(path)
+    except OSError as error:
+        raise RecordError(
+            f"{path}: cannot be written and locked ({error.strerror}); choose another folder with "
+            "--runs"
+        ) from error
     if file is None:
         held = holder(runs, experiment)
         who = "another process" if held is None else f"process {held.pid}"
@@ -140,7 +152,7 @@ def _lock(file: int) -> bool:
             os.lseek(file, 0, os.SEEK_SET)
         else:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except (BlockingIOError, PermissionError):  # the second is what Windows says
         return False
     return True
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -73,14 +74,20 @@ class ControllerWatch:
 
     def _look(self) -> None:
         while not self._ended.wait(LOOK_S):
-            card, others = self._newest()
-            if card is None or self._known_to_have_ended(card):
-                continue
             try:
-                with watch(card) as line:
-                    self._follow(line, Controller("alive", card, others=others))
-            except (ControllerGone, OSError):
-                self.now = replace(self._same(card), state="gone", others=others)
+                self._look_once()
+            except Exception:  # what cannot be understood now must not blind the page for good
+                traceback.print_exc()
+
+    def _look_once(self) -> None:
+        card, others = self._newest()
+        if card is None or self._known_to_have_ended(card):
+            return
+        try:
+            with watch(card) as line:
+                self._follow(line, Controller("alive", card, others=others))
+        except (ControllerGone, OSError):
+            self.now = replace(self._same(card), state="gone", others=others)
 
     def _newest(self) -> tuple[Card | None, int]:
         """Return the newest run that is alive, else the newest that left a card."""

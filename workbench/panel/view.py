@@ -22,6 +22,7 @@ _ENDED = {
     "Interrupted": ("plain", "Stopped by the user"),
     "KeyboardInterrupt": ("plain", "Stopped by the user"),
     "SafetyStop": ("alarm", "Safety stop"),
+    "GeneratorExit": ("plain", "Ended"),  # whoever asked for the runs wanted no more
 }
 
 

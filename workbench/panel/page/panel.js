@@ -3,6 +3,7 @@
 "use strict";
 
 const SILENT_MS = 3000;          // without a word for so long the panel's own process is gone
+const STALE_S = 3;               // what the server itself knows is so old: it looks no more
 const TWICE_MS = 700;            // one press makes a pointer event and a click
 const STATES = {
   idle: "No run", alive: "Running", silent: "Controller does not answer",
@@ -25,7 +26,7 @@ const put = (id, text) => { const one = at(id); if (one.textContent !== text) on
 const show = (id, shown) => { at(id).hidden = !shown; };
 
 let state = { controller: "idle", run: null, question: null, banner: null };
-let clocks = { elapsed_s: null, run_s: null, remaining_s: null, running: false };
+let clocks = { elapsed_s: null, run_s: null, remaining_s: null, running: false, age_s: 0 };
 let clocksCame = 0;
 let heard = performance.now();
 let replaced = false;
@@ -33,7 +34,7 @@ let readings = empty();
 let runs = { rows: [], all: 0 };
 
 function empty() { return { time_s: [], set_V: [], volts: [], amps: [] }; }
-function isLost() { return !replaced && performance.now() - heard > SILENT_MS; }
+function isLost() { return !replaced && (clocks.age_s > STALE_S || performance.now() - heard > SILENT_MS); }
 function digits(value, count) { return value === undefined || value === null ? "–" : value.toFixed(count); }
 
 function duration(seconds) {
