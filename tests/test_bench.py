@@ -44,7 +44,7 @@ class Studio:
     """
 
     present = True
-    place: Place = "terminal"
+    answered_at: Place = "terminal"
 
     def __init__(self, lab: VirtualBench, place: Path, scratch: Path) -> None:
         self.lab, self.place, self.scratch = lab, place, scratch

@@ -10,11 +10,12 @@ from workbench.cli.output import QuietOperator
 from workbench.errors import FileFaults, InputError
 from workbench.prompting import ask
 from workbench.protocol import PlannedPrompt, Protocol, load
+from workbench.takes import Place
 
 
 class Typist(QuietOperator):
     present = True
-    place = "terminal"
+    answered_at: Place = "terminal"
 
     def __init__(self, *typed: str) -> None:
         self.typed, self.heard = list(typed), []

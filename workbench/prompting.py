@@ -54,13 +54,13 @@ def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
     if question is None or not operator.present:
         _show_picture(operator, prompt)
         operator.confirm(prompt.text)
-        return Answered(prompt, None, operator.place)
+        return Answered(prompt, None, operator.answered_at)
     asked = f"{prompt.text} [{question.name}: {question.hint}]"
     for _ in range(_TRIES):
         _show_picture(operator, prompt)
         try:
             answer = question.read(operator.ask(asked, ""))
-            return Answered(prompt, answer, operator.place)
+            return Answered(prompt, answer, operator.answered_at)
         except ValueError as error:
             operator.tell(f"not taken: {error}")
     raise InputError(f"{question.name}: {_TRIES} answers were not taken; {question.hint} is needed")

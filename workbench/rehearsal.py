@@ -73,7 +73,7 @@ class _Silent:
     """Nobody: prompts are told with the rest."""
 
     present = False
-    place: Place = "nobody"
+    answered_at: Place = "nobody"
 
     def tell(self, text: str) -> None: ...
 

@@ -60,7 +60,7 @@ def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: Desk) -> None:
     assert operator.present
     soon(terminal.type, "12 cm\n")
     assert operator.ask("How far?", "") == "12 cm"
-    assert operator.place == "terminal"
+    assert operator.answered_at == "terminal"
     soon(terminal.type, "\n")
     assert operator.ask("How far?", "1 m") == "1 m"
     soon(terminal.type, "\n")
@@ -74,7 +74,7 @@ def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
     (card,) = cards(tmp_path / "runs")
     soon(answer, card, 1, "12 cm")
     assert operator.ask("How far?", "") == "12 cm"
-    assert operator.place == "panel"
+    assert operator.answered_at == "panel"
     assert "12 cm (panel)" in capsys.readouterr().err
 
 
@@ -112,7 +112,7 @@ def test_with_nobody_there_a_prompt_that_is_needed_is_refused(
             TerminalOperator(desk, keyboard).confirm("Ready?")
         passed = TerminalOperator(desk, keyboard, needed=False)
         assert passed.ask("How far?", "1 m") == "1 m"
-        assert passed.place == "nobody"
+        assert passed.answered_at == "nobody"
 
 
 def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> None:
@@ -123,7 +123,7 @@ def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> N
         assert operator.present
         soon(answer, card, 1, "")
         operator.confirm("Ready?")
-        assert operator.place == "panel"
+        assert operator.answered_at == "panel"
 
 
 def test_a_terminal_that_was_closed_is_nobody(

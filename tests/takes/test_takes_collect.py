@@ -35,7 +35,7 @@ class Scripted(SimulatedClock):
 class Person:
     """An operator who gives prepared answers and remembers what was shown."""
 
-    place: Place = "terminal"
+    answered_at: Place = "terminal"
 
     def __init__(self, *answers: object, present: bool = True) -> None:
         self.answers, self.present = list(answers), present

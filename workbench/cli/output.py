@@ -110,7 +110,7 @@ class TerminalOperator:
         needed: whether somebody has to answer; otherwise a prompt that nobody sees is passed.
     """
 
-    place: Place = "nobody"
+    answered_at: Place = "nobody"
 
     def __init__(self, desk: Desk, keyboard: Keyboard, needed: bool = True) -> None:
         self._desk, self._keyboard, self._needed = desk, keyboard, needed
@@ -151,7 +151,7 @@ class TerminalOperator:
             reply = self._first(question)
         if reply.place != "terminal":
             people.print(f"{reply.text or 'confirmed'} ({reply.place})", markup=False)
-        self.place = reply.place
+        self.answered_at = reply.place
         return reply.text
 
     def _first(self, question: Question) -> Reply:
@@ -171,7 +171,7 @@ class QuietOperator:
     """Answers every prompt itself: on the virtual bench there is nobody to ask."""
 
     present = False
-    place: Place = "nobody"
+    answered_at: Place = "nobody"
 
     def tell(self, text: str) -> None:
         """Show the text."""

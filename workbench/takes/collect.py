@@ -30,7 +30,7 @@ class Operator(Protocol):
         ...
 
     @property
-    def place(self) -> Place:
+    def answered_at(self) -> Place:
         """Where the last prompt was answered."""
         ...
 
