@@ -72,6 +72,7 @@ pictures: install
 	$(BIN)/workbench run protocols/hop-17.yaml --runs build/pictures
 	$(BIN)/python docs/make_pictures.py build/pictures/* docs/pictures
 	$(BIN)/python docs/make_template_picture.py docs/pictures
+	$(BIN)/python -m docs.make_panel_picture docs/pictures
 
 clean:
 	rm -rf .venv build dist .pytest_cache .ruff_cache .hypothesis

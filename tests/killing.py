@@ -79,7 +79,9 @@ def lab_file(folder: Path, device: Device) -> Path:
 class Client:
     """A `workbench run` in a process of its own, forked where everything is imported already."""
 
-    def __init__(self, folder: Path, device: Device, protocol: str = PROTOCOL) -> None:
+    def __init__(
+        self, folder: Path, device: Device, protocol: str = PROTOCOL, attended: bool = False
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "p.yaml").write_text(protocol)
         self.runs, self.err = folder / "runs", folder / "err.txt"
@@ -88,7 +90,7 @@ class Client:
         forkserver.set_forkserver_preload(["workbench.cli", "tests.killing"])
         self._here, there = forkserver.Pipe()
         words = ["run", folder / "p.yaml", "--bench", lab, "--runs", self.runs]
-        arguments = ([str(word) for word in words], self.err, there)
+        arguments = ([str(word) for word in words], self.err, there, attended)
         self.process = forkserver.Process(target=_client, args=arguments)
         self.process.start()
         there.close()
@@ -132,15 +134,19 @@ class Client:
         return code
 
 
-def _client(words: list[str], err: Path, pipe: Pipe) -> None:
-    """Be the command line, with nobody at the terminal, and tell what is journalled."""
+def _client(words: list[str], err: Path, pipe: Pipe, attended: bool) -> None:
+    """Be the command line, with nobody at the terminal, and tell what is journalled.
+
+    Attended, its prompts have to be answered in a panel; otherwise they answer themselves.
+    """
     from workbench.cli import main
     from workbench.cli.output import QuietOperator
 
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
-    verb = sys.modules["workbench.cli.run"]
-    vars(verb)["operator_of"] = lambda bench: QuietOperator()
+    if not attended:
+        at_desk = sys.modules["workbench.cli.attended"]
+        vars(at_desk)["operator_of"] = lambda bench, desk: QuietOperator()
     keep = Bundle.journal
 
     def journal(self: Bundle, event: str, time_s: float, **facts: Any) -> None:

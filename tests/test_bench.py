@@ -28,6 +28,7 @@ from workbench.protocol import (
     load_shape,
     make_plan,
 )
+from workbench.takes import Place
 
 STEPS = "  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
 TEN_MINUTES = timedelta(minutes=10)
@@ -43,6 +44,7 @@ class Studio:
     """
 
     present = True
+    answered_at: Place = "terminal"
 
     def __init__(self, lab: VirtualBench, place: Path, scratch: Path) -> None:
         self.lab, self.place, self.scratch = lab, place, scratch
@@ -58,6 +60,9 @@ class Studio:
         if text.startswith("Stop recording"):
             self.stop = self.lab.clock.now()
             self.at_export()
+
+    def show_picture(self, picture: Path) -> None:
+        raise AssertionError(picture)
 
     def confirm(self, text: str) -> None:
         assert text == "Start recording in the tracking software."

@@ -10,10 +10,12 @@ from workbench.cli.output import QuietOperator
 from workbench.errors import FileFaults, InputError
 from workbench.prompting import ask
 from workbench.protocol import PlannedPrompt, Protocol, load
+from workbench.takes import Place
 
 
 class Typist(QuietOperator):
     present = True
+    answered_at: Place = "terminal"
 
     def __init__(self, *typed: str) -> None:
         self.typed, self.heard = list(typed), []
@@ -40,7 +42,8 @@ def test_a_quantity_is_asked_until_it_is_one_and_kept_in_si(tmp_path: Path) -> N
     operator = Typist("", "12", "3 m", "12.5 cm")
     one = ask(operator, asked)
     assert one.fact() == {"far": {"value": 0.125, "unit": "m"}}
-    assert one.journal() == {"text": "Tell me.", "name": "far", "answer": 0.125}
+    told = {"text": "Tell me.", "name": "far", "answer": 0.125, "where": "terminal"}
+    assert one.journal() == told
     assert operator.heard[0] == "Tell me. [far: length in m or cm or mm from 0 m to 2 m]"
     assert operator.heard[1] == "not taken: '' is not a number with a unit; known units: m, cm, mm"
     assert operator.heard[3] == "not taken: 12 has no unit; write for example '12 m'"

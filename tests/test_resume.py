@@ -170,6 +170,27 @@ def test_a_run_without_an_experiment_is_told(tmp_path: Path) -> None:
         resume(box.path, tmp_path, {})
 
 
+def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    first = next(runs(asked, root))
+    name = first.manifest["experiment"]
+    left = Bundle.create(root, "open", datetime.now(), {"experiment": name, "number": 2})
+    hold = "import sys, time; from pathlib import Path; from workbench.desk import claim\n" + (
+        "with claim(Path(sys.argv[1]), sys.argv[2], {}):\n    print(flush=True); time.sleep(60)"
+    )
+    command = [sys.executable, "-c", hold, str(root), name]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        words = rf"{left.path.name} cannot be resumed: process {other.pid} still carries out"
+        with pytest.raises(InputError, match=words):
+            resume(first.path, root, asked.inputs())
+        assert not left.is_closed()  # it is not ours to close
+        other.kill()
+    assert resume(first.path, root, asked.inputs()).done == {1}
+    assert left.is_closed()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(TEXT)

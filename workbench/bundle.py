@@ -187,6 +187,11 @@ class Bundle:
         return self.path / _WIRE
 
     @property
+    def journal_log(self) -> Path:
+        """Where the run keeps its events, one JSON object a line, for whoever follows it."""
+        return self.path / _JOURNAL
+
+    @property
     def guardian_log(self) -> Path:
         """Where the supply's guardian keeps what it did."""
         return self.path / _GUARDIAN

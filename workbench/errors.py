@@ -7,6 +7,7 @@
     ├── RecordError          1  what happens cannot be written down
     ├── DataFault            1  runs are not what they are said to be, and too few others are left
     ├── PrintRefused         1  a printed template is not at 1:1
+    ├── ControllerGone       1  the process that carries out a run is dead or does not answer
     ├── HardwareError        3  a device cannot be reached or does not answer rightly
     ├── SafetyStop           4  a limit or a protection ended the run
     └── Interrupted        130  the user stopped it, the output is off
@@ -21,6 +22,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 __all__ = [
+    "ControllerGone",
     "DataFault",
     "FileFault",
     "FileFaults",
@@ -119,6 +121,10 @@ class RecordError(WorkbenchError):
 
 class PrintRefused(WorkbenchError):
     """A printed template is not at 1:1, and by more than a printer's own error."""
+
+
+class ControllerGone(WorkbenchError):
+    """The process that carries out a run cannot be asked for anything: it is dead, or hangs."""
 
 
 class HardwareError(WorkbenchError):

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from workbench.errors import InputError
 from workbench.protocol import DIMENSIONS, Answer, PlannedPrompt
-from workbench.takes import Operator
+from workbench.takes import Operator, Place
 
 __all__ = ["Answered", "ask"]
 
@@ -19,17 +19,19 @@ class Answered(NamedTuple):
     Args:
         prompt: as planned.
         answer: what was typed, None where it was only confirmed or nobody was there to type.
+        place: where.
     """
 
     prompt: PlannedPrompt
     answer: Answer | None
+    place: Place
 
     def journal(self) -> dict[str, Any]:
         """Return the facts for the journal."""
-        question = self.prompt.question
+        question, where = self.prompt.question, {"where": self.place}
         if question is None:
-            return {"text": self.prompt.text, "answer": "confirmed"}
-        return {"text": self.prompt.text, "name": question.name, "answer": self.answer}
+            return {"text": self.prompt.text, "answer": "confirmed"} | where
+        return {"text": self.prompt.text, "name": question.name, "answer": self.answer} | where
 
     def fact(self) -> dict[str, Any]:
         """Return name -> value with its unit, for the manifest; empty where none was asked."""
@@ -48,15 +50,22 @@ def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
     Raises:
         InputError: when several answers in a row are not taken.
     """
-    text = prompt.text if prompt.picture is None else f"{prompt.text} (see {prompt.picture})"
     question = prompt.question
     if question is None or not operator.present:
-        operator.confirm(text)
-        return Answered(prompt, None)
-    asked = f"{text} [{question.name}: {question.hint}]"
+        _show_picture(operator, prompt)
+        operator.confirm(prompt.text)
+        return Answered(prompt, None, operator.answered_at)
+    asked = f"{prompt.text} [{question.name}: {question.hint}]"
     for _ in range(_TRIES):
+        _show_picture(operator, prompt)
         try:
-            return Answered(prompt, question.read(operator.ask(asked, "")))
+            answer = question.read(operator.ask(asked, ""))
+            return Answered(prompt, answer, operator.answered_at)
         except ValueError as error:
             operator.tell(f"not taken: {error}")
     raise InputError(f"{question.name}: {_TRIES} answers were not taken; {question.hint} is needed")
+
+
+def _show_picture(operator: Operator, prompt: PlannedPrompt) -> None:
+    if prompt.picture is not None:
+        operator.show_picture(prompt.picture)

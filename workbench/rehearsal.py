@@ -18,6 +18,7 @@ from workbench.experiment import Experiment
 from workbench.hw import SimulatedClock, written
 from workbench.protocol import BenchFile, PlannedRun
 from workbench.review.journal import sentence
+from workbench.takes import Place
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]
 
@@ -72,8 +73,11 @@ class _Silent:
     """Nobody: prompts are told with the rest."""
 
     present = False
+    answered_at: Place = "nobody"
 
     def tell(self, text: str) -> None: ...
+
+    def show_picture(self, picture: Path) -> None: ...
 
     def confirm(self, text: str) -> None: ...
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle import Bundle
+from workbench.desk import holder
 from workbench.errors import InputError
 
 __all__ = ["Course", "begin", "digest", "resume"]
@@ -72,7 +73,8 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
         inputs: of the experiment that shall go on, as in `Course`.
 
     Raises:
-        InputError: when it is no bundle of an experiment, or an input is another than then.
+        InputError: when it is no bundle of an experiment, an input is another than then, or
+            another process still carries the experiment out.
     """
     one = Bundle.find(run, root)
     name = one.manifest.get("experiment")
@@ -80,6 +82,7 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
         raise InputError(f"{one.path}: belongs to no experiment, so there is nothing to resume")
     _require_same(one, inputs)
     begun = [b for b in _readable(one.path.parent) if b.manifest.get("experiment") == name]
+    _require_free(one.path.parent, name, begun[-1])
     for bundle in begun:
         if not bundle.is_closed():
             bundle.finish("failed", error=bundle.manifest.get("error", _CUT))
@@ -97,6 +100,17 @@ def _readable(root: Path) -> Iterator[Bundle]:
     for folder in sorted(path for path in root.iterdir() if path.is_dir()):
         with suppress(InputError):
             yield Bundle.open(folder)
+
+
+def _require_free(root: Path, experiment: str, newest: Bundle) -> None:
+    """Refuse while a process carries the experiment out; its bundle is not ours to close."""
+    card = holder(root, experiment)
+    if card is not None:
+        raise InputError(
+            f"{newest.path} cannot be resumed: process {card.pid} still carries out experiment "
+            f"{experiment}. Let it end, or stop it with Ctrl-C in its terminal or STOP in "
+            "`workbench panel`"
+        )
 
 
 def _require_same(bundle: Bundle, inputs: Mapping[str, str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -82,7 +83,12 @@ def test_a_lease_expires_without_progress_and_rests_while_off() -> None:
 def test_waiting_renews_several_times_within_a_lease_and_only_in_the_holder_s_thread() -> None:
     clock = LeaseClock()
     renewed: list[int] = []
-    clock.hold(lambda: renewed.append(threading.get_ident()))
+
+    def renew(seconds: float) -> None:
+        renewed.append(threading.get_ident())
+        time.sleep(seconds)
+
+    clock.hold(renew)
     beside = threading.Thread(target=clock.sleep, args=(LEASE_S,))
     beside.start()
     clock.sleep(LEASE_S)
@@ -95,7 +101,7 @@ def test_waiting_renews_several_times_within_a_lease_and_only_in_the_holder_s_th
 
 
 def test_what_renewing_raises_ends_the_wait() -> None:
-    def lost() -> None:
+    def lost(seconds: float) -> None:
         raise RuntimeError("its guardian is gone")
 
     clock = LeaseClock()

@@ -13,7 +13,7 @@ import pytest
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
 from workbench.hw import Clock, SimulatedClock, SystemClock
-from workbench.takes import CameraTime, Collector, TakeFolder
+from workbench.takes import CameraTime, Collector, Place, TakeFolder
 
 Export = Callable[..., Path]
 TEN_MINUTES = timedelta(minutes=10)
@@ -35,6 +35,8 @@ class Scripted(SimulatedClock):
 class Person:
     """An operator who gives prepared answers and remembers what was shown."""
 
+    answered_at: Place = "terminal"
+
     def __init__(self, *answers: object, present: bool = True) -> None:
         self.answers, self.present = list(answers), present
         self.told: list[str] = []
@@ -42,6 +44,9 @@ class Person:
 
     def tell(self, text: str) -> None:
         self.told.append(text)
+
+    def show_picture(self, picture: Path) -> None:
+        self.told.append(f"see {picture}")
 
     def confirm(self, text: str) -> None:
         self.told.append(text)

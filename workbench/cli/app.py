@@ -19,6 +19,7 @@ from workbench.cli.investigate import investigate
 from workbench.cli.live import live
 from workbench.cli.modes import modes
 from workbench.cli.optimize import optimize
+from workbench.cli.panel import panel
 from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
@@ -53,6 +54,7 @@ for verb in (
     modes,
     optimize,
     thesis,
+    panel,
     review,
     schema,
     doctor,

@@ -11,6 +11,7 @@ import typer
 
 from workbench.bench import Bench, load_bench, make_bench
 from workbench.bundle import Bundle
+from workbench.cli.attended import carry_out_at_desk
 from workbench.cli.diagnose import (
     next_object,
     robot_of,
@@ -19,11 +20,9 @@ from workbench.cli.diagnose import (
     write_report,
 )
 from workbench.cli.output import JsonFlag, emit, people, tell
-from workbench.cli.run import operator_of
 from workbench.diagnose import Diagnosis, Following, Round, Trial, following, minutes_of
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose import investigate as investigate_rounds
-from workbench.engine import carry_out
 from workbench.errors import InputError
 from workbench.experiment import read_experiment
 from workbench.protocol import BenchFile, Document, PlannedRun, Protocol, load, parse_quantity
@@ -133,7 +132,7 @@ class _Loop:
         """Make the runs of a protocol that do not exist yet."""
         asked = read_experiment(job.protocol.path, self.lab, self.bench.voltage_step)
         asked = replace(asked, plan=asked.plan.without(job.done))
-        for bundle in carry_out(asked, self.bench, self.runs, operator_of(self.lab.content), tell):
+        for bundle in carry_out_at_desk(asked, self.bench, self.runs):
             people.print(f"made {bundle.path}", markup=False)
 
     def look(self, number: int) -> tuple[Diagnosis, _Job | None]:

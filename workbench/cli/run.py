@@ -7,24 +7,21 @@ from typing import Annotated, Any
 
 import typer
 
-from workbench.bench import Operator, load_bench, make_bench
+from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
+from workbench.cli.attended import carry_out_at_desk
 from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
     JsonFlag,
-    QuietOperator,
     RunsFolder,
-    TerminalOperator,
     comparison_table,
     emit,
     tell,
 )
-from workbench.engine import carry_out
 from workbench.experiment import read_experiment
-from workbench.protocol import BenchFile
 from workbench.resume import resume as go_on
 
-__all__ = ["describe", "operator_of", "run"]
+__all__ = ["describe", "run"]
 
 
 def run(
@@ -64,18 +61,12 @@ def run(
         left = len(experiment.plan.without(course.done).runs)
         tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
     done: list[Bundle] = []
-    operator = operator_of(lab.content)
-    for bundle in carry_out(experiment, device, runs, operator, tell, course):
+    for bundle in carry_out_at_desk(experiment, device, runs, course):
         done.append(bundle)
         if not as_json:
             _print_bundle(bundle)
     if as_json:
         emit(_report(done))
-
-
-def operator_of(bench: BenchFile) -> Operator:
-    """Return who answers the prompts of a bench: nobody has to where it is virtual."""
-    return TerminalOperator() if bench.virtual is None else QuietOperator()
 
 
 def describe(bundle: Bundle) -> dict[str, Any]:

@@ -147,7 +147,8 @@ class VirtualSection(Section):
 
     seed: Annotated[int, Field(ge=0)] = 0
     real_time: bool = False
-    """Wait as long as a real bench would; otherwise the clock is simulated."""
+    """Wait as long as a real bench would, also for a person at its prompts; otherwise the clock is
+    simulated, and prompts are passed."""
     parameters: dict[str, float] = {}
     """Where the true robot differs from the model: parameter of the model file -> true value."""
     effects: dict[str, dict[str, Annotated[float, Field(allow_inf_nan=False)]]] = {}

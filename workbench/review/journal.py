@@ -18,9 +18,9 @@ def sentence(event: Mapping[str, Any]) -> str:
         case {"event": "no_drive"}:
             return "this mode has no drive: the supply was not opened"
         case {"event": "prompt", "name": name, "text": text, "answer": answer}:
-            return f"operator typed {name} = {answer}: {text}"
+            return f"operator typed {name} = {answer}{_where(event)}: {text}"
         case {"event": "prompt", "text": text, "answer": answer}:
-            return f"operator {answer}: {text}"
+            return f"operator {answer}{_where(event)}: {text}"
         case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
             return f"{model} {serial} prepared: limits set, output off"
         case {"event": "cameras"}:
@@ -32,3 +32,7 @@ def sentence(event: Mapping[str, Any]) -> str:
         case {"event": "output_off", "confirmed": confirmed}:
             return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
     return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
+
+
+def _where(event: Mapping[str, Any]) -> str:
+    return " in the panel" if event.get("where") == "panel" else ""

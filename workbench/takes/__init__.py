@@ -8,7 +8,7 @@ To add a check: one function in `belonging.py` that returns a reason, and one te
 """
 
 from workbench.takes.belonging import CameraTime, Verdict, judge
-from workbench.takes.collect import Collector, Operator
+from workbench.takes.collect import Collector, Operator, Place
 from workbench.takes.folder import TakeFolder
 
-__all__ = ["CameraTime", "Collector", "Operator", "TakeFolder", "Verdict", "judge"]
+__all__ = ["CameraTime", "Collector", "Operator", "Place", "TakeFolder", "Verdict", "judge"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
@@ -12,7 +12,10 @@ from workbench.hw import Clock
 from workbench.takes.belonging import CameraTime, Verdict, judge
 from workbench.takes.folder import TakeFolder
 
-__all__ = ["Collector", "Operator"]
+__all__ = ["Collector", "Operator", "Place"]
+
+Place = Literal["terminal", "panel", "nobody"]
+"""Where a prompt was answered; on a bench without an operator it answers itself."""
 
 _POLL_S = 0.25
 _INSIST = "yes"
@@ -26,8 +29,17 @@ class Operator(Protocol):
         """Whether somebody can answer."""
         ...
 
+    @property
+    def answered_at(self) -> Place:
+        """Where the last prompt was answered."""
+        ...
+
     def tell(self, text: str) -> None:
         """Show a text and go on."""
+        ...
+
+    def show_picture(self, picture: Path) -> None:
+        """Show a picture with the next prompt, or where it lies."""
         ...
 
     def confirm(self, text: str) -> None:

@@ -158,9 +158,9 @@ class GuardedSupply(Supply):
         if not on:
             self._lease.rest()
 
-    def _renew(self) -> None:
+    def _renew(self, seconds: float) -> None:
         try:
-            self._guardian.renew()
+            self._guardian.renew(seconds)
         except (GuardianLost, GuardianTripped) as end:
             raise self._ended(end) from None
 

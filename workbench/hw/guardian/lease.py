@@ -61,11 +61,15 @@ class LeaseClock(SystemClock):
     """
 
     def __init__(self) -> None:
-        self._renew: Callable[[], None] | None = None
+        self._renew: Callable[[float], None] | None = None
         self._holder = 0
 
-    def hold(self, renew: Callable[[], None]) -> None:
-        """Renew by this from now on, whenever this thread waits."""
+    def hold(self, renew: Callable[[float], None]) -> None:
+        """Renew by this from now on, whenever this thread waits.
+
+        Args:
+            renew: renews, then listens to the guardian for so long [s].
+        """
         self._renew, self._holder = renew, threading.get_ident()
 
     def rest(self) -> None:
@@ -74,11 +78,11 @@ class LeaseClock(SystemClock):
 
     def sleep(self, seconds: float) -> None:
         """Wait in real time and renew meanwhile; raises whatever renewing raises."""
-        until = self.now() + seconds
+        until, renew = self.now() + seconds, self._renew
+        if renew is None or threading.get_ident() != self._holder:
+            time.sleep(max(seconds, 0.0))
+            return
         while True:
-            if self._renew is not None and threading.get_ident() == self._holder:
-                self._renew()
-            left = until - self.now()
-            if left <= 0:
+            renew(min(max(until - self.now(), 0.0), RENEW_S))
+            if self.now() >= until:
                 return
-            time.sleep(min(left, RENEW_S) if self._renew is not None else left)

@@ -15,26 +15,18 @@ Every message of the client is a sign of progress.
 from __future__ import annotations
 
 import json
-import selectors
-import socket
-import threading
-import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from workbench.errors import HardwareError, InputError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
+from workbench.loopback import Message
 
-__all__ = ["NO_RECORDS", "Line", "Message", "Records", "Task", "error_of", "fault_of"]
-
-Message = dict[str, Any]  # what JSON can say
+__all__ = ["NO_RECORDS", "Records", "Task", "error_of", "fault_of"]
 
 _ERRORS: dict[str, type[WorkbenchError]] = {
     kind.__name__: kind for kind in (HardwareError, InputError, SafetyStop)
 }
-_CHUNK = 65536
 
 
 @dataclass(frozen=True)
@@ -99,58 +91,6 @@ class Task:
             found["patience_s"],
             found["after"],
         )
-
-
-class Line:
-    """One end of the link; several threads may send, one receives.
-
-    Args:
-        link: a connected socket, closed with this.
-    """
-
-    def __init__(self, link: socket.socket) -> None:
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._link = link
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(link, selectors.EVENT_READ)
-        self._sending = threading.Lock()
-        self._heard = b""
-
-    def send(self, message: Mapping[str, Any]) -> None:
-        """Send one object.
-
-        Raises:
-            OSError: when the other end is gone.
-        """
-        data = json.dumps(message).encode() + b"\n"
-        with self._sending:
-            self._link.sendall(data)
-
-    def receive(self, timeout: float) -> Message | None:
-        """Return the next object, or None when none is complete within `timeout` [s].
-
-        Raises:
-            OSError: when the other end is gone.
-        """
-        deadline = time.monotonic() + timeout
-        while b"\n" not in self._heard:
-            if not self._selector.select(max(deadline - time.monotonic(), 0.0)):
-                return None
-            data = self._link.recv(_CHUNK)
-            if not data:
-                raise ConnectionResetError("the other end closed the link")
-            self._heard += data
-        line, _, self._heard = self._heard.partition(b"\n")
-        try:
-            message = json.loads(line)
-        except ValueError:  # a Ctrl-C cut it; what was asked for is asked for again
-            return {}
-        return message if isinstance(message, dict) else {}
-
-    def close(self) -> None:
-        """Close the link."""
-        self._selector.close()
-        self._link.close()
 
 
 def fault_of(error: WorkbenchError) -> Message:

@@ -17,7 +17,8 @@ from typing import Any
 import workbench
 from workbench.errors import HardwareError
 from workbench.hw.guardian.lease import RENEW_S, SILENT_S
-from workbench.hw.guardian.messages import Line, Message, Task, error_of
+from workbench.hw.guardian.messages import Task, error_of
+from workbench.loopback import HERE, Line, Message
 
 __all__ = ["GuardianLost", "GuardianProcess", "GuardianTripped"]
 
@@ -58,7 +59,7 @@ class GuardianProcess:
         self._numbers = itertools.count(1)
         self._unanswered: float | None = None  # since when a renewal is
         token = secrets.token_hex(16)
-        with socket.create_server(("127.0.0.1", 0)) as listener:
+        with socket.create_server((HERE, 0)) as listener:
             self._process = _start()
             try:
                 self._brief(f"{listener.getsockname()[1]} {token} {task.to_json()}\n")
@@ -94,10 +95,11 @@ class GuardianProcess:
                 return answer["value"]
         raise GuardianLost(f"did not answer {call!r} within {CALL_S:g} s")
 
-    def renew(self) -> None:
-        """Show progress, and see that it is alive. Raises as `ask`."""
+    def renew(self, seconds: float) -> None:
+        """Show progress, and listen for so long [s] whether it is alive. Raises as `ask`."""
         self._ask_for_life()
-        while self._receive(0.0) is not None:
+        until = time.monotonic() + seconds
+        while self._receive(max(until - time.monotonic(), 0.0)) or time.monotonic() < until:
             pass
 
     def end(self) -> int:
@@ -137,13 +139,14 @@ class GuardianProcess:
             raise GuardianLost("ended") from None
 
     def _receive(self, timeout: float) -> Message | None:
+        silent = time.monotonic() if self._unanswered is None else self._unanswered
+        until = silent + SILENT_S  # an answer that is due is not waited for any longer
         try:
-            message = self._line.receive(timeout)
+            message = self._line.receive(min(timeout, max(until - time.monotonic(), 0.0)))
         except OSError:
             raise GuardianLost("ended") from None
         if message is None:
-            asked = self._unanswered
-            if asked is not None and time.monotonic() - asked > SILENT_S:
+            if self._unanswered is not None and time.monotonic() >= until:
                 raise GuardianLost(f"hangs: it acknowledged nothing for {SILENT_S:g} s")
             return None
         if "alive" in message:

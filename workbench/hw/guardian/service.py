@@ -28,9 +28,10 @@ from workbench.hw.clock import SystemClock
 from workbench.hw.connect import open_supply
 from workbench.hw.guardian.latch import Latch
 from workbench.hw.guardian.lease import LEASE_S, Lease
-from workbench.hw.guardian.messages import Line, Message, Task, fault_of
+from workbench.hw.guardian.messages import Task, fault_of
 from workbench.hw.guardian.records import Recorder
 from workbench.hw.supply import Limits, Supply
+from workbench.loopback import HERE, Line, Message
 
 __all__ = ["Guardian", "main"]
 
@@ -325,7 +326,7 @@ def main() -> int:
         sys.stderr.write("a guardian is started by the workbench, not by hand\n")
         return 2
     port, token, task = words
-    link = socket.create_connection(("127.0.0.1", int(port)), CONNECT_S)
+    link = socket.create_connection((HERE, int(port)), CONNECT_S)
     link.settimeout(None)
     line = Line(link)
     line.send({"token": token})

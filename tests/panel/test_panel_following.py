@@ -1,0 +1,122 @@
+"""A run while its bundle grows, and how long it will take."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from workbench.bundle import Bundle
+from workbench.panel.controller import Controller
+from workbench.panel.estimate import remaining_s
+from workbench.panel.following import Following
+from workbench.panel.view import clocks, view
+
+RUNS = [
+    {"number": 1, "seconds": 12.0},
+    {"why": "cool", "seconds": 30.0},
+    {"number": 2, "seconds": 12.0},
+]
+READING = {"set_voltage_V": 4.5, "voltage_V": 4.49, "current_A": 0.3, "output": True}
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Bundle:
+    facts = {"number": 1, "of": 2, "mode": "hop"}
+    return Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), facts)
+
+
+def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
+    following = Following(bundle)
+    assert not following.read_on()
+    bundle.journal("cameras", 0.0)
+    bundle.journal("output_on", 2.0, volts="1.00")
+    bundle.journal("reading", 2.1, **READING)
+    assert following.read_on()
+    assert not following.read_on()
+    assert following.output == "on"
+    assert following.readings.between(0, 9) == {
+        "time_s": [2.1], "set_V": [4.5], "volts": [4.49], "amps": [0.3],
+    }  # fmt: skip
+    with bundle.journal_log.open("a") as file:
+        file.write('{"time_s": 3.0, "event": "output_off",')
+        file.flush()
+        assert not following.read_on()
+        file.write(' "confirmed": true}\n')
+    assert following.read_on()
+    assert following.output == "off, confirmed"
+    assert [text for _, text in following.told] == [
+        "cameras record", "output on at 1.00 V", "output off, confirmed",
+    ]  # fmt: skip
+    assert not following.ended
+    bundle.journal("complete", 4.0)
+    following.read_on()
+    assert following.ended
+    assert following.run_s == 4.0
+
+
+def test_a_line_that_a_full_disk_cut_is_passed_over(bundle: Bundle) -> None:
+    bundle.journal_log.write_text('{"time_s": 1.0, "ev\n')
+    bundle.journal("output_off", 1.0, confirmed=False)
+    following = Following(bundle)
+    assert following.read_on()
+    assert following.output == "OFF NOT CONFIRMED"
+
+
+@pytest.mark.parametrize(
+    ("number", "run_s", "phase", "phase_s", "left"),
+    [
+        (None, 0.0, "", 0.0, 54.0),
+        (1, 0.0, "rest 2 s", 1.0, 54.0),
+        (1, 5.0, "drive 10 s", 3.0, 49.0),
+        (1, 20.0, "track, twin, views", 5.0, 42.0),
+        (1, math.inf, "cool: 30 s", 10.0, 32.0),
+        (1, math.inf, "cool: 30 s", 99.0, 12.0),
+        (2, 12.0, "track, twin, views", 0.0, 0.0),
+    ],
+)
+def test_what_is_left_is_the_plan_without_what_is_done(
+    number: int | None, run_s: float, phase: str, phase_s: float, left: float
+) -> None:
+    assert remaining_s(RUNS, number, run_s, phase, phase_s) == left
+
+
+def test_a_resumed_experiment_counts_what_is_left_of_it() -> None:
+    assert remaining_s(RUNS[1:], None, 0.0, "", 0.0) == 42.0
+
+
+def test_without_a_run_the_page_says_so(bundle: Bundle) -> None:
+    shown = view(Controller(), None)
+    assert shown["controller"] == "idle"
+    assert shown["banner"] is None
+    assert clocks(Controller(), None)["running"] is False
+
+
+def lost(bundle: Bundle) -> tuple[str, str]:
+    """What stands in the banner and beside Output when the process of this run died."""
+    following = Following(bundle)
+    following.read_on()
+    shown = view(Controller("gone"), following)
+    assert shown["banner"]["level"] == "alarm"
+    return shown["banner"]["text"], shown["output"]["text"]
+
+
+def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: Bundle) -> None:
+    bundle.journal("cameras", 0.0)
+    assert "Its output was off." in lost(bundle)[0]
+    bundle.journal("output_on", 2.0, volts="1.00")
+    assert lost(bundle) == (lost(bundle)[0], "not known")
+    assert "No guardian watched its output" in lost(bundle)[0]
+    bundle.guardian_log.write_text('{"event": "guarding"}\n')
+    assert "has not said yet that the output is off" in lost(bundle)[0]
+    with bundle.guardian_log.open("a") as file:
+        file.write('{"event": "trip", "reason": "its client is dead"}\n')
+        file.write('{"event": "off", "confirmed": false}\n')
+    assert "OUTPUT MAY BE ON" in lost(bundle)[0]
+    assert lost(bundle)[1] == "MAY BE ON"
+    with bundle.guardian_log.open("a") as file:
+        file.write('{"event": "off", "confirmed": true}\n')
+    assert "read back that it is off (its client is dead)" in lost(bundle)[0]
+    assert lost(bundle)[1] == "off, confirmed"

@@ -1,0 +1,116 @@
+"""One run while its bundle grows: each line of its journal is read once."""
+
+from __future__ import annotations
+
+import json
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from workbench.bundle import Bundle
+from workbench.review.journal import sentence
+
+__all__ = ["Following", "Output", "Readings"]
+
+Output = Literal["not on yet", "on", "off, confirmed", "OFF NOT CONFIRMED"]
+
+_ENDINGS = ("complete", "failed", "interrupted", "safety-stop")
+
+
+@dataclass
+class Readings:
+    """What the supply said, in the order of time.
+
+    Args:
+        time_s: of the run [s].
+        set_V: voltage that it is set to [V].
+        volts: at its terminals [V].
+        amps: that it gives [A].
+    """
+
+    time_s: list[float] = field(default_factory=list)
+    set_V: list[float] = field(default_factory=list)
+    volts: list[float] = field(default_factory=list)
+    amps: list[float] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.amps)
+
+    def between(self, first: int, end: int) -> dict[str, list[float]]:
+        """Return those from a place up to another, as columns."""
+        end = min(end, len(self))  # another thread may be adding one
+        return {name: values[first:end] for name, values in vars(self).items()}
+
+    def add(self, event: dict[str, Any]) -> None:
+        """Add a reading of the journal."""
+        self.time_s.append(event["time_s"])
+        self.set_V.append(event["set_voltage_V"])
+        self.volts.append(event["voltage_V"])
+        self.amps.append(event["current_A"])
+
+
+class Following:
+    """A bundle that is followed.
+
+    Args:
+        bundle: as it was when it was found.
+
+    Attributes:
+        readings: so far.
+        told: (time [s], sentence) of each event that is no reading.
+        output: of the supply, by the journal.
+        filming: whether the run's time has begun; it begins with the cameras.
+        ended: whether the last line was written.
+    """
+
+    def __init__(self, bundle: Bundle) -> None:
+        self.bundle = bundle
+        self.readings = Readings()
+        self.told: list[tuple[float, str]] = []
+        self.output: Output = "not on yet"
+        self.filming = self.ended = False
+        self._at = 0
+        self._last_s = 0.0
+        self._changed = time.time()
+
+    def read_on(self) -> bool:
+        """Read what was added; tell whether anything was."""
+        try:
+            with self.bundle.journal_log.open("rb") as file:
+                file.seek(self._at)
+                lines, _, _ = file.read().rpartition(b"\n")
+            self._changed = self.bundle.journal_log.stat().st_mtime
+        except FileNotFoundError:
+            return False
+        if not lines:
+            return False
+        self._at += len(lines) + 1
+        for line in lines.splitlines():
+            with suppress(ValueError):  # a line that a full disk cut
+                self._take(json.loads(line))
+        return True
+
+    @property
+    def run_s(self) -> float:
+        """Time of the run [s], 0 before the cameras record."""
+        if not self.filming:
+            return 0.0
+        return self._last_s + (0.0 if self.ended else max(time.time() - self._changed, 0.0))
+
+    def _take(self, event: dict[str, Any]) -> None:
+        self._last_s = event["time_s"]
+        match event:
+            case {"event": "reading"}:
+                self.readings.add(event)
+                return
+            case {"event": "cameras"}:
+                self.filming = True
+            case {"event": "output_on"}:
+                self.output = "on"
+            case {"event": "output_off", "confirmed": confirmed}:
+                self.output = "off, confirmed" if confirmed else "OFF NOT CONFIRMED"
+            case {"event": str(name)} if name in _ENDINGS:
+                self.ended = True
+        self.told.append((event["time_s"], sentence(event)))

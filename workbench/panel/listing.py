@@ -1,0 +1,87 @@
+"""The runs of a folder, read again only where something changed."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from workbench.bundle import Bundle
+from workbench.errors import InputError
+
+__all__ = ["MOST_ROWS", "Listing"]
+
+MOST_ROWS = 100
+"""How many runs the page lists; `workbench runs list` lists them all."""
+
+
+class Listing:
+    """All bundles of a folder, by name; each manifest is read when it is new or changed.
+
+    Args:
+        runs: the folder.
+    """
+
+    def __init__(self, runs: Path) -> None:
+        self._runs = runs
+        self._found: dict[str, tuple[int, Bundle]] = {}
+
+    def refresh(self) -> None:
+        """Look at the folder again; what is damaged is left out."""
+        names = [path.name for path in self._runs.iterdir()] if self._runs.is_dir() else []
+        self._found = {name: known for name in sorted(names) if (known := self._known(name))}
+
+    def newest_of(self, experiment: str) -> Bundle | None:
+        """Return the newest run of an experiment."""
+        mine = [b for _, b in self._found.values() if b.manifest.get("experiment") == experiment]
+        return mine[-1] if mine else None
+
+    def report_of(self, name: str) -> Path | None:
+        """Return a run's report by the run's name; None when there is none in this folder.
+
+        A name is looked up among those listed, never joined to a path, so it leads nowhere else.
+        """
+        _, bundle = self._found.get(name, (0, None))
+        if bundle is None:
+            return None
+        report = bundle.view("report").resolve()
+        inside = report.is_relative_to(self._runs.resolve())  # not so through a link
+        return report if inside and report.is_file() else None
+
+    def rows(self) -> dict[str, Any]:
+        """Return the newest runs, newest first, and how many there are."""
+        bundles = [bundle for _, bundle in self._found.values()]
+        newest = sorted(bundles, key=_age)[: -MOST_ROWS - 1 : -1]
+        return {"rows": [self._row(bundle) for bundle in newest], "all": len(bundles)}
+
+    def _row(self, bundle: Bundle) -> dict[str, Any]:
+        facts = bundle.manifest
+        return {
+            "name": bundle.path.name,
+            "title": facts.get("title", ""),
+            "mode": facts.get("mode", ""),
+            "status": facts["status"] if bundle.is_closed() else "not finished",
+            "real_m": _distance(facts.get("real")),
+            "twin_m": _distance(facts.get("twin")),
+            "error_mm": facts.get("error_mm"),
+            "report": self.report_of(bundle.path.name) is not None,
+        }
+
+    def _known(self, name: str) -> tuple[int, Bundle] | None:
+        """Return a bundle with the time of its last change, read again where that is new."""
+        path = self._runs / name
+        with suppress(InputError, OSError):
+            changed = path.stat().st_mtime_ns  # its manifest is replaced, not rewritten
+            before = self._found.get(name)
+            if before is not None and before[0] == changed:
+                return before
+            return changed, Bundle.open(path)
+        return None
+
+
+def _age(bundle: Bundle) -> tuple[str, str]:
+    return str(bundle.manifest.get("created", "")), bundle.path.name
+
+
+def _distance(found: object) -> float | None:
+    return found.get("distance_m") if isinstance(found, dict) else None

@@ -1,0 +1,173 @@
+"""What the page shows, in words: made from what is known of the controller and of its run."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from workbench.panel.controller import Controller
+from workbench.panel.estimate import remaining_s
+from workbench.panel.following import Following
+
+__all__ = ["NOTHING_TO_STOP", "OWN_SWITCH", "clocks", "view"]
+
+OWN_SWITCH = "the switch on the supply's front, or the emergency stop"
+NOTHING_TO_STOP = f"There is no run to stop. If anything moves, use {OWN_SWITCH}."
+LOG_LINES = 60
+
+_ENDED = {
+    "complete": ("good", "Complete"),
+    "Interrupted": ("plain", "Stopped by the user"),
+    "KeyboardInterrupt": ("plain", "Stopped by the user"),
+    "SafetyStop": ("alarm", "Safety stop"),
+    "GeneratorExit": ("plain", "Ended"),  # whoever asked for the runs wanted no more
+}
+
+
+class _Banner(NamedTuple):
+    """What stands over everything else.
+
+    Args:
+        level: `alarm`, `plain` or `good`.
+        title: a few words.
+        text: what it means, and what to do.
+    """
+
+    level: str
+    title: str
+    text: str
+
+
+def view(controller: Controller, following: Following | None) -> dict[str, Any]:
+    """Return everything that is shown, but for times and readings."""
+    fact, shown = controller.fact, controller.shown
+    alive = controller.state in ("alive", "silent")
+    banner = _banner(controller, following)
+    return {
+        "controller": controller.state,
+        "title": fact.get("title", ""),
+        "protocol": Path(fact.get("protocol", "")).name,
+        "bench": fact.get("bench", ""),
+        "pid": fact.get("pid"),
+        "others": controller.others,
+        "banner": None if banner is None else banner._asdict(),
+        "phase": shown.get("phase", "") if alive else "",
+        "notice": shown.get("notice", "") if alive else "",
+        "question": _question(controller),
+        "stops": shown.get("stops", 0),
+        "run": _run(controller, following),
+        "output": _output(controller, following),
+        "log": [] if following is None else following.told[-LOG_LINES:],
+    }
+
+
+def clocks(controller: Controller, following: Following | None) -> dict[str, Any]:
+    """Return the times [s] that the page lets run on by itself; null where there is none."""
+    fact, shown = controller.fact, controller.shown
+    if not fact or "began" not in fact:
+        return {"elapsed_s": None, "run_s": None, "remaining_s": None, "running": False}
+    running = controller.state == "alive"
+    stood = time.monotonic() - controller.heard  # since it was last heard of
+    elapsed = time.time() - datetime.fromisoformat(fact["began"]).timestamp()
+    run_s = 0.0 if following is None else following.run_s
+    number = None if following is None else following.bundle.manifest.get("number")
+    left = remaining_s(
+        fact["items"],
+        number,
+        float("inf") if following is not None and following.ended else run_s,
+        shown.get("phase", ""),
+        shown.get("since", 0.0),
+    )
+    return {
+        "elapsed_s": round(elapsed - (0.0 if running else stood), 2),
+        "run_s": round(run_s, 2) if running or (following and following.ended) else None,
+        "remaining_s": round(left, 2) if running else None,
+        "running": running,
+    }
+
+
+def _question(controller: Controller) -> dict[str, Any] | None:
+    """Return the prompt that waits for an answer; where its picture lies is not the page's."""
+    asked = controller.shown.get("question")
+    if asked is None or controller.state != "alive":
+        return None
+    return asked | {"picture": asked["picture"] is not None}
+
+
+def _run(controller: Controller, following: Following | None) -> dict[str, Any] | None:
+    """Return the run that was begun last, with what its plan says."""
+    if following is None:
+        return None
+    facts = following.bundle.manifest
+    items = controller.fact.get("items", ())
+    item = next((one for one in items if one.get("number") == facts.get("number")), {})
+    return {
+        "name": following.bundle.path.name,
+        "number": facts.get("number"),
+        "of": facts.get("of"),
+        "mode": facts.get("mode"),
+        "asked": item.get("asked", ""),
+        "seconds": item.get("seconds"),
+        "rest_s": item.get("rest_s"),
+        "filming": following.filming,
+        "ended": following.ended,
+    }
+
+
+def _output(controller: Controller, following: Following | None) -> dict[str, str]:
+    """Return what is known of the supply's output; a controller that is gone knows nothing."""
+    if following is None:
+        return {"level": "plain", "text": "off" if controller.state == "alive" else ""}
+    if controller.state == "gone" and following.output == "on":
+        found = following.bundle.output_off
+        told = {"confirmed": ("plain", "off, confirmed"), "unconfirmed": ("alarm", "MAY BE ON")}
+        level, text = told.get(str(found), ("alarm", "not known"))
+        return {"level": level, "text": text}
+    level = {"on": "live", "OFF NOT CONFIRMED": "alarm"}.get(following.output, "plain")
+    return {"level": level, "text": following.output}
+
+
+def _banner(controller: Controller, following: Following | None) -> _Banner | None:
+    match controller.state:
+        case "gone":
+            title = controller.fact.get("title", "a run")
+            died = (
+                f"Process {controller.fact.get('pid')}, which carried out “{title}”, ended without "
+                "a word: it was killed, or crashed."
+            )
+            return _Banner("alarm", "Controller gone", f"{died} {_left_behind(following)}")
+        case "silent":
+            return _Banner(
+                "alarm",
+                "Controller does not answer",
+                f"Process {controller.fact.get('pid')} hangs. Where its output is on, its guardian "
+                f"switches off within a second. If anything moves, use {OWN_SWITCH}.",
+            )
+        case "ended":
+            ended = controller.shown["ended"]
+            level, title = _ENDED.get(ended["kind"], ("alarm", "Failed"))
+            if "OUTPUT MAY BE ON" in ended["text"]:
+                level = "alarm"
+            said = "" if ended["kind"] == "complete" else ended["text"]
+            return _Banner(level, title, said)
+        case _:
+            return None
+
+
+def _left_behind(following: Following | None) -> str:
+    """Tell what became of the output of a run whose process died."""
+    if following is None or following.output in ("not on yet", "off, confirmed"):
+        return "Its output was off."
+    found = following.bundle.output_off
+    events = following.bundle.read_guardian()
+    if found == "confirmed":
+        trips = [event["reason"] for event in events if event["event"] == "trip"]
+        why = f" ({trips[-1]})" if trips else ""
+        return f"Its guardian switched the output off, and read back that it is off{why}."
+    if found == "unconfirmed":
+        return f"OUTPUT MAY BE ON: its guardian could not confirm off. Use {OWN_SWITCH} now."
+    if not events:
+        return f"No guardian watched its output. If anything moves, use {OWN_SWITCH}."
+    return f"Its guardian has not said yet that the output is off. Be ready to use {OWN_SWITCH}."
