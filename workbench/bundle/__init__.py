@@ -19,14 +19,15 @@ carries its own sha256.
 
 Not here: searching many bundles (`catalogue`), what the numbers mean (`motion`). To keep another
 file in a bundle, give it a name in `names.py` and a method in `folder.py`; to check one more kind
-of damage, a line in `sealing.py`. Numpy and pyarrow are loaded with the first time series only, so
+of damage, a line in `damage.py`. Numpy and pyarrow are loaded with the first time series only, so
 that thousands of bundles can be listed at once.
 """
 
+from workbench.bundle.damage import damaged_files, verify
 from workbench.bundle.finding import bundle_names, find_folder
 from workbench.bundle.folder import Bundle, Document, Series, Status, View
 from workbench.bundle.remarks import Remark, Remarks, Verdict, add_remark, read_remarks
-from workbench.bundle.sealing import damaged_files, sha256, verify
+from workbench.bundle.sealing import sha256
 from workbench.bundle.stamp import Stamp, stamp
 
 __all__ = [
