@@ -26,13 +26,14 @@ that thousands of bundles can be listed at once.
 from workbench.bundle.damage import damaged_files, verify
 from workbench.bundle.finding import bundle_names, find_folder
 from workbench.bundle.folder import Bundle, Document, Series, Status, View
-from workbench.bundle.remarks import Remark, Remarks, Verdict, add_remark, read_remarks
+from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
 from workbench.bundle.stamp import Stamp, stamp
 
 __all__ = [
     "Bundle",
     "Document",
+    "Kind",
     "Remark",
     "Remarks",
     "Series",

@@ -47,7 +47,7 @@ def _cut_off(path: Path) -> list[str]:
         what = told if (path / MANIFEST).exists() else "missing"
         return [f"{CHECKSUMS}: missing; the run was cut off", f"{MANIFEST}: {what}", *_torn(path)]
     off = f"; output off: {bundle.output_off}" if bundle.output_off else ""
-    status = bundle.manifest["status"]
+    status = bundle.manifest.get("status", "unknown")
     told = f"{CHECKSUMS}: missing; the run was cut off (status {status}){off}"
     return [told, *_torn(path)]
 

@@ -54,8 +54,8 @@ def find_folder(run: Path, root: Path) -> Path:
         more = f" and {len(fitting) - _TOLD} older ones" if len(fitting) > _TOLD else ""
         newest = ", ".join(fitting[: -_TOLD - 1 : -1])
         raise InputError(
-            f"{wanted!r} fits {len(fitting)} runs in {root}: {newest}{more}; type more of the name, "
-            "or its number in `workbench runs list`"
+            f"{wanted!r} fits {len(fitting)} runs in {root}: {newest}{more}; type more of the "
+            "name, or its number in `workbench runs list`"
         )
     guess = did_you_mean(wanted, names)
     raise InputError(

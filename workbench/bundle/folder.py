@@ -133,7 +133,7 @@ class Bundle:
             os.fsync(file.fileno())
 
     def read_journal(self) -> list[dict[str, Any]]:
-        """Return the events; a last line cut short by a crash is left out."""
+        """Return the events; a line cut short by a crash, or damaged, is left out."""
         return _events(self.path / JOURNAL)
 
     def read_guardian(self) -> list[dict[str, Any]]:
@@ -272,10 +272,17 @@ class Bundle:
 
 
 def _events(path: Path) -> list[dict[str, Any]]:
+    """Return the events of a file; a line that is none, cut short or damaged, is left out."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return []
     events: list[dict[str, Any]] = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+    for line in text.splitlines():
         try:
-            events.append(json.loads(line))
+            event = json.loads(line)
         except json.JSONDecodeError:
-            break
+            continue
+        if isinstance(event, dict):
+            events.append(event)
     return events

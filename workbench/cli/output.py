@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from rich.console import Console
 from rich.table import Table
 
+from workbench.cli.plain import JsonFlag, RunsFolder, emit
 from workbench.errors import InputError
-from workbench.review import QUANTITIES
+from workbench.quantities import QUANTITIES
 
 __all__ = [
     "JsonFlag",
@@ -28,11 +26,6 @@ __all__ = [
     "tell",
 ]
 
-JsonFlag = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-RunsFolder = Annotated[
-    Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
-]
-
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
 people = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -42,21 +35,6 @@ people = Console(stderr=True, highlight=False, soft_wrap=True)
 def tell(text: str) -> None:
     """Tell the phase that begins."""
     people.print(f"  {text}", style="dim", markup=False)
-
-
-def emit(result: Mapping[str, Any]) -> None:
-    """Print the one JSON object; what is no number becomes null."""
-    print(json.dumps(_finite(result), indent=2, ensure_ascii=False, default=str))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not (abs(value) < float("inf")):
-        return None
-    return value
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from workbench.bench import Operator, load_bench, make_bench
 from workbench.bundle import Bundle
+from workbench.catalogue import describe
 from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
     JsonFlag,
@@ -24,7 +25,7 @@ from workbench.experiment import read_experiment
 from workbench.protocol import BenchFile
 from workbench.resume import resume as go_on
 
-__all__ = ["describe", "operator_of", "run"]
+__all__ = ["operator_of", "run"]
 
 
 def run(
@@ -76,13 +77,6 @@ def run(
 def operator_of(bench: BenchFile) -> Operator:
     """Return who answers the prompts of a bench: nobody has to where it is virtual."""
     return TerminalOperator() if bench.virtual is None else QuietOperator()
-
-
-def describe(bundle: Bundle) -> dict[str, Any]:
-    """Return a bundle's JSON object: path, status, real, twin, error."""
-    facts = bundle.manifest
-    keys = ("status", "mode", "role", "real", "twin", "error_mm", "error_foot_mm", "error_top_mm")
-    return {"bundle": str(bundle.path)} | {key: facts.get(key) for key in (*keys, "warnings")}
 
 
 def _report(done: list[Bundle]) -> dict[str, Any]:
