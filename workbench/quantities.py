@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["QUANTITIES", "Quantity"]
+__all__ = ["QUANTITIES", "Quantity", "unit_of"]
 
 
 class Quantity(NamedTuple):
@@ -32,3 +32,27 @@ QUANTITIES: dict[str, Quantity] = {
     "damping_ratio": Quantity("Damping ratio", "%", 1e2, 2),
 }
 """Name of a number in a summary -> how it is shown."""
+
+_UNITS = {
+    "_rad_s": "rad/s",
+    "_mm": "mm",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_m": "m",
+    "_s": "s",
+    "_V": "V",
+    "_A": "A",
+    "_N": "N",
+    "_W": "W",
+}
+
+
+def unit_of(name: str) -> tuple[str, str]:
+    """Return the end of a name that tells its unit, and the unit; twice nothing without one.
+
+    By custom names end in their unit: `foot_x_m`, `rotor_speed_rad_s`.
+    """
+    for suffix, unit in _UNITS.items():
+        if name.endswith(suffix):
+            return suffix, unit
+    return "", ""

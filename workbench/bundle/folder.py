@@ -191,12 +191,16 @@ class Bundle:
             RecordError: when it cannot be written.
         """
         text = json.dumps(content, indent=2, ensure_ascii=False, default=str) + "\n"
-        with replaced(self.path / f"{kind}.json") as draft:
+        with replaced(self.resolved(kind)) as draft:
             draft.write_text(text, encoding="utf-8")
 
     def document(self, kind: Document) -> Path:
         """Return the path of a YAML file kept here."""
         return self.path / f"{kind}.yaml"
+
+    def resolved(self, kind: Document) -> Path:
+        """Return the path of what a file came to; not every kind is kept so."""
+        return self.path / f"{kind}.json"
 
     @property
     def take_folder(self) -> Path:

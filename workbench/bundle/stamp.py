@@ -13,8 +13,6 @@ Stamp = tuple[int, int, int, int, int, int]
 """Time of change [ns], size [byte] and number of the manifest's file, time and size of the remarks,
 and 1 where there are checksums. Zeros stand for a file that is not there."""
 
-_MISSING = (0, 0, 0)
-
 
 def stamp(folder: str, closed: bool) -> Stamp:
     """Return what changes when a bundle's manifest or remarks do.
@@ -27,10 +25,10 @@ def stamp(folder: str, closed: bool) -> Stamp:
         found = os.stat(f"{folder}/{MANIFEST}")
         manifest = (found.st_mtime_ns, found.st_size, found.st_ino)
     except OSError:
-        manifest = _MISSING
+        manifest = (0, 0, 0)
     try:
         found = os.stat(f"{folder}/{REMARKS}")
         remarks = (found.st_mtime_ns, found.st_size)
     except OSError:
-        remarks = _MISSING[:2]
+        remarks = (0, 0)
     return (*manifest, *remarks, 1 if closed else int(os.path.exists(f"{folder}/{CHECKSUMS}")))

@@ -18,10 +18,19 @@ RUNS = {
         "runs_look",
         "Show one run: real against twin, what its manifest tells, and what people said of it.",
     ),
+    "diff": Verb(
+        "runs_diff",
+        "Tell what two runs differ in: what was asked, protocol, model, shape, bench, results.",
+    ),
     "verify": Verb(
         "runs_look",
         "Check every checksum; exit code 1 when a file is missing, changed or unknown.",
         "verify_runs",
+    ),
+    "export": Verb(
+        "runs_export",
+        "Pack runs with all that a colleague needs, and a README that says what each column is.",
+        "export_runs",
     ),
     "tag": Verb("runs_say", "Give a run tags, by which it can be found again."),
     "note": Verb(
