@@ -40,16 +40,11 @@ def damaged_files(problems: list[str]) -> frozenset[str]:
 
 def _cut_off(path: Path) -> list[str]:
     """Return what is wrong with a run that was never finished, as far as its files can tell."""
-    try:
-        bundle = Bundle.open(path)
-    except InputError as error:
-        told = str(error).removeprefix(f"{path / MANIFEST}: ")
-        what = told if (path / MANIFEST).exists() else "missing"
-        return [f"{CHECKSUMS}: missing; the run was cut off", f"{MANIFEST}: {what}", *_torn(path)]
+    bundle, lost = Bundle.recover(path)
     off = f"; output off: {bundle.output_off}" if bundle.output_off else ""
     status = bundle.manifest.get("status", "unknown")
     told = f"{CHECKSUMS}: missing; the run was cut off (status {status}){off}"
-    return [told, *_torn(path)]
+    return [told, *([lost] if lost else []), *_torn(path)]
 
 
 def _torn(path: Path) -> Iterator[str]:

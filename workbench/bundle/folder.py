@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from workbench.bundle.finding import find_folder
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE, WIRE
+from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
 from workbench.bundle.writing import replaced, told
-from workbench.errors import InputError
+from workbench.errors import InputError, RecordError
 
 if TYPE_CHECKING:
     from workbench.timeseries import TimeSeries
@@ -82,6 +83,19 @@ class Bundle:
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
             raise InputError(f"{path / MANIFEST}: not a manifest of schema {_SCHEMA}")
         return cls(path, manifest)
+
+    @classmethod
+    def recover(cls, path: Path) -> tuple[Bundle, str]:
+        """Open a bundle however damaged its manifest is, and say what is wrong with that.
+
+        Returns:
+            the bundle, with what can still be read, and a sentence, empty where all can.
+        """
+        try:
+            return cls.open(path), ""
+        except InputError as error:
+            lost = str(error).removeprefix(f"{path}: ").removeprefix(f"{path / MANIFEST}: ")
+            return cls(path, recovered_manifest(path)), f"{MANIFEST}: {lost}"
 
     @classmethod
     def find(cls, run: Path, root: Path) -> Bundle:
@@ -221,10 +235,26 @@ class Bundle:
                 shutil.copyfile(source, draft)
         return target
 
+    def write_take(self, name: str, write: Callable[[Path], None]) -> Path:
+        """Let somebody write an export that exists nowhere else, and return its place.
+
+        Raises:
+            RecordError: when it cannot be written; then nothing of it stays.
+        """
+        target = self.take_folder / name
+        with replaced(target) as draft:
+            write(draft)
+        return target
+
     def has_take(self) -> bool:
         """Tell whether an export was added."""
+        return bool(self._takes())
+
+    def _takes(self) -> list[Path]:
+        """Return the exports; a draft that was cut off is none."""
         folder = self.path / TAKE
-        return folder.is_dir() and any(folder.iterdir())
+        inside = folder.iterdir() if folder.is_dir() else ()
+        return sorted(file for file in inside if not file.name.startswith("."))
 
     def take(self) -> Path:
         """Return the raw export.
@@ -232,7 +262,7 @@ class Bundle:
         Raises:
             InputError: when there is none.
         """
-        files = sorted(self.take_folder.iterdir())
+        files = self._takes()
         if not files:
             raise InputError(f"{self.path}: holds no take")
         return files[0]
@@ -264,6 +294,19 @@ class Bundle:
     def view(self, kind: View) -> Path:
         """Return the path of a view."""
         return self.path / _VIEWS[kind]
+
+    def write_view(self, kind: View, write: Callable[[Path], None]) -> None:
+        """Let somebody draw a view; the one before stays until it is done.
+
+        Raises:
+            RecordError: when it cannot be written; then nothing of it stays.
+        """
+        path = self.view(kind)
+        try:
+            with replaced(path) as draft:
+                write(draft)
+        except RuntimeError as error:  # what rerun makes of a full disk
+            raise RecordError(f"{path}: cannot be written ({error}); is the disk full?") from error
 
     def is_closed(self) -> bool:
         """Tell whether checksums were written; a run that was cut off has none."""

@@ -21,14 +21,15 @@ def stamp(folder: str, closed: bool) -> Stamp:
         folder: its path; a text, for making a `Path` costs more than the look.
         closed: whether checksums were there before: they do not vanish, and need no new look.
     """
+    changed, size, file = _seen(f"{folder}/{MANIFEST}")
+    said, length, _ = _seen(f"{folder}/{REMARKS}")
+    sealed = 1 if closed else int(os.path.exists(f"{folder}/{CHECKSUMS}"))
+    return changed, size, file, said, length, sealed
+
+
+def _seen(path: str) -> tuple[int, int, int]:
     try:
-        found = os.stat(f"{folder}/{MANIFEST}")
-        manifest = (found.st_mtime_ns, found.st_size, found.st_ino)
+        found = os.stat(path)
     except OSError:
-        manifest = (0, 0, 0)
-    try:
-        found = os.stat(f"{folder}/{REMARKS}")
-        remarks = (found.st_mtime_ns, found.st_size)
-    except OSError:
-        remarks = (0, 0)
-    return (*manifest, *remarks, 1 if closed else int(os.path.exists(f"{folder}/{CHECKSUMS}")))
+        return 0, 0, 0
+    return found.st_mtime_ns, found.st_size, found.st_ino

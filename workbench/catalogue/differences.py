@@ -21,7 +21,8 @@ ABSENT = object()
 _RESULTS = ("status", "error", "output_off", "real", "twin", "error_mm", "error_foot_mm",
             "error_top_mm", "rotor_speed_rad_s", "release", "warnings")  # fmt: skip
 _ASKED = ("title", "kind", "mode", "role", "repeat", "rest_s", "duration_s", "voltage_V",
-          "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels", "answers", "operator")  # fmt: skip
+          "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels", "answers",
+          "operator")  # fmt: skip
 _MACHINE = ("bench", "calibration", "supply")
 
 

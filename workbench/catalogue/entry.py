@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle import Bundle, read_remarks
-from workbench.errors import InputError
 
 __all__ = ["COLUMNS", "UNFINISHED", "UNREADABLE", "Entry", "describe", "read_entry"]
 
@@ -98,19 +97,15 @@ def read_entry(folder: Path, closed: bool) -> Entry:
         closed: whether it has checksums.
     """
     said = read_remarks(folder)
-    try:
-        facts = Bundle.open(folder).manifest
-        status = _text(facts["status"]) if closed else UNFINISHED
-        title = _text(facts.get("title"))
-    except (InputError, KeyError) as error:
-        facts, status = {}, UNREADABLE
-        title = str(error).removeprefix(f"{folder}/").removeprefix(f"{folder}: ")
+    bundle, lost = Bundle.recover(folder)
+    facts = bundle.manifest
+    status = _text(facts.get("status")) if closed else UNFINISHED
     speeds = _speeds(facts)
     return Entry(
         name=folder.name,
-        created=_text(facts.get("created")) or _created(folder.name),
-        status=status,
-        title=title,
+        created=_text(facts.get("created")),
+        status=UNREADABLE if lost else status,
+        title=lost or _text(facts.get("title")),
         mode=_text(facts.get("mode")),
         model=_text(facts.get("model")),
         shape=_text(facts.get("shape")),
@@ -147,12 +142,6 @@ def _speeds(facts: Mapping[str, Any]) -> list[float]:
 def _operator(facts: Mapping[str, Any]) -> str:
     """Return who was typed in where the protocol asks for it, else whose account it was."""
     return _text(_inside(facts, "answers").get("operator")) or _text(facts.get("operator"))
-
-
-def _created(name: str) -> str:
-    """Return the time in a folder's name as ISO 8601."""
-    day, clock = name[:10], name[11:17]
-    return f"{day}T{clock[:2]}:{clock[2:4]}:{clock[4:6]}"
 
 
 def _inside(facts: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator, Sequence
 from csv import writer
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from workbench.bundle import Bundle, read_remarks, verify
@@ -105,10 +105,7 @@ def export(folders: Sequence[Path], target: Path, csv: bool, mat: bool) -> Expor
 def _read(folder: Path) -> _Run:
     problems = verify(folder)
     entry = read_entry(folder, closed=True)
-    try:
-        bundle = Bundle.open(folder)
-    except InputError:
-        bundle = Bundle(folder)
+    bundle, _ = Bundle.recover(folder)
     traces, lost = read_traces(bundle)
     return _Run(folder, entry, bundle.manifest, traces, problems + lost)
 
@@ -185,7 +182,7 @@ bundles/RUN/   everything that belongs to a run, unchanged. report.html opens in
                the cameras; remarks.jsonl what people said of it.
 checksums.txt  sha256 of every file: sha256sum -c checksums.txt; each bundle has its own as well."""
 _CSV = """\
-csv/RUN/*.csv  the traces, comma separated, a head line with units. An empty cell: nothing was seen."""
+csv/RUN/*.csv  the traces, comma separated, a head line with units. Empty cell: nothing was seen."""
 _MAT = """\
 mat/RUN.mat    the same for MATLAB and Octave: load RUN.mat, then run.measured.time_s,
                run.measured.foot_x_m, run.measured.units. NaN: nothing was seen.
@@ -237,7 +234,7 @@ def _sha256(content: Content) -> str:
         return hashlib.file_digest(source, "sha256").hexdigest()
 
 
-def _source(content: Content) -> BinaryIO:
+def _source(content: Content) -> io.BufferedReader | io.BytesIO:
     return content.open("rb") if isinstance(content, Path) else io.BytesIO(content)
 
 

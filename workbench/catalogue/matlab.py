@@ -21,7 +21,7 @@ __all__ = ["as_mat"]
 _LONGEST = 63  # MATLAB's namelengthmax
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _HEAD = b"MATLAB 5.0 MAT-file, written by the hopping workbench".ljust(116)
-"""The text before a MAT-file's data; scipy writes the time there, and files would never be equal."""
+"""The text before the data; scipy writes the time there, and no two files would be equal."""
 _FACTS = ("id", "title", "status", "mode", "role", "model", "shape", "operator", "created",
           "speed_rad_s", "voltage_V", "pull_N", "height_m", "duration_s", "error_mm")  # fmt: skip
 

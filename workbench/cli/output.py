@@ -14,6 +14,7 @@ from workbench.errors import InputError
 from workbench.quantities import QUANTITIES
 
 __all__ = [
+    "ERRORS",
     "JsonFlag",
     "QuietOperator",
     "RunsFolder",
@@ -26,6 +27,7 @@ __all__ = [
     "tell",
 ]
 
+ERRORS = ("error_mm", "error_foot_mm", "error_top_mm")
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
 people = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -60,8 +62,9 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
     ]  # fmt: skip
     show_table(manifest["title"], ["", "real", "twin", "twin - real"], rows)
     Console(highlight=False).print(
-        f"error of the twin: {manifest['error_mm']:.1f} mm rms "
-        f"(foot {manifest['error_foot_mm']:.1f}, T {manifest['error_top_mm']:.1f})"
+        "error of the twin: {:.1f} mm rms (foot {:.1f}, T {:.1f})".format(
+            *(manifest[key] for key in ERRORS)
+        )
     )
 
 

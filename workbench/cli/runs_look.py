@@ -7,8 +7,8 @@ from pathlib import Path
 import typer
 
 from workbench.bundle import Bundle, find_folder, read_remarks, verify
-from workbench.cli.output import comparison_table, show_table
-from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit
+from workbench.cli.output import ERRORS, comparison_table, show_table
+from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
 
 __all__ = ["show", "verify_runs"]
 
@@ -18,14 +18,16 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
 
     Example: workbench runs show hop-16.99
     """
-    bundle = Bundle.find(run, folder)
+    bundle, lost = Bundle.recover(find_folder(run, folder))
+    if lost:
+        remark_on(f"damaged: {lost}; what can still be read is shown")
     said = read_remarks(bundle.path)
     if as_json:
         notes = [{"at": one.at, "who": one.who, "text": one.text} for one in said.notes]
         told = {"verdict": said.verdict, "tags": said.tags, "notes": notes}
         emit(bundle.manifest | {"bundle": str(bundle.path)} | told)
         return
-    if "real" in bundle.manifest:
+    if bundle.manifest.keys() >= {"real", "twin", *ERRORS}:
         comparison_table(bundle.manifest)
     rows = [
         [key, str(value)]
@@ -44,7 +46,8 @@ def verify_runs(
 
     Example: workbench runs verify hop-16.99
     """
-    problems = {str(path): verify(find_folder(path, folder)) for path in paths}
+    folders = [find_folder(path, folder) for path in paths]
+    problems = {str(one): verify(one) for one in folders}
     bad = any(problems.values())
     if as_json:
         emit({"ok": not bad, "problems": problems})
