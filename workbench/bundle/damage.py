@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from workbench.bundle.folder import Bundle
@@ -33,7 +33,7 @@ def verify(path: Path) -> list[str]:
     return found + faults_of_remarks(path)
 
 
-def damaged_files(problems: list[str]) -> frozenset[str]:
+def damaged_files(problems: Iterable[str]) -> frozenset[str]:
     """Return the names of the files that the sentences of `verify` are about."""
     return frozenset(problem.partition(": ")[0] for problem in problems)
 

@@ -45,8 +45,10 @@ def find_folder(run: Path, root: Path) -> Path:
     names, wanted = bundle_names(root), str(run)
     if wanted in names:
         return root / wanted
-    if wanted.isdecimal() and 1 <= int(wanted) <= len(names):
-        return root / names[int(wanted) - 1]
+    if wanted.isdecimal():
+        if 1 <= int(wanted) <= len(names):
+            return root / names[int(wanted) - 1]
+        raise InputError(f"run {wanted}: {root} holds {len(names)} runs, numbered from 1")
     fitting = [name for name in names if wanted.casefold() in name.casefold()]
     if len(fitting) == 1:
         return root / fitting[0]

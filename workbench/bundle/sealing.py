@@ -12,6 +12,7 @@ from workbench.bundle.writing import replaced
 __all__ = ["against_checksums", "seal", "sealed_files", "sha256"]
 
 _ENTRY = re.compile(r"([0-9a-f]{64})  (.+)")  # as sha256sum writes and checks it
+_UNSURE = f"not as {CHECKSUMS} has it, which was changed itself"
 _OWN = "# sha256 of the lines above: "  # a comment to sha256sum
 
 
@@ -49,7 +50,8 @@ def against_checksums(path: Path) -> list[str]:
         if file is None:
             problems.append(f"{name}: missing")
         elif sha256(file) != digest:
-            problems.append(f"{name}: changed since the run was finished")
+            since = "changed since the run was finished" if trusted else _UNSURE
+            problems.append(f"{name}: {since}")
     unknown = files if trusted else {}  # a list that was cut short may well have named them
     return problems + [f"{name}: not in {CHECKSUMS}" for name in unknown]
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple, TypeVar
 
 from workbench.bundle import Stamp, bundle_names, stamp
 from workbench.catalogue.entry import COLUMNS, Entry, as_row, read_entry
@@ -22,6 +23,7 @@ from workbench.errors import InputError, did_you_mean
 __all__ = ["INDEX", "Found", "rebuild", "search"]
 
 Tell = Callable[[str], None]
+_T = TypeVar("_T")
 
 INDEX = ".catalogue.sqlite"
 """Name of the file; hidden, so that `runs/*` stands for bundles alone."""
@@ -62,20 +64,9 @@ def search(root: Path, query: Query, tell: Tell) -> Found:
         InputError: when no run at all has such a mode, status or verdict.
     """
     names = bundle_names(root)
-    with closing(_up_to_date(root, names, tell)) as base:
-        _refuse_unheard_of(base, query)
-        condition, values = conditions(query)
-        (matching,) = base.execute(
-            f"SELECT count(*) FROM runs WHERE {condition}", values
-        ).fetchone()
-        rows = base.execute(
-            f"SELECT {', '.join(COLUMNS)} FROM runs WHERE {condition} "
-            f"ORDER BY {SORTS[query.sort]} DESC, name DESC LIMIT ?",
-            [*values, -1 if query.limit is None else query.limit],
-        ).fetchall()
-    entries = tuple(Entry(*row) for row in reversed(rows))
-    numbers = tuple(bisect_left(names, entry.name) + 1 for entry in entries)
-    return Found(entries, numbers, matching, len(names))
+    found = _asked(root, names, tell, False, lambda base: _select(base, query))
+    numbers = tuple(bisect_left(names, entry.name) + 1 for entry in found.entries)
+    return Found(found.entries, numbers, found.matching, len(names))
 
 
 def rebuild(root: Path, tell: Tell) -> int:
@@ -86,29 +77,58 @@ def rebuild(root: Path, tell: Tell) -> int:
         tell: as in `search`.
     """
     names = bundle_names(root)
-    _up_to_date(root, names, tell, anew=True).close()
+    _asked(root, names, tell, True, lambda base: None)
     return len(names)
 
 
-def _up_to_date(
-    root: Path, names: Sequence[str], tell: Tell, anew: bool = False
-) -> sqlite3.Connection:
-    """Return the index of the bundles named, as they are on disk now."""
+class _Selected(NamedTuple):
+    """Entries in the order asked for, and how many there are without the limit."""
+
+    entries: tuple[Entry, ...]
+    matching: int
+
+
+def _select(base: sqlite3.Connection, query: Query) -> _Selected:
+    _refuse_unheard_of(base, query)
+    condition, values = conditions(query)
+    where = f"FROM runs WHERE {condition}"
+    (matching,) = base.execute(f"SELECT count(*) {where}", values).fetchone()
+    rows = base.execute(
+        f"SELECT {', '.join(COLUMNS)} {where} ORDER BY {SORTS[query.sort]} DESC, name DESC LIMIT ?",
+        [*values, -1 if query.limit is None else query.limit],
+    ).fetchall()
+    return _Selected(tuple(Entry(*row) for row in reversed(rows)), matching)
+
+
+def _asked(
+    root: Path,
+    names: Sequence[str],
+    tell: Tell,
+    anew: bool,
+    ask: Callable[[sqlite3.Connection], _T],
+) -> _T:
+    """Bring the index up to date with the bundles named, ask it, and mend what is wrong with it."""
+
+    def answer(base: sqlite3.Connection) -> _T:
+        with closing(base):
+            _refresh(base, root, names, anew)
+            return ask(base)
+
     path = root / INDEX
     if not root.is_dir():
-        return _refreshed(_opened(_MEMORY, tell), root, names, anew)
+        return answer(_opened(_MEMORY, tell))
     try:
-        return _refreshed(_opened(str(path), tell), root, names, anew)
+        return answer(_opened(str(path), tell))
     except sqlite3.DatabaseError as error:
         if not _is_damage(error):
             tell(f"{path}: cannot be used ({error}); the runs are searched without it")
-            return _refreshed(_in_memory(path, tell), root, names, anew)
+            return answer(_in_memory(path, tell))
         tell(f"{path}: damaged ({error}); made again from the bundles")
     try:
         path.unlink(missing_ok=True)
-        return _refreshed(_opened(str(path), tell), root, names, anew)
+        return answer(_opened(str(path), tell))
     except (OSError, sqlite3.DatabaseError):  # somebody else has it open, or keeps it
-        return _refreshed(_opened(_MEMORY, tell), root, names, anew)
+        return answer(_opened(_MEMORY, tell))
 
 
 def _is_damage(error: sqlite3.DatabaseError) -> bool:
@@ -146,26 +166,20 @@ def _in_memory(path: Path, tell: Tell) -> sqlite3.Connection:
     return copy
 
 
-def _refreshed(
-    base: sqlite3.Connection, root: Path, names: Sequence[str], anew: bool
-) -> sqlite3.Connection:
+def _refresh(base: sqlite3.Connection, root: Path, names: Sequence[str], anew: bool) -> None:
     """Read what changed since the index was made, and put it in."""
-    try:
-        known = _known(base)
-        changed = _changed(root, names, {} if anew else known)
-        entries = [as_row(read_entry(root / name, now[-1] == 1)) for name, now in changed]
-        gone = [[name] for name in known.keys() - set(names)]
-        if changed or gone:
-            base.execute("BEGIN IMMEDIATE")
-            for table in ("runs", "stamps"):
-                base.executemany(f"DELETE FROM {table} WHERE name = ?", gone)
-            base.executemany(_insert("runs", COLUMNS), entries)
-            base.executemany(_insert("stamps", _STAMPED), [(name, *now) for name, now in changed])
-            base.execute("COMMIT")
-    except BaseException:
-        base.close()
-        raise
-    return base
+    known = _known(base)
+    changed = _changed(root, names, {} if anew else known)
+    entries = [as_row(read_entry(root / name, now[-1] == 1)) for name, now in changed]
+    gone = [[name] for name in known.keys() - set(names)]
+    if not changed and not gone:
+        return
+    base.execute("BEGIN IMMEDIATE")
+    for table in ("runs", "stamps"):
+        base.executemany(f"DELETE FROM {table} WHERE name = ?", gone)
+    base.executemany(_insert("runs", COLUMNS), entries)
+    base.executemany(_insert("stamps", _STAMPED), [(name, *now) for name, now in changed])
+    base.execute("COMMIT")
 
 
 def _insert(table: str, columns: Sequence[str]) -> str:
