@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.bundle import Bundle, add_remark
+from workbench.bundle import Bundle, Document, Series, add_remark
 from workbench.timeseries import TimeSeries
 
 NOW = datetime(2026, 3, 12, 10, 15).astimezone()
@@ -21,6 +21,10 @@ TRACK = TimeSeries.of(
 )
 TWIN = TimeSeries.of(np.arange(3) / 200, {"foot_x_m": [0.0, 0.1, 0.2], "hinge_15_rad": [1, 2, 3]})
 SUPPLY = TimeSeries.of([0.0, 0.2], {"set_voltage_V": [0.0, 4.52], "current_A": [0.0, 0.11]})
+DOCUMENTS: tuple[Document, ...] = ("protocol", "bench", "model", "shape", "calibration")
+SERIES: dict[Series, TimeSeries] = {
+    "track": TRACK, "raw": TRACK, "twin": TWIN, "supply": SUPPLY,
+}  # fmt: skip
 
 
 def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **facts: Any) -> Bundle:
@@ -35,7 +39,7 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
     }  # fmt: skip
     status = facts.pop("status", "complete")
     bundle = Bundle.create(root, name, now, told | facts)
-    for kind in ("protocol", "bench", "model", "shape", "calibration"):
+    for kind in DOCUMENTS:
         bundle.write_document(kind, f"name: {kind}\nangles: [0.1, 0.2]\n")
     bundle.write_resolved("protocol", {"title": "Hop", "steps": [{"run": {"speed": 17.0}}]})
     bundle.write_resolved("bench", {"name": "virtual"})
@@ -44,7 +48,7 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
     bundle.wire('{"way": "sent", "bytes": "01 06"}')
     bundle.guardian_log.write_text('{"event": "off", "confirmed": true}\n', encoding="utf-8")
     bundle.write_take("take 1.csv", lambda path: _write(path, "Format Version,1.23\n1,2\n"))
-    for kind, series in (("track", TRACK), ("raw", TRACK), ("twin", TWIN), ("supply", SUPPLY)):
+    for kind, series in SERIES.items():
         bundle.write_series(kind, series, {"take": "abc"})
     bundle.write_view("recording", lambda path: _write(path, "RRF2 a recording"))
     bundle.write_view("report", lambda path: _write(path, "<html>the report</html>"))

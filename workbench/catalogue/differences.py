@@ -83,7 +83,7 @@ def _sections(bundle: Bundle) -> dict[str, object]:
         "machine": {key: facts[key] for key in _MACHINE if key in facts},
         "software": facts.get("versions", {}),
         "results": {key: facts[key] for key in _RESULTS if key in facts},
-        "remarks": {"verdict": said.verdict, "tags": sorted(said.tags)},
+        "remarks": {"verdict": said.verdict, "tags": " ".join(sorted(said.tags)) or None},
     }
 
 
@@ -96,7 +96,7 @@ def _content(bundle: Bundle, kind: Document) -> object:
         given = bundle.document(kind)
         return YAML(typ="safe", pure=True).load(given) if given.exists() else {}
     except (ValueError, YAMLError) as error:
-        return {"": f"cannot be read: {' '.join(str(error).split())}"}
+        return {"file": f"cannot be read: {' '.join(str(error).split())}"}
 
 
 def _leaves(value: object, path: str = "") -> Iterator[tuple[str, object]]:
