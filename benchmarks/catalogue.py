@@ -152,8 +152,8 @@ def print_table(root: Path, count: int) -> None:
         wall, processor = timed(root, words, before)
         told = "" if bar is None else f"{bar:.1f} {'met' if wall < bar else 'MISSED'}"
         print(f"{name:38} {wall:9.2f} {processor:14.2f} {told:>12}", flush=True)
-    start = timed(root, ["--help"], nothing)
-    print(f"{'floor: workbench runs --help':38} {start.wall:9.2f} {start.processor:14.2f}")
+    floor = timed(root / "none", ["list"], nothing)
+    print(f"{'floor: a list of no runs at all':38} {floor.wall:9.2f} {floor.processor:14.2f}")
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def test_csv_reads_back_equal_and_what_was_not_seen_is_empty(
         assert np.array_equal(cells[:, 0], series.times)
         seen = np.where(series.valid, series.values, np.nan)
         assert np.array_equal(cells[:, 1:], seen, equal_nan=True)
-    assert head[1:] == ["foot_x [m]", "rotor_speed [rad/s]"]
+    assert heading("rotor_speed_rad_s") == "rotor_speed [rad/s]"
 
 
 def test_the_overview_has_a_line_a_run_oldest_first(runs: list[Path], folder: Path) -> None:
