@@ -16,6 +16,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any
@@ -139,7 +140,7 @@ def _client(words: list[str], err: Path, pipe: Pipe) -> None:
 
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
-    verb = sys.modules["workbench.cli.run"]
+    verb = import_module("workbench.cli.run")
     vars(verb)["operator_of"] = lambda bench: QuietOperator()
     keep = Bundle.journal
 

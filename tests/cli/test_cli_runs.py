@@ -110,7 +110,7 @@ def test_a_damaged_manifest_is_listed_shown_and_named(workbench: Command, runs: 
     answer = workbench("runs", "verify", "1", "--json")
     assert answer.code == 1
     assert answer.json["problems"] == {
-        str(manifest.parent): ["manifest.json: changed since the run was finished"]
+        manifest.parent.name: ["manifest.json: changed since the run was finished"]
     }
 
 

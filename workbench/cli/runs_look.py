@@ -46,15 +46,17 @@ def verify_runs(
 
     Example: workbench runs verify hop-16.99
     """
-    folders = [find_folder(path, folder) for path in paths]
-    problems = {str(one): verify(one) for one in folders}
+    found = [(path, find_folder(path, folder)) for path in paths]
+    problems = {
+        str(path) if path.name == one.name else one.name: verify(one) for path, one in found
+    }
     bad = any(problems.values())
     if as_json:
         emit({"ok": not bad, "problems": problems})
     else:
-        for path, found in problems.items():
-            print(f"{path}: {'ok' if not found else ''}")
-            for problem in found:
+        for path, wrong in problems.items():
+            print(f"{path}: {'ok' if not wrong else ''}")
+            for problem in wrong:
                 print(f"  {problem}")
     if bad:
         raise typer.Exit(1)
