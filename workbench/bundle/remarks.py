@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from workbench.bundle.names import REMARKS
 from workbench.bundle.writing import told
@@ -30,6 +30,7 @@ __all__ = [
 Verdict = Literal["good", "bad", "none"]
 Kind = Literal["tag", "untag", "note", "verdict"]
 
+_KEYS = ("at", "who", "kind", "text")
 _SUM = "sha256"
 
 
@@ -74,10 +75,10 @@ class Remarks:
             case "note":
                 return Remarks(self.verdict, self.tags, (*self.notes, one))
             case "verdict":
-                verdict: Verdict = (
-                    "good" if one.text == "good" else "bad" if one.text == "bad" else "none"
-                )
+                verdict = next((word for word in get_args(Verdict) if word == one.text), "none")
                 return Remarks(verdict, self.tags, self.notes)
+            case _:  # of a later version of the workbench
+                return self
 
     def _without(self, tag: str) -> tuple[str, ...]:
         return tuple(one for one in self.tags if one != tag)
@@ -132,9 +133,9 @@ def _read(line: str) -> Remark | None:
         facts = json.loads(line)
     except json.JSONDecodeError:
         return None
-    if not isinstance(facts, dict):
+    if not isinstance(facts, dict) or facts.keys() != {*_KEYS, _SUM}:
         return None
-    facts.pop(_SUM, None)
+    facts.pop(_SUM)
     return Remark(**facts) if line == _written(facts) else None
 
 
