@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 from workbench.bundle.names import REMARKS
 from workbench.bundle.writing import told
@@ -30,6 +30,7 @@ __all__ = [
 Verdict = Literal["good", "bad", "none"]
 Kind = Literal["tag", "untag", "note", "verdict"]
 
+_VERDICTS: dict[str, Verdict] = {"good": "good", "bad": "bad"}
 _KEYS = ("at", "who", "kind", "text")
 _SUM = "sha256"
 
@@ -75,8 +76,7 @@ class Remarks:
             case "note":
                 return Remarks(self.verdict, self.tags, (*self.notes, one))
             case "verdict":
-                verdict = next((word for word in get_args(Verdict) if word == one.text), "none")
-                return Remarks(verdict, self.tags, self.notes)
+                return Remarks(_VERDICTS.get(one.text, "none"), self.tags, self.notes)
             case _:  # of a later version of the workbench
                 return self
 
