@@ -46,6 +46,7 @@ bench: install
 	$(BIN)/python benchmarks/optimize.py --only speed
 	$(BIN)/python benchmarks/wire.py
 	$(BIN)/python benchmarks/photo.py
+	$(BIN)/python benchmarks/catalogue.py
 
 SEED ?= 1
 CASES ?= 40

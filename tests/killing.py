@@ -16,6 +16,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib import import_module
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any
@@ -145,7 +146,7 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool) -> None:
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
     if not attended:
-        at_desk = sys.modules["workbench.cli.attended"]
+        at_desk = import_module("workbench.cli.attended")
         vars(at_desk)["operator_of"] = lambda bench, desk: QuietOperator()
     keep = Bundle.journal
 

@@ -24,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("wire", ["registers of an RD6006", "readings of a E36312A", "wrong  processor s"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
+        ("catalogue", ["first list, no index yet", "search: speed, mode", "floor: a list of no"]),
         ("optimize", ["floor: bare mj_step loops", "ours: a search, 0 failed", "spread at most"]),
         ("search", ["smooth bowl, 96 evaluations, 2 seeds", "ours: cma", "scipy DE", "GNU Octave"]),
         (

@@ -244,9 +244,11 @@ class RealBench(Bench):
         collector = self.collector(window, bundle, operator, self._used)
         if self._recorder is not None:
             self.clock.sleep(_TAIL_S)
-            path = bundle.take_folder / f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
-            write_motive(self._recorder.stop(), path, version="1.24")
-            return collector.accept(path)
+            recorded = self._recorder.stop()
+            name = f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
+            return collector.accept(
+                bundle.write_take(name, lambda path: write_motive(recorded, path, version="1.24"))
+            )
         if self._folder is not None:
             return collector.wait(self._folder, self.file.tracking.takes_timeout)
         return collector.ask()
@@ -307,11 +309,14 @@ class VirtualBench(SimulatedBench):
         rng = np.random.default_rng([self.section.seed, self._takes])
         filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
-        path = bundle.take_folder / f"take {window.began:%Y-%m-%d %H.%M.%S}.csv"
-        if self.section.export == "row-1.0":
-            write_row(take, path, version="1.0")
-        else:
-            write_motive(take, path, version="1.23")
+
+        def write(path: Path) -> None:
+            if self.section.export == "row-1.0":
+                write_row(take, path, version="1.0")
+            else:
+                write_motive(take, path, version="1.23")
+
+        path = bundle.write_take(f"take {window.began:%Y-%m-%d %H.%M.%S}.csv", write)
         # runs with the same seed have the same takes
         return self.collector(window, bundle, operator, used={}).accept(path)
 

@@ -20,6 +20,7 @@ from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
+from workbench.operator_name import operator_name
 from workbench.pairing import pair
 from workbench.prompting import Answered, ask
 from workbench.protocol import (
@@ -180,6 +181,9 @@ class _Conductor:
             "of": len(self.experiment.plan.runs),
             "mode": run.mode,
             "role": run.role,
+            "model": self.experiment.model.content.name,
+            "shape": self.shape.content.name,
+            "operator": operator_name(),
             "repeat": run.repeat,
             **self.course.facts(run.number),
             "rest_s": run.rest,

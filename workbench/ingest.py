@@ -11,6 +11,7 @@ from workbench.bundle import Bundle, verify
 from workbench.engine import Progress
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
+from workbench.operator_name import operator_name
 from workbench.pairing import pair
 from workbench.protocol import (
     BenchFile,
@@ -49,7 +50,10 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
     for number, run in enumerate(sheet.content.runs, start=1):
         progress(f"{run.take}")
         bundle = Bundle.create(
-            root, _name(run), datetime.now().astimezone(), _facts(sheet, run, number)
+            root,
+            _name(run),
+            datetime.now().astimezone(),
+            _facts(sheet, run, number) | {"model": model.content.name, "shape": shape.content.name},
         )
         bundle.write_document("sheet", sheet.text)
         bundle.write_document("model", model.text)
@@ -153,6 +157,7 @@ def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]
         "of": len(sheet.content.runs),
         "mode": run.mode,
         "role": run.role,
+        "operator": operator_name(),
         "voltage_V": run.voltage,
         "speed_rad_s": speed,
         "pull_N": run.pull,

@@ -104,8 +104,8 @@ def pair(bundle: Bundle) -> Comparison:
     comparison = _compare(bundle, *made)
     _note(bundle, comparison, track, made.command, made.release, made.outcome)
     bundle.note(_signals(bundle, track, twin, made.command))
-    write_recording(comparison, bundle.view("recording"))
-    write_report(comparison, bundle.view("report"))
+    bundle.write_view("recording", lambda path: write_recording(comparison, path))
+    bundle.write_view("report", lambda path: write_report(comparison, path))
     return comparison
 
 

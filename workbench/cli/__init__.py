@@ -2,7 +2,8 @@
 
 Results go to stdout (with `--json` one object), text for people about the progress to stderr.
 Errors of `workbench.errors` end with their exit code and their message, without a traceback. To
-add a verb: one file with a function, and one line in `app.py`.
+add a verb: one file with a function, and its name and sentence in `VERBS` of `app.py`; it is
+imported when it is called.
 """
 
 from workbench.cli.app import main

@@ -7,62 +7,84 @@ import sys
 from types import FrameType
 
 import typer
-from rich.console import Console
 
 import workbench
-from workbench.cli.calibrate import calibrate
-from workbench.cli.diagnose import diagnose
-from workbench.cli.doctor import doctor
-from workbench.cli.identify import identify
-from workbench.cli.ingest import ingest
-from workbench.cli.investigate import investigate
-from workbench.cli.live import live
-from workbench.cli.modes import modes
-from workbench.cli.optimize import optimize
-from workbench.cli.panel import panel
-from workbench.cli.resonances import resonances
-from workbench.cli.review import review
-from workbench.cli.run import run
-from workbench.cli.runs import runs
-from workbench.cli.schema import schema
-from workbench.cli.simulate import simulate
-from workbench.cli.supply import supply
-from workbench.cli.template_photo import template
-from workbench.cli.thesis import thesis
+from workbench.cli.lazy import Verb, lazy_group
 from workbench.errors import Interrupted, WorkbenchError
 
-__all__ = ["app", "main"]
+__all__ = ["VERBS", "app", "main"]
+
+VERBS = {
+    "run": Verb("run", "Carry out a protocol: drive, track, simulate the twin, compare."),
+    "ingest": Verb(
+        "ingest", "Make bundles of a sheet's takes, tell what one export holds, or add it to a run."
+    ),
+    "live": Verb(
+        "live",
+        "Record Motive's NatNet stream, tell what came, and write it as an export with --out.",
+    ),
+    "calibrate": Verb(
+        "calibrate",
+        "Fit the line from voltage to rotor speed, with intervals and what speaks against a line.",
+    ),
+    "identify": Verb(
+        "identify",
+        "Fit stiffness and damping, or what --fit names, to runs; validate on those held out.",
+    ),
+    "resonances": Verb(
+        "resonances", "Tell the resonances of a clamped sweep and the damping of ring-downs."
+    ),
+    "diagnose": Verb(
+        "diagnose",
+        "Find what the simulation gets wrong in runs, name the cause, write the extended model.",
+    ),
+    "investigate": Verb(
+        "investigate",
+        "Run, diagnose, propose, run, until one cause stands, nothing is left or the time is over.",
+    ),
+    "simulate": Verb(
+        "simulate",
+        "Simulate one run and tell how far it went and how it rang, and whether the robot fell.",
+    ),
+    "modes": Verb(
+        "modes",
+        "Tell the natural modes of the clamped robot, and with --driven the peaks when driven.",
+    ),
+    "optimize": Verb(
+        "optimize", "Search for a beam that hops farther, or is better in another way."
+    ),
+    "thesis": Verb(
+        "thesis", "Do an experiment of the thesis again and print it beside the thesis' numbers."
+    ),
+    "panel": Verb(
+        "panel",
+        "Serve a page that shows the run of this folder, answers its prompts and stops it.",
+    ),
+    "review": Verb(
+        "review",
+        "Show the robot and its twin side by side, and the twin of an extended model beside them.",
+    ),
+    "schema": Verb("schema", "Print the JSON Schema of a file."),
+    "doctor": Verb("doctor", "Check packages, the compiled ground law, serial ports and disk."),
+    "runs": Verb("runs", "Find, judge, compare, check and hand on runs."),
+    "supply": Verb("supply", "The motor's supply by hand."),
+    "template": Verb(
+        "template_photo",
+        "Draw a shape at 1:1 to bend the strip against: `workbench template SHAPE` is short for "
+        "`workbench template draw SHAPE`.",
+    ),
+}
+"""Every verb, in the order in which help lists them."""
 
 app = typer.Typer(
     name="workbench",
     help="Run the hopping robot, pair every run with its MuJoCo twin, show both side by side.",
+    cls=lazy_group(VERBS),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (
-    run,
-    ingest,
-    live,
-    calibrate,
-    identify,
-    resonances,
-    diagnose,
-    investigate,
-    simulate,
-    modes,
-    optimize,
-    thesis,
-    panel,
-    review,
-    schema,
-    doctor,
-):
-    app.command()(verb)
-app.add_typer(runs)
-app.add_typer(supply)
-app.add_typer(template)
 
 
 def _version(asked: bool) -> None:
@@ -88,6 +110,8 @@ def main() -> None:
     try:
         app()
     except WorkbenchError as error:
+        from rich.console import Console  # only now: most commands print no error
+
         Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(
             f"workbench: {error}", style="red" if sys.stderr.isatty() else ""
         )

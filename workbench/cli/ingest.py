@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bundle import Bundle
+from workbench.catalogue import describe
 from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table, tell
-from workbench.cli.run import describe
 from workbench.errors import InputError
 from workbench.ingest import add_take, ingest_sheet
 from workbench.protocol import Sheet, load

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from rich.console import Console
 from rich.table import Table
 
 from workbench.cli.keyboard import Keyboard
+from workbench.cli.plain import JsonFlag, RunsFolder, emit
 from workbench.desk import Desk, Question, Reply
 from workbench.errors import InputError
-from workbench.review import QUANTITIES
+from workbench.quantities import QUANTITIES
 from workbench.takes import Place
 
 __all__ = [
+    "ERRORS",
     "JsonFlag",
     "QuietOperator",
     "RunsFolder",
@@ -31,13 +30,9 @@ __all__ = [
     "tell",
 ]
 
-JsonFlag = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-RunsFolder = Annotated[
-    Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
-]
-
 _WAIT_S = 0.1  # Windows hears Ctrl-C between waits only
 _RELOAD_S = 5.0
+ERRORS = ("error_mm", "error_foot_mm", "error_top_mm")
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
 people = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -47,21 +42,6 @@ people = Console(stderr=True, highlight=False, soft_wrap=True)
 def tell(text: str) -> None:
     """Tell the phase that begins."""
     people.print(f"  {text}", style="dim", markup=False)
-
-
-def emit(result: Mapping[str, Any]) -> None:
-    """Print the one JSON object; what is no number becomes null."""
-    print(json.dumps(_finite(result), indent=2, ensure_ascii=False, default=str))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not (abs(value) < float("inf")):
-        return None
-    return value
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -87,8 +67,9 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
     ]  # fmt: skip
     show_table(manifest["title"], ["", "real", "twin", "twin - real"], rows)
     Console(highlight=False).print(
-        f"error of the twin: {manifest['error_mm']:.1f} mm rms "
-        f"(foot {manifest['error_foot_mm']:.1f}, T {manifest['error_top_mm']:.1f})"
+        "error of the twin: {:.1f} mm rms (foot {:.1f}, T {:.1f})".format(
+            *(manifest[key] for key in ERRORS)
+        )
     )
 
 

@@ -9,6 +9,7 @@ import typer
 
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
+from workbench.catalogue import describe
 from workbench.cli.attended import carry_out_at_desk
 from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
@@ -21,7 +22,7 @@ from workbench.cli.output import (
 from workbench.experiment import read_experiment
 from workbench.resume import resume as go_on
 
-__all__ = ["describe", "run"]
+__all__ = ["run"]
 
 
 def run(
@@ -67,13 +68,6 @@ def run(
             _print_bundle(bundle)
     if as_json:
         emit(_report(done))
-
-
-def describe(bundle: Bundle) -> dict[str, Any]:
-    """Return a bundle's JSON object: path, status, real, twin, error."""
-    facts = bundle.manifest
-    keys = ("status", "mode", "role", "real", "twin", "error_mm", "error_foot_mm", "error_top_mm")
-    return {"bundle": str(bundle.path)} | {key: facts.get(key) for key in (*keys, "warnings")}
 
 
 def _report(done: list[Bundle]) -> dict[str, Any]:

@@ -1,90 +1,59 @@
-"""`workbench runs`: the bundles on disk."""
+"""`workbench runs`: find, judge, compare, check and hand on runs."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from workbench.bundle import Bundle, verify
-from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table
-from workbench.cli.run import describe
+from workbench.cli.lazy import Verb, lazy_group
 
-__all__ = ["runs"]
+__all__ = ["RUNS", "runs"]
 
-runs = typer.Typer(name="runs", help="List, show and verify bundles.", no_args_is_help=True)
+RUNS = {
+    "list": Verb(
+        "runs_list",
+        "List the runs, newest last: all of them, or those that fit every option.",
+        "list_runs",
+    ),
+    "show": Verb(
+        "runs_look",
+        "Show one run: real against twin, what its manifest tells, and what people said of it.",
+    ),
+    "diff": Verb(
+        "runs_diff",
+        "Tell what two runs differ in: what was asked, protocol, model, shape, bench, results.",
+    ),
+    "verify": Verb(
+        "runs_look",
+        "Check every checksum; exit code 1 when a file is missing, changed or unknown.",
+        "verify_runs",
+    ),
+    "export": Verb(
+        "runs_export",
+        "Pack runs with all that a colleague needs, and a README that says what each column is.",
+        "export_runs",
+    ),
+    "tag": Verb("runs_say", "Give a run tags, by which it can be found again."),
+    "note": Verb(
+        "runs_say", "Write a note to a run; it stays with the bundle, with name and time."
+    ),
+    "good": Verb("runs_say", "Judge a run to be good."),
+    "bad": Verb("runs_say", "Judge a run to be bad; say why with `workbench runs note`."),
+    "rebuild": Verb(
+        "runs_list",
+        "Read every bundle anew into the index, which is a cache of them and nothing more.",
+        "rebuild_index",
+    ),
+}
+"""Every verb of `workbench runs`, in the order in which help lists them."""
 
-
-@runs.command("list")
-def list_runs(folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None:
-    """List the bundles, newest last.
-
-    Example: workbench runs list
-    """
-    found = [Bundle.open(path.parent) for path in sorted(folder.glob("*/manifest.json"))]
-    if as_json:
-        emit({"runs": [describe(bundle) for bundle in found]})
-        return
-    rows = [
-        [b.path.name, b.manifest["status"], b.manifest["mode"], _distance(b, "real"),
-         _distance(b, "twin"), b.manifest["title"]]
-        for b in found
-    ]  # fmt: skip
-    show_table(str(folder), ["bundle", "status", "mode", "real [m]", "twin [m]", "title"], rows)
-
-
-@runs.command()
-def show(
-    run: Annotated[Path, typer.Argument(help="Bundle: its folder or name.")],
-    folder: RunsFolder = Path("runs"),
-    as_json: JsonFlag = False,
-) -> None:
-    """Show one bundle's manifest, and real against twin.
-
-    Example: workbench runs show runs/2026-03-12_101500_hop-16.99
-    """
-    bundle = Bundle.find(run, folder)
-    if as_json:
-        emit(bundle.manifest | {"bundle": str(bundle.path)})
-        return
-    if "real" in bundle.manifest:
-        comparison_table(bundle.manifest)
-    rows = [
-        [key, str(value)]
-        for key, value in (bundle.manifest | {"output_off": bundle.output_off}).items()
-        if not isinstance(value, (dict, list))
-    ]
-    show_table(bundle.path.name, ["", ""], rows)
-
-
-@runs.command("verify")
-def verify_runs(
-    paths: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Bundles: folders or names.")
-    ],
-    folder: RunsFolder = Path("runs"),
-    as_json: JsonFlag = False,
-) -> None:
-    """Check every checksum; exit code 1 when a file is missing, changed or unknown.
-
-    Example: workbench runs verify runs/2026-03-12_101500_hop-16.99
-    """
-    problems = {str(path): verify(Bundle.find(path, folder).path) for path in paths}
-    bad = any(problems.values())
-    if as_json:
-        emit({"ok": not bad, "problems": problems})
-    else:
-        for path, found in problems.items():
-            print(f"{path}: {'ok' if not found else ''}")
-            for problem in found:
-                print(f"  {problem}")
-    if bad:
-        raise typer.Exit(1)
+runs = typer.Typer(
+    name="runs",
+    help="Find, judge, compare, check and hand on runs.",
+    cls=lazy_group(RUNS),
+    no_args_is_help=True,
+)
 
 
-def _distance(bundle: Bundle, who: str) -> str:
-    found = bundle.manifest.get(who)
-    if not isinstance(found, dict) or "distance_m" not in found:
-        return "-"
-    return f"{found['distance_m']:.3f}"
+@runs.callback()
+def _top() -> None:
+    """Find, judge, compare, check and hand on runs."""

@@ -10,13 +10,11 @@ curve to the recording, send it in `recording.py` and give it a view in `layout.
 """
 
 from workbench.review.comparison import Comparison, Extended, Figure, Phase
-from workbench.review.headline import QUANTITIES
 from workbench.review.recording import write_recording
 from workbench.review.report import write_report
 from workbench.review.viewer import HeadlessViewer, open_viewer
 
 __all__ = [
-    "QUANTITIES",
     "Comparison",
     "Extended",
     "Figure",

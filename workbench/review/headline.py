@@ -6,14 +6,13 @@ import math
 from typing import NamedTuple
 
 from workbench.motion import Misfit, Summary
+from workbench.quantities import QUANTITIES, Quantity
 from workbench.review.comparison import Comparison
 from workbench.ringdown import RingDown
 
 __all__ = [
     "HEADINGS",
-    "QUANTITIES",
     "HeadlineRow",
-    "Quantity",
     "headline",
     "misfit_rows",
     "verdict",
@@ -21,33 +20,6 @@ __all__ = [
 
 HEADINGS = ("", "Real", "Twin", "Difference")
 _UNKNOWN = "not measured"
-
-
-class Quantity(NamedTuple):
-    """How a number of a summary is shown.
-
-    Args:
-        name: in people's words.
-        unit: that it is shown in; empty for a ratio.
-        factor: from SI to that unit.
-        digits: after the point.
-    """
-
-    name: str
-    unit: str
-    factor: float
-    digits: int
-
-
-QUANTITIES: dict[str, Quantity] = {
-    "distance_m": Quantity("Distance", "m", 1.0, 3),
-    "hop_height_m": Quantity("Hop height", "mm", 1e3, 1),
-    "speed_rad_s": Quantity("Rotor speed", "rad/s", 1.0, 2),
-    "displacement_m": Quantity("Displacement", "mm", 1e3, 1),
-    "ring_hz": Quantity("Ring frequency", "Hz", 1.0, 3),
-    "damping_ratio": Quantity("Damping ratio", "%", 1e2, 2),
-}
-"""Name of a number in a summary -> how it is shown."""
 
 
 class HeadlineRow(NamedTuple):

@@ -1,42 +1,27 @@
-"""The bundle: the folder that holds one run. Only this module knows its file names.
-
-    manifest.json     what the run was and how it ended; its status starts as `failed`
-    protocol.yaml     as given            protocol.json   as resolved
-    bench.yaml, model.yaml, shape.yaml    as used
-    calibration.yaml  where the bench names one
-    journal.jsonl     one event a line, on disk before the next step is taken
-    wire.log          every exchange with the supply
-    guardian.jsonl    what the supply's guardian did; it goes on where the run was killed
-    take/             the export, byte for byte
-    supply.parquet, raw.parquet, track.parquet, twin.parquet
-    compare.rrd, report.html              views, made again from the rest at any time
-    checksums.txt     sha256 of every file above
-
-Nothing in it is overwritten once the run is finished, but for the views. A run whose take is
-missing is not finished: the take can be added later.
-"""
+"""One bundle: written while a run goes on, read ever after."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-
+from workbench.bundle.finding import find_folder
+from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE, WIRE
+from workbench.bundle.recovery import recovered_manifest
+from workbench.bundle.sealing import seal
+from workbench.bundle.writing import replaced, told
 from workbench.errors import InputError, RecordError
-from workbench.timeseries import TimeSeries
 
-__all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
+if TYPE_CHECKING:
+    from workbench.timeseries import TimeSeries
+
+__all__ = ["Bundle", "Document", "Series", "Status", "View"]
 
 Status = Literal["failed", "complete", "interrupted", "safety-stop"]
 Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
@@ -44,17 +29,7 @@ Series = Literal["supply", "raw", "track", "twin"]
 View = Literal["recording", "report"]
 
 _VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}
-_MANIFEST, _JOURNAL, _WIRE = "manifest.json", "journal.jsonl", "wire.log"
-_GUARDIAN = "guardian.jsonl"
-_CHECKSUMS, _TAKE = "checksums.txt", "take"
 _SCHEMA = "workbench/bundle-1"
-_VALID = "valid:"
-
-
-def sha256(path: Path) -> str:
-    """Return the hex digest of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass
@@ -100,24 +75,36 @@ class Bundle:
             InputError: when the folder is no bundle.
         """
         try:
-            manifest = json.loads((path / _MANIFEST).read_text(encoding="utf-8"))
+            manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
         except FileNotFoundError:
-            raise InputError(f"{path}: not a bundle, it has no {_MANIFEST}") from None
+            raise InputError(f"{path}: not a bundle, it has no {MANIFEST}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise InputError(f"{path / _MANIFEST}: damaged: {error}") from None
+            raise InputError(f"{path / MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
-            raise InputError(f"{path / _MANIFEST}: not a manifest of schema {_SCHEMA}")
+            raise InputError(f"{path / MANIFEST}: not a manifest of schema {_SCHEMA}")
         return cls(path, manifest)
 
     @classmethod
+    def recover(cls, path: Path) -> tuple[Bundle, str]:
+        """Open a bundle however damaged its manifest is, and say what is wrong with that.
+
+        Returns:
+            the bundle, with what can still be read, and a sentence, empty where all can.
+        """
+        try:
+            return cls.open(path), ""
+        except InputError as error:
+            lost = str(error).removeprefix(f"{path}: ").removeprefix(f"{path / MANIFEST}: ")
+            return cls(path, recovered_manifest(path)), f"{MANIFEST}: {lost}"
+
+    @classmethod
     def find(cls, run: Path, root: Path) -> Bundle:
-        """Open a bundle by its path, or by its name among all bundles.
+        """Open the bundle that is meant: by path, name, number or a part of its name.
 
         Raises:
-            InputError: when there is none.
+            InputError: when none fits, or several do.
         """
-        named = root / run
-        return cls.open(named if not run.exists() and named.exists() else run)
+        return cls.open(find_folder(run, root))
 
     @classmethod
     def find_all(cls, runs: Iterable[Path], root: Path) -> list[Bundle]:
@@ -128,8 +115,8 @@ class Bundle:
         """
         found: list[Bundle] = []
         for run in runs:
-            inside = sorted(run.glob(f"*/{_MANIFEST}")) if run.is_dir() else []
-            if inside and not (run / _MANIFEST).exists():
+            inside = sorted(run.glob(f"*/{MANIFEST}")) if run.is_dir() else []
+            if inside and not (run / MANIFEST).exists():
                 found += [cls.open(path.parent) for path in inside]
             else:
                 found.append(cls.find(run, root))
@@ -143,10 +130,8 @@ class Bundle:
         """
         self.manifest = self.manifest | dict(facts)
         text = json.dumps(self.manifest, indent=2, ensure_ascii=False, default=str) + "\n"
-        draft = self.path / f".{_MANIFEST}"
-        with _told(self.path / _MANIFEST):
+        with replaced(self.path / MANIFEST) as draft:
             draft.write_text(text, encoding="utf-8")
-            os.replace(draft, self.path / _MANIFEST)
 
     def journal(self, event: str, time_s: float, **facts: Any) -> None:
         """Append one event and wait until the disk has it.
@@ -155,19 +140,19 @@ class Bundle:
             RecordError: when it cannot be written.
         """
         line = {"time_s": round(time_s, 6), "event": event} | facts
-        path = self.path / _JOURNAL
-        with _told(path), path.open("a", encoding="utf-8") as file:
+        path = self.path / JOURNAL
+        with told(path), path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
             file.flush()
             os.fsync(file.fileno())
 
     def read_journal(self) -> list[dict[str, Any]]:
-        """Return the events; a last line cut short by a crash is left out."""
-        return _events(self.path / _JOURNAL)
+        """Return the events; a line cut short by a crash, or damaged, is left out."""
+        return _events(self.path / JOURNAL)
 
     def read_guardian(self) -> list[dict[str, Any]]:
         """Return what the supply's guardian did, its last verdict on the output among it."""
-        return _events(self.path / _GUARDIAN)
+        return _events(self.path / GUARDIAN)
 
     @property
     def output_off(self) -> str | None:
@@ -184,7 +169,7 @@ class Bundle:
     @property
     def wire_log(self) -> Path:
         """Where exchanges with devices are kept, for a process that writes them itself."""
-        return self.path / _WIRE
+        return self.path / WIRE
 
     @property
     def journal_log(self) -> Path:
@@ -194,11 +179,15 @@ class Bundle:
     @property
     def guardian_log(self) -> Path:
         """Where the supply's guardian keeps what it did."""
-        return self.path / _GUARDIAN
+        return self.path / GUARDIAN
 
     def wire(self, line: str) -> None:
-        """Append one exchange with a device."""
-        with (self.path / _WIRE).open("a", encoding="utf-8") as file:
+        """Append one exchange with a device.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
+        with told(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
 
     def read_wire(self) -> list[dict[str, Any]]:
@@ -206,36 +195,71 @@ class Bundle:
         return _events(self.wire_log)
 
     def write_document(self, kind: Document, text: str) -> None:
-        """Keep a YAML file as it was given."""
-        (self.path / f"{kind}.yaml").write_text(text, encoding="utf-8", newline="")
+        """Keep a YAML file as it was given.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
+        with replaced(self.document(kind)) as draft:
+            draft.write_text(text, encoding="utf-8", newline="")
 
     def write_resolved(self, kind: Document, content: Mapping[str, Any]) -> None:
-        """Keep what a file came to, with every default filled in."""
+        """Keep what a file came to, with every default filled in.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
         text = json.dumps(content, indent=2, ensure_ascii=False, default=str) + "\n"
-        (self.path / f"{kind}.json").write_text(text, encoding="utf-8")
+        with replaced(self.resolved(kind)) as draft:
+            draft.write_text(text, encoding="utf-8")
 
     def document(self, kind: Document) -> Path:
         """Return the path of a YAML file kept here."""
         return self.path / f"{kind}.yaml"
 
+    def resolved(self, kind: Document) -> Path:
+        """Return the path of what a file came to; not every kind is kept so."""
+        return self.path / f"{kind}.json"
+
     @property
     def take_folder(self) -> Path:
         """Return the folder of the raw export, made when missing."""
-        folder = self.path / _TAKE
+        folder = self.path / TAKE
         folder.mkdir(exist_ok=True)
         return folder
 
     def add_take(self, source: Path) -> Path:
-        """Copy an export here, byte for byte, and return its new place."""
+        """Copy an export here, byte for byte, and return its new place.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
         target = self.take_folder / source.name
         if source.resolve() != target.resolve():
-            shutil.copyfile(source, target)
+            with replaced(target) as draft:
+                shutil.copyfile(source, draft)
+        return target
+
+    def write_take(self, name: str, write: Callable[[Path], None]) -> Path:
+        """Let somebody write an export that exists nowhere else, and return its place.
+
+        Raises:
+            RecordError: when it cannot be written; then nothing of it stays.
+        """
+        target = self.take_folder / name
+        with replaced(target) as draft:
+            write(draft)
         return target
 
     def has_take(self) -> bool:
         """Tell whether an export was added."""
-        folder = self.path / _TAKE
-        return folder.is_dir() and any(folder.iterdir())
+        return bool(self._takes())
+
+    def _takes(self) -> list[Path]:
+        """Return the exports; a draft that was cut off is none."""
+        folder = self.path / TAKE
+        inside = folder.iterdir() if folder.is_dir() else ()
+        return sorted(file for file in inside if not file.name.startswith("."))
 
     def take(self) -> Path:
         """Return the raw export.
@@ -243,24 +267,20 @@ class Bundle:
         Raises:
             InputError: when there is none.
         """
-        files = sorted(self.take_folder.iterdir())
+        files = self._takes()
         if not files:
             raise InputError(f"{self.path}: holds no take")
         return files[0]
 
     def write_series(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:
-        """Write a time series as Parquet with the hashes of what it was made from."""
-        columns: dict[str, Any] = {"time_s": series.times} | {
-            name: series[name] for name in series.names
-        }
-        for name in series.names:
-            if not series.validity(name).all():
-                columns[_VALID + name] = series.validity(name)
-        table = pa.table(columns).replace_schema_metadata(
-            {"made_from": json.dumps(dict(made_from))}
-        )
-        # measured numbers seldom repeat: a dictionary of them costs time and space
-        pq.write_table(table, self.path / f"{kind}.parquet", use_dictionary=False)
+        """Write a time series as Parquet with the hashes of what it was made from.
+
+        Raises:
+            RecordError: when it cannot be written; then nothing of it stays.
+        """
+        from workbench.bundle.series import write_parquet  # a list of runs needs no pyarrow
+
+        write_parquet(self.path / f"{kind}.parquet", series, made_from)
 
     def read_series(self, kind: Series) -> TimeSeries:
         """Read a time series back.
@@ -268,19 +288,9 @@ class Bundle:
         Raises:
             InputError: when it is missing or damaged.
         """
-        path = self.path / f"{kind}.parquet"
-        try:
-            table = pq.read_table(path)
-        except (FileNotFoundError, pa.ArrowInvalid, OSError) as error:
-            raise InputError(f"{path}: cannot be read: {error}") from None
-        columns = {name: table[name].to_numpy() for name in table.column_names}
-        times = columns.pop("time_s")
-        masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}
-        values = {n: c for n, c in columns.items() if not n.startswith(_VALID)}
-        valid = [masks.get(name, np.ones(len(times), dtype=bool)) for name in values]
-        return TimeSeries(
-            times, np.column_stack(list(values.values())), tuple(values), np.column_stack(valid)
-        )
+        from workbench.bundle.series import read_parquet
+
+        return read_parquet(self.path / f"{kind}.parquet")
 
     def has(self, kind: Series) -> bool:
         """Tell whether a time series was written."""
@@ -290,62 +300,41 @@ class Bundle:
         """Return the path of a view."""
         return self.path / _VIEWS[kind]
 
+    def write_view(self, kind: View, write: Callable[[Path], None]) -> None:
+        """Let somebody draw a view; the one before stays until it is done.
+
+        Raises:
+            RecordError: when it cannot be written; then nothing of it stays.
+        """
+        path = self.view(kind)
+        try:
+            with replaced(path) as draft:
+                write(draft)
+        except RuntimeError as error:  # what rerun makes of a full disk
+            raise RecordError(f"{path}: cannot be written ({error}); is the disk full?") from error
+
     def is_closed(self) -> bool:
         """Tell whether checksums were written; a run that was cut off has none."""
-        return (self.path / _CHECKSUMS).exists()
+        return (self.path / CHECKSUMS).exists()
 
     def finish(self, status: Status, **facts: Any) -> None:
         """Write the last status and the checksums; the last thing done to a bundle."""
         self.note({"status": status, **facts})
-        lines = [f"{sha256(file)}  {name}" for name, file in self._files()]
-        (self.path / _CHECKSUMS).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-    def _files(self) -> list[tuple[str, Path]]:
-        found = [(f.relative_to(self.path).as_posix(), f) for f in self.path.rglob("*")]
-        return sorted((name, f) for name, f in found if f.is_file() and name != _CHECKSUMS)
-
-
-def verify(path: Path) -> list[str]:
-    """Return what is wrong with a bundle's files, one sentence each; empty when all is well.
-
-    Raises:
-        InputError: when the folder is no bundle.
-    """
-    bundle = Bundle.open(path)
-    listing = path / _CHECKSUMS
-    if not listing.exists():
-        off = f"; output off: {bundle.output_off}" if bundle.output_off else ""
-        status = bundle.manifest["status"]
-        return [f"{_CHECKSUMS}: missing; the run was cut off (status {status}){off}"]
-    files = dict(bundle._files())
-    problems: list[str] = []
-    for line in listing.read_text(encoding="utf-8").splitlines():
-        digest, _, name = line.partition("  ")
-        file = files.pop(name, None)
-        if file is None:
-            problems.append(f"{name}: missing")
-        elif sha256(file) != digest:
-            problems.append(f"{name}: changed since the run was finished")
-    return problems + [f"{name}: not in {_CHECKSUMS}" for name in files]
+        seal(self.path)
 
 
 def _events(path: Path) -> list[dict[str, Any]]:
-    events: list[dict[str, Any]] = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
-        try:
-            events.append(json.loads(line))
-        except json.JSONDecodeError:
-            break
-    return events
-
-
-@contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """Say which file could not be written, and what to do."""
+    """Return the events of a file; a line that is none, cut short or damaged, is left out."""
     try:
-        yield
-    except OSError as error:
-        raise RecordError(
-            f"{path}: cannot be written ({error.strerror}); free the disk or choose another "
-            "folder with --runs"
-        ) from error
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        return []
+    events: list[dict[str, Any]] = []
+    for line in text.splitlines():
+        try:
+            event = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        if isinstance(event, dict):
+            events.append(event)
+    return events

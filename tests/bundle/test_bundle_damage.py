@@ -1,0 +1,238 @@
+"""Whatever happened to a bundle: the file is named, and what is there can still be listed."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.bundles import NOW, TRACK, make_bundle, remarked
+from workbench.bundle import Bundle, damaged_files, verify
+from workbench.catalogue import Query, search
+from workbench.errors import InputError, RecordError
+
+FILES = (
+    "manifest.json", "protocol.yaml", "protocol.json", "bench.yaml", "bench.json", "model.yaml",
+    "shape.yaml", "calibration.yaml", "journal.jsonl", "wire.log", "guardian.jsonl",
+    "take/take 1.csv", "track.parquet", "raw.parquet", "twin.parquet", "supply.parquet",
+    "compare.rrd", "report.html", "checksums.txt", "remarks.jsonl",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return remarked(make_bundle(tmp_path_factory.mktemp("runs"))).path
+
+
+@pytest.fixture
+def run(whole: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(whole, tmp_path / whole.name))
+
+
+def flip(path: Path, at: int) -> None:
+    data = bytearray(path.read_bytes())
+    data[at] ^= 0x04
+    path.write_bytes(data)
+
+
+def listed(run: Path) -> str:
+    """The status in the list."""
+    found = search(run.parent, Query(), lambda text: None)
+    assert [entry.name for entry in found.entries] == [run.name]
+    return found.entries[0].status
+
+
+def test_the_bundle_holds_every_kind_of_file_and_is_whole(whole: Path) -> None:
+    held = {p.relative_to(whole).as_posix() for p in whole.rglob("*") if p.is_file()}
+    assert held == set(FILES)
+    assert verify(whole) == []
+
+
+def test_sha256sum_finds_nothing_wrong_either(whole: Path) -> None:
+    if shutil.which("sha256sum") is None:
+        pytest.skip("no sha256sum here")
+    done = subprocess.run(
+        ["sha256sum", "-c", "--strict", "checksums.txt"], cwd=whole, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count(": OK") == len(FILES) - 2  # neither of itself nor of the remarks
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_one_changed_byte_names_its_file(run: Path, name: str) -> None:
+    size = (run / name).stat().st_size
+    for at in sorted({0, size // 3, size // 2, size - 1}):
+        flip(run / name, at)
+        problems = verify(run)
+        assert problems[0].startswith(f"{name}: changed") or name == "remarks.jsonl", at
+        assert damaged_files(p for p in problems if "changed itself" not in p) == {name}, at
+        assert listed(run) in ("complete", "damaged")
+        assert Bundle.recover(run)[0].manifest["mode"]
+        flip(run / name, at)
+    assert verify(run) == []
+
+
+@pytest.mark.parametrize("name", ["checksums.txt", "remarks.jsonl"])
+def test_what_guards_the_others_guards_itself_at_every_byte(run: Path, name: str) -> None:
+    for at in range((run / name).stat().st_size):
+        flip(run / name, at)
+        assert name in damaged_files(verify(run)), at
+        flip(run / name, at)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_that_was_cut_or_lost_is_named(run: Path, name: str) -> None:
+    data = (run / name).read_bytes()
+    (run / name).write_bytes(data[: len(data) // 2])
+    assert name in damaged_files(verify(run))
+    assert listed(run) in ("complete", "damaged")
+    (run / name).unlink()
+    if name == "remarks.jsonl":
+        assert verify(run) == []  # nobody said anything
+    else:
+        assert name in damaged_files(verify(run))
+    assert listed(run) in ("complete", "damaged")
+
+
+def test_a_manifest_with_one_broken_key_still_tells_the_others(run: Path) -> None:
+    manifest = run / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"mode": "hop"', '"mode": hop"'))
+    bundle, lost = Bundle.recover(run)
+    assert lost.startswith("manifest.json: damaged: Expecting value: line ")
+    assert bundle.manifest["mode"] == "hop"  # of the folder's name
+    assert bundle.manifest["title"] == "Hop at 17 rad/s"
+    assert bundle.manifest["twin"]["distance_m"] == 0.248
+    assert listed(run) == "damaged"
+    with pytest.raises(InputError, match=r"manifest\.json: damaged: "):
+        Bundle.open(run)
+
+
+def test_a_list_of_checksums_without_its_own_is_one_of_the_first_bundles(run: Path) -> None:
+    listing = run / "checksums.txt"
+    lines = listing.read_text().splitlines(keepends=True)
+    listing.write_text("".join(lines[:-1]))
+    assert verify(run) == []
+    listing.write_text("".join(lines[:-2]))
+    assert verify(run) == ["wire.log: not in checksums.txt"]
+
+
+def test_a_changed_file_and_a_changed_list_are_both_named(run: Path) -> None:
+    flip(run / "model.yaml", 3)
+    flip(run / "checksums.txt", 5)
+    assert {"model.yaml", "checksums.txt"} <= damaged_files(verify(run))
+
+
+def test_another_line_of_the_journal_is_left_out_alone(run: Path) -> None:
+    with (run / "journal.jsonl").open("ab") as file:
+        file.write(b'\xff\xfe{"time_s"\n{"time_s": 3.0, "event": "output_off"}\n')
+    assert [e["event"] for e in Bundle.open(run).read_journal()][-1] == "output_off"
+
+
+WRITER = """\
+import sys
+from datetime import datetime
+from pathlib import Path
+from tests.bundles import TRACK
+from workbench.bundle import Bundle
+bundle = Bundle.create(Path(sys.argv[1]), "hop-17", datetime.now(), {"title": "T", "mode": "hop"})
+for k in range(10**9):
+    bundle.journal("reading", k, current_A=0.1)
+    bundle.write_series("supply", TRACK, {})
+"""
+
+
+def test_a_killed_writer_leaves_what_it_had_and_the_list_says_so(
+    tmp_path: Path, root: Path
+) -> None:
+    writer = subprocess.Popen([sys.executable, "-c", WRITER, str(tmp_path / "runs")], cwd=root)
+    wait_until(lambda: any((tmp_path / "runs").glob("*/supply.parquet")))
+    writer.kill()
+    assert writer.wait() == -getattr(signal, "SIGKILL", -1)
+    (run,) = (p for p in (tmp_path / "runs").iterdir() if p.is_dir())
+    told = verify(run)
+    assert told[0] == "checksums.txt: missing; the run was cut off (status failed)"
+    assert all("draft" in line or "cut short" in line for line in told[1:])
+    bundle = Bundle.open(run)
+    assert len(bundle.read_journal()) >= 1
+    assert bundle.read_series("supply").names == TRACK.names
+    assert listed(run) == "unfinished"
+
+
+def test_a_writer_killed_in_the_middle_of_a_line_or_file_is_told(tmp_path: Path) -> None:
+    bundle = make_bundle(tmp_path, status="unfinished")
+    with (bundle.path / "journal.jsonl").open("a") as file:
+        file.write('{"time_s": 3.0, "eve')
+    track = bundle.path / "track.parquet"
+    track.write_bytes(track.read_bytes()[:-7])
+    track.rename(bundle.path / ".track.parquet")
+    (bundle.path / "twin.parquet").write_bytes(b"PAR1")
+    (bundle.path / "bench.json").write_text('{"name": ')
+    assert verify(bundle.path) == [
+        "checksums.txt: missing; the run was cut off (status failed); output off: confirmed",
+        ".track.parquet: a draft that was never finished",
+        "bench.json: cut short",
+        "journal.jsonl: its last line is cut short",
+    ]
+    assert [e["event"] for e in bundle.read_journal()] == ["asked", "output_on"]
+    with pytest.raises(InputError, match=r"twin\.parquet: cannot be read"):
+        bundle.read_series("twin")
+
+
+def test_a_folder_whose_manifest_never_came_is_listed(tmp_path: Path) -> None:
+    (tmp_path / "2026-03-12_101500_hop-17.00").mkdir()
+    (tmp_path / "notes").mkdir()
+    found = search(tmp_path, Query(), lambda text: None)
+    assert [(e.mode, e.status, e.title) for e in found.entries] == [
+        ("hop", "damaged", "manifest.json: not a bundle, it has no manifest.json")
+    ]
+    with pytest.raises(InputError, match="not a bundle, it has no manifest"):
+        verify(tmp_path / "notes")
+
+
+def wait_until(done: Callable[[], bool], seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not done():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def write_x(path: Path) -> None:
+    path.write_text("x")
+
+
+WRITES: dict[str, Callable[[Bundle], object]] = {
+    "manifest.json": lambda b: b.note({"x": 1}),
+    "protocol.yaml": lambda b: b.write_document("protocol", "title: T\n"),
+    "bench.json": lambda b: b.write_resolved("bench", {}),
+    "supply.parquet": lambda b: b.write_series("supply", TRACK, {}),
+    "take/t.csv": lambda b: b.write_take("t.csv", write_x),
+    "report.html": lambda b: b.write_view("report", write_x),
+    "checksums.txt": lambda b: b.finish("complete"),
+}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk")
+@pytest.mark.parametrize("name", WRITES)
+def test_a_full_disk_names_the_file_and_leaves_no_half_of_it(tmp_path: Path, name: str) -> None:
+    bundle = Bundle.create(tmp_path, "hop-17", NOW, {"title": "T"})
+    draft = bundle.take_folder.parent / Path(name).with_name(f".{Path(name).name}")
+    draft.symlink_to("/dev/full")
+    with pytest.raises(RecordError, match=rf"{name}: cannot be written \(.*No space left"):
+        WRITES[name](bundle)
+    assert not draft.is_symlink()
+    assert (bundle.path / name).exists() == (name == "manifest.json")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk")
+@pytest.mark.parametrize("name", ["journal.jsonl", "wire.log"])
+def test_a_full_disk_names_what_is_appended(tmp_path: Path, name: str) -> None:
+    bundle = Bundle.create(tmp_path, "hop-17", NOW, {"title": "T"})
+    (bundle.path / name).symlink_to("/dev/full")
+    with pytest.raises(RecordError, match=rf"{name}: cannot be written \(No space left"):
+        bundle.journal("asked", 0.0) if name == "journal.jsonl" else bundle.wire("{}")

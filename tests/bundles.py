@@ -1,0 +1,69 @@
+"""Bundles of our own making, small but with every kind of file."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.bundle import Bundle, Document, Series, add_remark
+from workbench.timeseries import TimeSeries
+
+NOW = datetime(2026, 3, 12, 10, 15).astimezone()
+
+VALID = np.array([True, True, False, True])
+TRACK = TimeSeries.of(
+    np.arange(4) / 120 - 0.01,
+    {"foot_x_m": [0.0, 1 / 3, 99.0, 0.1], "rotor_speed_rad_s": [1e-300, -2.5, 16.9, np.nan]},
+    {"foot_x_m": VALID},
+)
+TWIN = TimeSeries.of(np.arange(3) / 200, {"foot_x_m": [0.0, 0.1, 0.2], "hinge_15_rad": [1, 2, 3]})
+SUPPLY = TimeSeries.of([0.0, 0.2], {"set_voltage_V": [0.0, 4.52], "current_A": [0.0, 0.11]})
+DOCUMENTS: tuple[Document, ...] = ("protocol", "bench", "model", "shape", "calibration")
+SERIES: dict[Series, TimeSeries] = {
+    "track": TRACK, "raw": TRACK, "twin": TWIN, "supply": SUPPLY,
+}  # fmt: skip
+
+
+def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **facts: Any) -> Bundle:
+    """A finished run; `facts` change its manifest, `status` how it ended."""
+    real = {"distance_m": 0.213, "hop_height_m": 0.018, "speed_rad_s": 16.9}
+    told = {
+        "kind": "run", "title": "Hop at 17 rad/s", "mode": "hop", "role": "train",
+        "model": "thesis", "shape": "thesis-initial", "operator": "Ada", "speed_rad_s": 16.988,
+        "voltage_V": 4.52, "levels": None, "duration_s": 10.0, "real": real,
+        "twin": real | {"distance_m": 0.248}, "error_mm": 16.9, "error_foot_mm": 7.7,
+        "error_top_mm": 22.6, "warnings": [], "versions": {"workbench": "0.1.0"},
+    }  # fmt: skip
+    status = facts.pop("status", "complete")
+    bundle = Bundle.create(root, name, now, told | facts)
+    for kind in DOCUMENTS:
+        bundle.write_document(kind, f"name: {kind}\nangles: [0.1, 0.2]\n")
+    bundle.write_resolved("protocol", {"title": "Hop", "steps": [{"run": {"speed": 17.0}}]})
+    bundle.write_resolved("bench", {"name": "virtual"})
+    bundle.journal("asked", 0.0, run=name)
+    bundle.journal("output_on", 2.0, volts="4.52")
+    bundle.wire('{"way": "sent", "bytes": "01 06"}')
+    bundle.guardian_log.write_text('{"event": "off", "confirmed": true}\n', encoding="utf-8")
+    bundle.write_take("take 1.csv", lambda path: _write(path, "Format Version,1.23\n1,2\n"))
+    for kind, series in SERIES.items():
+        bundle.write_series(kind, series, {"take": "abc"})
+    bundle.write_view("recording", lambda path: _write(path, "RRF2 a recording"))
+    bundle.write_view("report", lambda path: _write(path, "<html>the report</html>"))
+    if status != "unfinished":
+        bundle.finish(status)
+    return bundle
+
+
+def remarked(bundle: Bundle) -> Bundle:
+    """The same with a tag, a note and a verdict."""
+    add_remark(bundle.path, "tag", "paper", "Ada", NOW)
+    add_remark(bundle.path, "note", "die Folie löst sich", "Grace", NOW)
+    add_remark(bundle.path, "verdict", "good", "Ada", NOW)
+    return bundle
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,75 @@
+"""The checksums of a finished bundle: written, and compared with what is there."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+
+from workbench.bundle.names import CHECKSUMS, REMARKS
+from workbench.bundle.writing import replaced
+
+__all__ = ["against_checksums", "seal", "sealed_files", "sha256"]
+
+_ENTRY = re.compile(r"([0-9a-f]{64})  (.+)")  # as sha256sum writes and checks it
+_UNSURE = f"not as {CHECKSUMS} has it, which was changed itself"
+_OWN = "# sha256 of the lines above: "  # a comment to sha256sum
+
+
+def sha256(path: Path) -> str:
+    """Return the hex digest of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def seal(folder: Path) -> None:
+    """Write the checksums of all that a bundle holds; `sha256sum -c` reads them too.
+
+    Raises:
+        RecordError: when they cannot be written.
+    """
+    lines = "".join(f"{sha256(file)}  {name}\n" for name, file in sealed_files(folder))
+    with replaced(folder / CHECKSUMS) as draft:
+        draft.write_text(f"{lines}{_OWN}{_digest(lines)}\n", encoding="utf-8", newline="")
+
+
+def against_checksums(path: Path) -> list[str]:
+    """Return what differs from the checksums of a bundle that has some, one sentence each."""
+    text = (path / CHECKSUMS).read_bytes().decode("utf-8", errors="replace")
+    listed, trusted = text.rpartition(_OWN)[0], _is_as_written(text)
+    problems: list[str] = []
+    if not trusted:
+        problems = [f"{CHECKSUMS}: changed or cut short since the run was finished"]
+    files = dict(sealed_files(path))
+    for line in (listed or text).splitlines():
+        entry = _ENTRY.fullmatch(line)
+        if entry is None:
+            continue  # the list is not as it was written, which has been told
+        digest, name = entry.groups()
+        file = files.pop(name, None)
+        if file is None:
+            problems.append(f"{name}: missing")
+        elif sha256(file) != digest:
+            since = "changed since the run was finished" if trusted else _UNSURE
+            problems.append(f"{name}: {since}")
+    unknown = files if trusted else {}  # a list that was cut short may well have named them
+    return problems + [f"{name}: not in {CHECKSUMS}" for name in unknown]
+
+
+def _is_as_written(text: str) -> bool:
+    """Tell whether the checksums end in their own digest; the first bundles' had none yet."""
+    listed, mark, own = text.rpartition(_OWN)
+    if mark:
+        return own == f"{_digest(listed)}\n"
+    return text.endswith("\n") and all(map(_ENTRY.fullmatch, text.splitlines()))
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", errors="replace")).hexdigest()
+
+
+def sealed_files(folder: Path) -> list[tuple[str, Path]]:
+    """Return name and path of each file that checksums are for, in order."""
+    found = [(f.relative_to(folder).as_posix(), f) for f in folder.rglob("*")]
+    own = (CHECKSUMS, f".{CHECKSUMS}", REMARKS)
+    return sorted((name, f) for name, f in found if f.is_file() and name not in own)

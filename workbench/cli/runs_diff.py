@@ -1,0 +1,60 @@
+"""`workbench runs diff`: what two runs differ in."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+
+from workbench.bundle import Bundle
+from workbench.catalogue.differences import ABSENT, Difference, differences
+from workbench.cli.plain import (
+    JsonFlag,
+    RunArgument,
+    RunsFolder,
+    emit,
+    print_columns,
+    remark_on,
+)
+
+__all__ = ["diff"]
+
+
+def diff(
+    a: RunArgument, b: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False
+) -> None:
+    """Tell what two runs differ in: what was asked, protocol, model, shape, bench, results.
+
+    Only what differs is shown. A list of named things goes by their names, others by number.
+
+    Example: workbench runs diff 17 18
+    """
+    first, second = Bundle.find(a, folder), Bundle.find(b, folder)
+    found = differences(first, second)
+    if as_json:
+        told = [one.as_json() for one in found]
+        emit({"a": first.path.name, "b": second.path.name, "differences": told})
+        return
+    print(f"a  {first.path.name}\nb  {second.path.name}")
+    for section, group in groupby(found, key=lambda one: one.section):
+        print()
+        rows = [[_name(one), _shown(one.a), _shown(one.b), _apart(one)] for one in group]
+        print_columns([section, "a", "b", ""], rows)
+    if not found:
+        remark_on("nothing differs")
+
+
+def _name(one: Difference) -> str:
+    return f"{one.path} [{one.unit}]" if one.unit else one.path
+
+
+def _shown(value: object) -> str:
+    if value is ABSENT:
+        return "(absent)"
+    return f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
+
+
+def _apart(one: Difference) -> str:
+    """Return b - a of two numbers."""
+    if isinstance(one.a, (int, float)) and isinstance(one.b, (int, float)):
+        return "" if isinstance(one.a, bool) else f"{one.b - one.a:+.4g}"
+    return ""

@@ -1,0 +1,62 @@
+"""`workbench runs show`, `verify`: one run, from near."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from workbench.bundle import Bundle, find_folder, read_remarks, verify
+from workbench.cli.output import ERRORS, comparison_table, show_table
+from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
+
+__all__ = ["show", "verify_runs"]
+
+
+def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None:
+    """Show one run: real against twin, what its manifest tells, and what people said of it.
+
+    Example: workbench runs show hop-16.99
+    """
+    bundle, lost = Bundle.recover(find_folder(run, folder))
+    if lost:
+        remark_on(f"damaged: {lost}; what can still be read is shown")
+    said = read_remarks(bundle.path)
+    if as_json:
+        notes = [{"at": one.at, "who": one.who, "text": one.text} for one in said.notes]
+        told = {"verdict": said.verdict, "tags": said.tags, "notes": notes}
+        emit(bundle.manifest | {"bundle": str(bundle.path)} | told)
+        return
+    if bundle.manifest.keys() >= {"real", "twin", *ERRORS}:
+        comparison_table(bundle.manifest)
+    rows = [
+        [key, str(value)]
+        for key, value in (bundle.manifest | {"output_off": bundle.output_off}).items()
+        if not isinstance(value, (dict, list))
+    ]
+    rows += [["verdict", said.verdict], ["tags", " ".join(said.tags) or "-"]]
+    rows += [["note", f"{one.text} ({one.who}, {one.at})"] for one in said.notes]
+    show_table(bundle.path.name, ["", ""], rows)
+
+
+def verify_runs(
+    paths: RunArguments, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False
+) -> None:
+    """Check every checksum; exit code 1 when a file is missing, changed or unknown.
+
+    Example: workbench runs verify hop-16.99
+    """
+    found = [(path, find_folder(path, folder)) for path in paths]
+    problems = {
+        str(path) if path.name == one.name else one.name: verify(one) for path, one in found
+    }
+    bad = any(problems.values())
+    if as_json:
+        emit({"ok": not bad, "problems": problems})
+    else:
+        for path, wrong in problems.items():
+            print(f"{path}: {'ok' if not wrong else ''}")
+            for problem in wrong:
+                print(f"  {problem}")
+    if bad:
+        raise typer.Exit(1)

@@ -1,0 +1,58 @@
+"""The numbers that tell what a run did: how each is called and shown."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["QUANTITIES", "Quantity", "unit_of"]
+
+
+class Quantity(NamedTuple):
+    """How a number of a summary is shown.
+
+    Args:
+        name: in people's words.
+        unit: that it is shown in; empty for a ratio.
+        factor: from SI to that unit.
+        digits: after the point.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    digits: int
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "distance_m": Quantity("Distance", "m", 1.0, 3),
+    "hop_height_m": Quantity("Hop height", "mm", 1e3, 1),
+    "speed_rad_s": Quantity("Rotor speed", "rad/s", 1.0, 2),
+    "displacement_m": Quantity("Displacement", "mm", 1e3, 1),
+    "ring_hz": Quantity("Ring frequency", "Hz", 1.0, 3),
+    "damping_ratio": Quantity("Damping ratio", "%", 1e2, 2),
+}
+"""Name of a number in a summary -> how it is shown."""
+
+_UNITS = {
+    "_rad_s": "rad/s",
+    "_mm": "mm",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_m": "m",
+    "_s": "s",
+    "_V": "V",
+    "_A": "A",
+    "_N": "N",
+    "_W": "W",
+}
+
+
+def unit_of(name: str) -> tuple[str, str]:
+    """Return the end of a name that tells its unit, and the unit; twice nothing without one.
+
+    By custom names end in their unit: `foot_x_m`, `rotor_speed_rad_s`.
+    """
+    for suffix, unit in _UNITS.items():
+        if name.endswith(suffix):
+            return suffix, unit
+    return "", ""
