@@ -11,7 +11,7 @@ curve to the recording, send it in `recording.py` and give it a view in `layout.
 
 from workbench.review.comparison import Comparison, Extended, Figure, Phase
 from workbench.review.headline import QUANTITIES
-from workbench.review.recording import write_recording
+from workbench.review.recording import write_recording, write_together
 from workbench.review.report import write_report
 from workbench.review.viewer import HeadlessViewer, open_viewer
 
@@ -25,4 +25,5 @@ __all__ = [
     "open_viewer",
     "write_recording",
     "write_report",
+    "write_together",
 ]

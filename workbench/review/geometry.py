@@ -11,12 +11,12 @@ from itertools import count, takewhile
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, PITCH, position
+from workbench.motion import CORNER_FORCES, FOOT, PITCH, position
 from workbench.review.comparison import Figure
 from workbench.shape import curve
 from workbench.timeseries import TimeSeries
 
-__all__ = ["beam_points", "beam_root", "foot_pitch", "pitch_quaternions"]
+__all__ = ["beam_points", "beam_root", "foot_pitch", "ground_forces", "pitch_quaternions"]
 
 
 def foot_pitch(motion: TimeSeries) -> NDArray[np.float64]:
@@ -56,6 +56,24 @@ def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
     return beam_root(twin, figure)[:, None, :] + np.concatenate(
         [chain[..., :1], level, chain[..., 1:]], axis=-1
     )
+
+
+def ground_forces(
+    motion: TimeSeries, figure: Figure
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return where the ground pushes the foot and how, both (n, 4, 3) [m] and [N].
+
+    None where the motion carries no such forces: a clamped twin, and every real robot.
+    """
+    if any(name not in motion for names in CORNER_FORCES for name in names):
+        return None
+    forces = np.stack([motion.select(names).values for names in CORNER_FORCES], axis=1)
+    along = _directions(foot_pitch(motion))[:, None, :]
+    sides = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])  # as `motion.CORNER_FORCES` has them
+    halves = sides * np.array([figure.foot_length, figure.foot_width]) / 2
+    across = np.zeros((4, 3))
+    across[:, 1] = halves[:, 1]
+    return position(motion, FOOT)[:, None, :] + halves[:, :1] * along + across, forces
 
 
 def _directions(angle: NDArray[np.float64]) -> NDArray[np.float64]:
