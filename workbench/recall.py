@@ -147,19 +147,19 @@ def _summary(facts: dict[str, Any], who: str) -> Summary | RingDown:
     return kind(**{name: told.get(name, _NAN) for name in kind.__dataclass_fields__})
 
 
-def _label(facts: dict[str, Any], shape: ShapeFile) -> str:
+def _label(facts: dict[str, Any], shape: ShapeFile) -> tuple[str, ...]:
     """Return what tells a run from the others of its protocol: condition, beam, repeat."""
     mode, speed, pull, height = (
         facts.get(key) for key in ("mode", "speed_rad_s", "pull_N", "height_m")
     )
-    told = [
+    return (
+        mode,
         *([f"{speed:.3g} rad/s"] if speed is not None else ()),
         *([f"{pull:g} N"] if pull is not None else ()),
         *([f"{1000 * height:g} mm"] if height is not None else ()),
         shape.name,
         *([f"repeat {facts['repeat']}"] if "repeat" in facts else ()),
-    ]
-    return f"{mode} {', '.join(told)}"
+    )
 
 
 def _noise(facts: dict[str, Any]) -> dict[str, float]:

@@ -92,7 +92,7 @@ class Comparison:
         extended: a third robot, the twin of an extended model.
         noise: channel -> standard deviation of what the cameras make of a robot at rest, in the
             channel's unit; empty where it is not known.
-        label: a few words that tell the run from others of its protocol.
+        label: what tells the run from others of its protocol: condition, beam, repeat.
         protocol: the protocol's, or the sheet's, own text.
         mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
@@ -118,9 +118,14 @@ class Comparison:
     floor_m: float = 0.0
     extended: Extended | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
-    label: str = ""
+    label: tuple[str, ...] = ()
     protocol: str = ""
     mark: str | None = None
+
+    @property
+    def called(self) -> str:
+        """Return the label in one line."""
+        return ", ".join(self.label)
 
     @property
     def headline(self) -> str:

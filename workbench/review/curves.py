@@ -119,7 +119,7 @@ def _send_band(stream: rr.RecordingStream, path: str, comparison: Comparison, ch
     seen = real.validity(channel) & np.isfinite(real[channel])
     edges = real[channel][seen, None] + NOISE_WIDTH * sigma * np.array([-1.0, 1.0])
     _send_values(stream, path, real.times, seen, edges)
-    names = ["real - twice its noise", "real + twice its noise"]
+    names = ["twice the noise"] * 2  # one line of the legend
     colors = [rgb(palette.SHADES["noise"])] * 2
     stream.log(path, rr.SeriesLines(names=names, colors=colors, widths=[_THIN] * 2), static=True)
 

@@ -12,21 +12,27 @@ from workbench.motion import FOOT
 from workbench.review import palette
 from workbench.review.comparison import Comparison
 from workbench.review.layout import curves, run_views, scene, time_panel
+from workbench.review.notes import labels
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
 
-__all__ = ["draw_lane", "lane_label", "lanes"]
+__all__ = ["draw_lane", "lanes"]
 
 _WIDTH_M = 0.40  # from lane to lane: a foot and room to fall over
 _SIGN_M = 0.24  # from the start back to the lane's sign
 _LINE = 1.5
+_ASPECT = 1.6  # width to height of the view
+_DISTANCE = 1.75  # of the eye from what it looks at, for each metre of height seen
+_LEAST_M = 0.5
 
 
 def lanes(comparisons: Sequence[Comparison]) -> rrb.Blueprint:
     """Return a tab with all runs and one for each run; the tree of entities stands beside them."""
     tabs = [
-        run_views(comparison, f"/runs/{number}", lane_label(comparison, number))
-        for number, comparison in enumerate(comparisons, start=1)
+        run_views(comparison, f"/runs/{number}", name)
+        for number, (comparison, name) in enumerate(
+            zip(comparisons, _names(comparisons), strict=True), start=1
+        )
     ]
     return rrb.Blueprint(
         rrb.Tabs(_all(comparisons), *tabs, active_tab=0),
@@ -36,21 +42,16 @@ def lanes(comparisons: Sequence[Comparison]) -> rrb.Blueprint:
     )
 
 
-def lane_label(comparison: Comparison, number: int) -> str:
-    """Return what a lane and its tab are called."""
-    return f"{number}: {comparison.label}"
-
-
 def draw_lane(stream: rr.RecordingStream, comparison: Comparison, number: int) -> None:
-    """Put a run's entities into its lane, the first one nearest to the eye, with its sign."""
+    """Put a run's entities into its lane, the first one leftmost, with its number on a sign."""
     root = f"runs/{number}"
-    stream.log(root, rr.Transform3D(translation=[0, (number - 1) * _WIDTH_M, 0]), static=True)
+    stream.log(root, rr.Transform3D(translation=[0, (1 - number) * _WIDTH_M, 0]), static=True)
     place = [-_SIGN_M, 0.0, floor_height(comparison)]
     sign = rr.Points3D(
         [place],
-        labels=[lane_label(comparison, number)],
+        labels=[f"{number}"],
         radii=0.0001,
-        colors=rgb(palette.run_color(number)),
+        colors=rgb(palette.SHADES["marks"]),
     )
     stream.log(f"{root}/sign", sign, static=True)
 
@@ -75,39 +76,47 @@ def _all(comparisons: Sequence[Comparison]) -> rrb.Container:
 
 
 def _race(comparisons: Sequence[Comparison]) -> rrb.Spatial3DView:
-    parts = ("real/**", "sim/**", "extended/**", "sign", "floor/**")
+    parts = ("real/**", "sim/**", "extended/**", "sign", "floor/scale")
     contents = [
         f"/runs/{number}/{part}" for number in range(1, len(comparisons) + 1) for part in parts
     ]
+    contents.append(f"/runs/{len(comparisons)}/floor/marks")  # of the lane nearest to the eye
     floor = min(floor_height(comparison) for comparison in comparisons)
     return scene("All robots, a lane for each run", "", contents, _eye(comparisons), floor)
 
 
 def _eye(comparisons: Sequence[Comparison]) -> rrb.EyeControls3D:
-    """Look over all lanes from the right and from above."""
+    """Look from the right where the way is longer than the lanes are wide, else from behind."""
     reaches = [comparison.reach() for comparison in comparisons]
-    left = min(start for start, _ in reaches) - 2 * _SIGN_M
+    left = min(start for start, _ in reaches) - 1.5 * _SIGN_M
     right = max(end for _, end in reaches) + _SIGN_M
-    deep = (len(comparisons) - 1) * _WIDTH_M
-    target = np.array([(left + right) / 2, deep / 2, 0.1])
-    seen = max((right - left) / 1.7, 0.5) + 0.55 * deep
+    deep = len(comparisons) * _WIDTH_M
+    target = np.array([(left + right) / 2, (_WIDTH_M - deep) / 2, 0.1])
+    sideways = right - left > deep
+    wide, far = (right - left, deep) if sideways else (deep, right - left)
+    direction = np.array([0.1, -0.8, 0.6] if sideways else [-0.8, -0.1, 0.6])
     return rrb.EyeControls3D(
         kind="Orbital",
-        position=target + seen * 1.35 * np.array([0.1, -0.78, 0.62]),
+        position=target + _DISTANCE * max(wide / _ASPECT, 0.7 * far, _LEAST_M) * direction,
         look_target=target,
         eye_up=(0, 0, 1),
     )
+
+
+def _names(comparisons: Sequence[Comparison]) -> list[str]:
+    """Return what the runs' tabs and curves are called."""
+    return [f"{number}: {label}" for number, label in enumerate(labels(comparisons), start=1)]
 
 
 def _overlaid(name: str, plot: str, comparisons: Sequence[Comparison]) -> rrb.TimeSeriesView:
     """Return one curve of every run, told apart by the colours of the runs."""
     styles = {
         f"/runs/{number}/plots/{plot}": rr.SeriesLines(
-            names=lane_label(comparison, number),
+            names=name,
             colors=rgb(palette.run_color(number)),
             widths=_LINE,
         )
-        for number, comparison in enumerate(comparisons, start=1)
+        for number, name in enumerate(_names(comparisons), start=1)
     }
     legend = plot == "foot_x/real"
     channel = FOOT[0] if plot.startswith(FOOT[0][:6]) else None

@@ -9,14 +9,14 @@ from workbench.motion import CORNER_FORCES
 from workbench.review.comparison import Comparison
 from workbench.review.headline import HEADINGS, headline, largest_rows, misfit_rows
 
-__all__ = ["notes", "overview"]
+__all__ = ["labels", "notes", "overview"]
 
 _UNSEEN = (
     "The thin orange line from the foot to T stands for the real beam; "
     "the beam between them was not measured."
 )
 _FORCES = (
-    "Red arrows: what the ground does to each corner of the twin's foot, 20 mm for each newton. "
+    "Red arrows: what the ground does to each corner of the twin's foot, 50 mm for each newton. "
     "Nobody measures it on the robot."
 )
 _PICK = (
@@ -46,16 +46,26 @@ def overview(title: str, comparisons: Sequence[Comparison]) -> str:
     rows = [
         (
             f"{number}",
-            comparison.label + (f" **{comparison.mark}**" if comparison.mark else ""),
+            label + (f" **{comparison.mark}**" if comparison.mark else ""),
             headline(comparison)[0].real,
             headline(comparison)[0].twin,
             misfit_rows(comparison.misfit)[-1][1],
         )
-        for number, comparison in enumerate(comparisons, start=1)
+        for number, (label, comparison) in enumerate(
+            zip(labels(comparisons), comparisons, strict=True), start=1
+        )
     ]
     what = " / ".join(dict.fromkeys(headline(one)[0].quantity for one in comparisons))
     heads = ("Run", "", f"{what}, real", "Twin", "Error")
     return "\n\n".join([f"**{title}**", _table(heads, rows), _PICK])
+
+
+def labels(comparisons: Sequence[Comparison]) -> list[str]:
+    """Return what tells each run from the others; what is the same of all is left out."""
+    every = [comparison.label for comparison in comparisons]
+    same = set.intersection(*map(set, every)) if len(every) > 1 else set()
+    short = [", ".join(part for part in label if part not in same) for label in every]
+    return [name or comparison.called for name, comparison in zip(short, comparisons, strict=True)]
 
 
 def _noise(comparison: Comparison) -> str:

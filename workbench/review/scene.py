@@ -20,13 +20,13 @@ from workbench.review.geometry import (
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["draw_floor", "draw_real", "draw_simulated", "floor_height"]
+__all__ = ["FORCE_M_PER_N", "draw_floor", "draw_real", "draw_simulated", "floor_height"]
 
 _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
-_FORCE_M_PER_N = 0.02  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
+FORCE_M_PER_N = 0.05  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
 
 
 def floor_height(comparison: Comparison) -> float:
@@ -71,7 +71,7 @@ def draw_simulated(
 ) -> None:
     """Draw a simulated robot with its whole beam, a chain of straight increments.
 
-    The ground's force on each corner of its foot is an arrow, 20 mm for each newton.
+    The ground's force on each corner of its foot is an arrow, 50 mm for each newton.
 
     Raises:
         ValueError: when the motion carries no hinge angles.
@@ -95,11 +95,11 @@ def _draw_forces(stream: rr.RecordingStream, path: str, motion: TimeSeries, figu
     seen = (forces != 0).any(axis=(1, 2)) & _seen(places)
     arrows = rr.Arrows3D.columns(
         origins=places[seen].reshape(-1, 3),
-        vectors=_FORCE_M_PER_N * forces[seen].reshape(-1, 3),
+        vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3),
     )
     send_seen(stream, path, motion.times, seen, arrows, each=places.shape[1])
-    look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS / 2, colors=rgb(palette.SHADES["force"]))
-    stream.log(path, look, rr.AnyValues(metres_per_newton=_FORCE_M_PER_N), static=True)
+    look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.SHADES["force"]))
+    stream.log(path, look, rr.AnyValues(metres_per_newton=FORCE_M_PER_N), static=True)
 
 
 def _draw_parts(
