@@ -7,12 +7,13 @@ named, and the whole is marked.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from workbench.bundle import Bundle, Series, sha256, verify
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, Misfit, Summary
 from workbench.protocol import ModelFile, ShapeFile, load
 from workbench.review import Comparison, Figure, Phase
@@ -22,7 +23,7 @@ from workbench.review.phases import phases, with_prompts
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["recall", "recall_damaged"]
+__all__ = ["recall", "recall_damaged", "recall_whatever", "runs_named"]
 
 _NAN = float("nan")
 _CHANNELS = (*FOOT, *TOP, *ROTOR, ROTOR_ANGLE, ROTOR_SPEED, "hinge_0_rad")
@@ -69,12 +70,65 @@ def recall_damaged(bundle: Bundle) -> Comparison:
     Raises:
         InputError: when not even model and shape can be read.
     """
-    wrong = verify(bundle.path) if bundle.is_closed() else []
+    wrong = _wrong(bundle)
     real, twin = (_series(bundle, kind, wrong) for kind in ("track", "twin"))
     supply = _series(bundle, "supply", wrong)
     warnings = [*dict.fromkeys(wrong), *bundle.manifest.get("warnings", ())]
     kept = _Kept(real or _NOTHING, twin or _NOTHING, supply, warnings, _mark(bundle, wrong))
     return _comparison(bundle, kept)
+
+
+def recall_whatever(bundle: Bundle) -> Comparison:
+    """Return a run as `recall` does where it is whole, else what is left of it, marked.
+
+    Raises:
+        InputError: when not even model and shape can be read.
+    """
+    whole = bundle.manifest["status"] == "complete" and not _wrong(bundle)
+    return recall(bundle) if whole else recall_damaged(bundle)
+
+
+def runs_named(words: Sequence[Path], root: Path) -> list[Bundle]:
+    """Return bundles by path or name, those in a folder, or those of an experiment.
+
+    A protocol, by its file's name, stands for the newest experiment that carried it out; so does
+    the id of an experiment for its runs.
+
+    Raises:
+        InputError: when a word is none of these.
+    """
+    found: list[Bundle] = []
+    for word in words:
+        try:
+            found += Bundle.find_all([word], root)
+        except InputError:
+            found += _of_experiment(word, root)
+    return found
+
+
+def _of_experiment(word: Path, root: Path) -> list[Bundle]:
+    """Return the runs of an experiment in the order in which they were begun."""
+    every = [Bundle.open(path.parent) for path in sorted(root.glob("*/manifest.json"))]
+    facts = [bundle.manifest for bundle in every if "experiment" in bundle.manifest]
+    names = {one["experiment"] for one in facts if word.stem == Path(one["protocol"]).stem}
+    chosen = (
+        word.name if word.name in {one["experiment"] for one in facts} else max(names, default="")
+    )
+    runs = [bundle for bundle in every if bundle.manifest.get("experiment") == chosen]
+    if not runs:
+        known = sorted({Path(one["protocol"]).stem for one in facts})
+        raise InputError(
+            f"{word}: no run, folder of runs, protocol or experiment of that name in {root}"
+            f"{did_you_mean(word.stem, known) or '; there are the protocols ' + ', '.join(known)}"
+        )
+    return runs
+
+
+def _wrong(bundle: Bundle) -> list[str]:
+    """Return what is wrong with the files of a finished run; its views are made anew anyway."""
+    views = tuple(bundle.view(kind).name for kind in ("recording", "report"))
+    problems = verify(bundle.path) if bundle.is_closed() else []
+    return [problem for problem in problems if not problem.startswith(views)]
 
 
 def _series(bundle: Bundle, kind: Series, wrong: list[str]) -> TimeSeries | None:

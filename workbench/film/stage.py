@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -10,7 +11,13 @@ from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR, TOP, position
 from workbench.review import Comparison, Figure
-from workbench.review.geometry import beam_points, beam_root, foot_pitch, ground_forces
+from workbench.review.geometry import (
+    beam_points,
+    beam_root,
+    foot_corners,
+    foot_pitch,
+    ground_forces,
+)
 from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN, rgb
 from workbench.review.scene import FORCE_M_PER_N
 from workbench.timeseries import TimeSeries
@@ -18,9 +25,9 @@ from workbench.timeseries import TimeSeries
 __all__ = ["Stage"]
 
 _FOOT_THICKNESS_M = 0.008
-_BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0012
+_BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
 _TOP_M, _ROTOR_M = 0.011, 0.012
-_GHOST = 0.45  # opacity of what was measured
+_GHOST = 0.6  # opacity of what was measured
 _HEIGHT_M = 0.46  # of the picture at least: the robot and a little air
 _ASPECT = 16 / 9
 _AHEAD_M = 0.25  # shown before and behind the way
@@ -91,9 +98,12 @@ class Stage:
         return self._scene
 
     def _add_simulated(self, motion: TimeSeries, figure: Figure, color: str) -> None:
-        self._add_robot(motion, figure, _ink(color))
+        half = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS_M / 2]
+        foot = position(motion, FOOT)[0]
+        self._add_foot(foot, foot_pitch(motion)[0], half, _ink(color))
+        self._add_top(motion, _ink(color))
         beam = beam_points(motion, figure)[0]
-        for begin, end in zip(beam[:-1], beam[1:], strict=True):
+        for begin, end in pairwise(beam):
             self._line(begin, end, _BEAM_M, _ink(color))
         pushed = ground_forces(motion, figure)
         if pushed is not None:
@@ -105,30 +115,33 @@ class Stage:
     def _add_measured(self, motion: TimeSeries, figure: Figure) -> None:
         """Add the real robot as a ghost; a thin line stands for the beam that nobody measured."""
         ink = _ink(REAL, _GHOST)
-        self._add_robot(motion, figure, ink)
+        self._add_top(motion, ink)
+        x, y = figure.foot_length / 2, figure.foot_width / 2
+        edges = [[x, y], [x, -y], [-x, -y], [-x, y], [x, y]]
+        for begin, end in pairwise(foot_corners(motion, edges)[0]):
+            self._line(begin, end, _LINK_M, ink)  # a solid foot would hide the twin's
         self._line(beam_root(motion, figure)[0], position(motion, TOP)[0], _LINK_M, ink)
 
-    def _add_robot(self, motion: TimeSeries, figure: Figure, ink: NDArray[np.float32]) -> None:
-        """Add foot, T, rotor and the arm between them."""
-        foot, top, rotor = (position(motion, name)[0] for name in (FOOT, TOP, ROTOR))
-        half = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS_M / 2]
-        self._body(mujoco.mjtGeom.mjGEOM_BOX, half, foot, ink, foot_pitch(motion)[0])
-        self._body(mujoco.mjtGeom.mjGEOM_SPHERE, [_TOP_M] * 3, top, ink)
-        self._body(mujoco.mjtGeom.mjGEOM_SPHERE, [_ROTOR_M] * 3, rotor, ink)
+    def _add_top(self, motion: TimeSeries, ink: NDArray[np.float32]) -> None:
+        """Add T, rotor and the arm between them."""
+        top, rotor = position(motion, TOP)[0], position(motion, ROTOR)[0]
+        for place, radius in ((top, _TOP_M), (rotor, _ROTOR_M)):
+            if np.isfinite(place).all():
+                kind, level = mujoco.mjtGeom.mjGEOM_SPHERE, np.eye(3).ravel()
+                mujoco.mjv_initGeom(self._next(), kind, np.full(3, radius), place, level, ink)
         self._line(top, rotor, _ARM_M, ink)
 
-    def _body(
+    def _add_foot(
         self,
-        kind: mujoco.mjtGeom,
-        size: Sequence[float],
         place: NDArray[np.float64],
+        pitch: float,
+        half: Sequence[float],
         ink: NDArray[np.float32],
-        pitch: float = 0.0,
     ) -> None:
         if np.isfinite(place).all():
             c, s = np.cos(pitch), np.sin(pitch)
-            turned = np.array([c, 0, s, 0, 1, 0, -s, 0, c])
-            mujoco.mjv_initGeom(self._next(), kind, np.array(size), place, turned, ink)
+            turned, kind = np.array([c, 0, s, 0, 1, 0, -s, 0, c]), mujoco.mjtGeom.mjGEOM_BOX
+            mujoco.mjv_initGeom(self._next(), kind, np.array(half), place, turned, ink)
 
     def _line(
         self,

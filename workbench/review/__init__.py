@@ -10,7 +10,9 @@ curve to the recording, send it in `recording.py` and give it a view in `layout.
 """
 
 from workbench.review.comparison import Comparison, Extended, Figure, Phase
+from workbench.review.experiment_page import ExperimentPage, write_experiment_page
 from workbench.review.headline import QUANTITIES
+from workbench.review.picture import as_jpeg, picture_recording
 from workbench.review.recording import write_recording, write_together
 from workbench.review.report import write_report
 from workbench.review.viewer import HeadlessViewer, open_viewer
@@ -18,11 +20,15 @@ from workbench.review.viewer import HeadlessViewer, open_viewer
 __all__ = [
     "QUANTITIES",
     "Comparison",
+    "ExperimentPage",
     "Extended",
     "Figure",
     "HeadlessViewer",
     "Phase",
+    "as_jpeg",
     "open_viewer",
+    "picture_recording",
+    "write_experiment_page",
     "write_recording",
     "write_report",
     "write_together",

@@ -13,10 +13,21 @@ from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Misfit, Mode, Summa
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Extended", "Figure", "Largest", "Phase"]
+__all__ = [
+    "FOOT_ERROR",
+    "NOISE_WIDTH",
+    "TOP_ERROR",
+    "Comparison",
+    "Extended",
+    "Figure",
+    "Largest",
+    "Phase",
+]
 
 FOOT_ERROR = "foot_error_mm"
 TOP_ERROR = "top_error_mm"
+NOISE_WIDTH = 2.0
+"""Standard deviations from a measured curve to the edge of its noise band."""
 
 
 @dataclass(frozen=True)

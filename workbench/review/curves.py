@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 from workbench.motion import FOOT, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.review import palette
 from workbench.review.columns import send_seen
-from workbench.review.comparison import FOOT_ERROR, TOP_ERROR, Comparison
+from workbench.review.comparison import FOOT_ERROR, NOISE_WIDTH, TOP_ERROR, Comparison
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["NOISE_WIDTH", "TRACES", "Robot", "plot_run", "robots"]
-
-NOISE_WIDTH = 2.0
-"""Standard deviations from a measured curve to the edge of its band."""
+__all__ = ["TRACES", "Robot", "plot_run", "robots"]
 
 TRACES = {
     "foot_x": FOOT[0],
