@@ -203,11 +203,9 @@ def _summary(facts: dict[str, Any], who: str) -> Summary | RingDown:
 
 def _label(facts: dict[str, Any], shape: ShapeFile) -> tuple[str, ...]:
     """Return what tells a run from the others of its protocol: condition, beam, repeat."""
-    mode, speed, pull, height = (
-        facts.get(key) for key in ("mode", "speed_rad_s", "pull_N", "height_m")
-    )
+    speed, pull, height = (facts.get(key) for key in ("speed_rad_s", "pull_N", "height_m"))
     return (
-        mode,
+        str(facts["mode"]),
         *([f"{speed:.3g} rad/s"] if speed is not None else ()),
         *([f"{pull:g} N"] if pull is not None else ()),
         *([f"{1000 * height:g} mm"] if height is not None else ()),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from workbench.bundle import sha256
 from workbench.diagnose.diagnosis import Diagnosis
@@ -49,7 +50,7 @@ def extended_model_of(run: str, take: Path, folder: Path) -> Path | None:
     return None
 
 
-def _read(path: Path) -> dict[str, dict[str, str]]:
+def _read(path: Path) -> dict[str, Any]:
     """Return an answer, nothing of a file that is none."""
     try:
         answer = json.loads(path.read_text(encoding="utf-8"))

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from workbench.review.comparison import Comparison
 from workbench.review.headline import QUANTITIES, Quantity
+from workbench.review.notes import labels
 from workbench.review.page import code, figure, picture, table, warning_list, write_page
 from workbench.review.repeats import CONFIDENCE, Condition, Spread, conditions
 from workbench.review.together_plots import bars, paths, thumbnail
@@ -89,7 +90,7 @@ def _results(grouped: Sequence[Condition]) -> Markup:
     )
     told = [name for name in QUANTITIES if name in names]
     rows = [
-        (condition.name, QUANTITIES[name].name, *_compared(condition, name))
+        (condition.name if name == told[0] else "", _named(name), *_compared(condition, name))
         for condition in grouped
         for name in told
     ]
@@ -110,15 +111,20 @@ def _compared(condition: Condition, name: str) -> tuple[str, str, str, str]:
     real = condition.spread(lambda run: of("real", run))
     twin = condition.spread(lambda run: of("twin", run))
     apart = condition.spread(lambda run: of("twin", run) - of("real", run))
-    return str(real.count), _told(real, shown), _told(twin, shown), _told(apart, shown, sign="+")
+    return str(real.known), _told(real, shown), _told(twin, shown), _told(apart, shown, sign="+")
 
 
 def _told(found: Spread, shown: Quantity, sign: str = "") -> str:
     if not math.isfinite(found.mean):
         return "not measured"
     mean = f"{found.mean:{sign}.{shown.digits}f}"
-    half = f" \N{PLUS-MINUS SIGN} {found.half:.{shown.digits}f}" if found.count > 1 else ""
-    return f"{mean}{half} {shown.unit}".rstrip()
+    half = f" \N{PLUS-MINUS SIGN} {found.half:.{shown.digits}f}" if found.known > 1 else ""
+    return mean + half
+
+
+def _named(name: str) -> str:
+    shown = QUANTITIES[name]
+    return f"{shown.name} [{shown.unit}]" if shown.unit else shown.name
 
 
 def _paths(grouped: Sequence[Condition]) -> Markup:
@@ -135,11 +141,12 @@ def _paths(grouped: Sequence[Condition]) -> Markup:
 def _runs(page: ExperimentPage) -> Markup:
     """Return a row for each run: its number, picture, condition, numbers and report."""
     name = next(iter(page.runs[0].real_summary.as_json()))
+    told = labels(page.runs)
     rows = [
         (
             f"{number}",
             Markup(thumbnail(run)),
-            run.called or run.title,
+            told[number - 1] or run.title,
             _number(run.real_summary.as_json(), name),
             _number(run.twin_summary.as_json(), name),
             f"{run.misfit.both_mm:.1f} mm" if math.isfinite(run.misfit.both_mm) else "-",
@@ -160,10 +167,11 @@ def _number(summary: dict[str, float], name: str) -> str:
 
 
 def _link(run: Comparison, report: str) -> Markup:
-    name = run.run if run.mark is None else f"{run.run}: {run.mark}"
+    mark = Markup() if run.mark is None else Markup("<br><strong>{}</strong>").format(run.mark)
+    name = run.run.split("_", 2)[-1]
     if not report:
-        return Markup("{}").format(name)
-    return Markup('<a href="{}">{}</a>').format(report, name)
+        return Markup("{}").format(name) + mark
+    return Markup('<a href="{}" title="{}">{}</a>').format(report, run.run, name) + mark
 
 
 def _recording(page: ExperimentPage) -> Markup:

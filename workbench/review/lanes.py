@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from workbench.motion import FOOT
 from workbench.review import palette
 from workbench.review.comparison import Comparison
-from workbench.review.layout import curves, run_views, scene, time_panel
+from workbench.review.layout import Overrides, curves, run_views, scene, time_panel
 from workbench.review.notes import labels
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
@@ -22,7 +22,7 @@ _WIDTH_M = 0.40  # from lane to lane: a foot and room to fall over
 _SIGN_M = 0.24  # from the start back to the lane's sign
 _LINE = 1.5
 _ASPECT = 1.6  # width to height of the view
-_DISTANCE = 1.75  # of the eye from what it looks at, for each metre of height seen
+_DISTANCE = 1.35  # of the eye from what it looks at, for each metre of height seen
 _LEAST_M = 0.5
 
 
@@ -77,12 +77,17 @@ def _all(comparisons: Sequence[Comparison]) -> rrb.Container:
 
 def _race(comparisons: Sequence[Comparison]) -> rrb.Spatial3DView:
     parts = ("real/**", "sim/**", "extended/**", "sign", "floor/scale")
-    contents = [
-        f"/runs/{number}/{part}" for number in range(1, len(comparisons) + 1) for part in parts
-    ]
+    numbers = range(1, len(comparisons) + 1)
+    contents = [f"/runs/{number}/{part}" for number in numbers for part in parts]
     contents.append(f"/runs/{len(comparisons)}/floor/marks")  # of the lane nearest to the eye
     floor = min(floor_height(comparison) for comparison in comparisons)
-    return scene("All robots, a lane for each run", "", contents, _eye(comparisons), floor)
+    outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
+    outlined: Overrides = {
+        f"/runs/{k}/{who}/foot": outline for k in numbers for who in ("sim", "extended")
+    }
+    return scene(
+        "All robots, a lane for each run", "", contents, _eye(comparisons), floor, outlined
+    )
 
 
 def _eye(comparisons: Sequence[Comparison]) -> rrb.EyeControls3D:
@@ -110,7 +115,7 @@ def _names(comparisons: Sequence[Comparison]) -> list[str]:
 
 def _overlaid(name: str, plot: str, comparisons: Sequence[Comparison]) -> rrb.TimeSeriesView:
     """Return one curve of every run, told apart by the colours of the runs."""
-    styles = {
+    styles: Overrides = {
         f"/runs/{number}/plots/{plot}": rr.SeriesLines(
             names=name,
             colors=rgb(palette.run_color(number)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -17,13 +18,16 @@ from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
 from workbench.review.story import journal_lines
 
-__all__ = ["curves", "layout", "run_views", "scene", "time_panel"]
+__all__ = ["Overrides", "curves", "layout", "run_views", "scene", "time_panel"]
+
+Overrides = dict[Any, rr.Boxes3D | rr.SeriesLines]
+"""Entity -> what looks other in one view than it was sent."""
 
 _HEIGHT = 0.42  # of the scene: the robot, about 0.35 m, and a little floor
 _AIR = 1.05  # of the greatest error, to the end of its axis
 _ASPECT = 1.9  # width to height of what a 3-D view shows
 _DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
-_SHARES = {"scenes": 5.0, "traces": 5.0, "evidence": 3.4, "phases": 1.5}
+_SHARES = {"scenes": 5.2, "traces": 4.8, "evidence": 3.4, "phases": 1.6}
 
 
 def layout(comparison: Comparison) -> rrb.Blueprint:
@@ -68,7 +72,7 @@ def _scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DView]:
         together = "All three" if len(moving) > 2 else "Real (orange) and twin (blue)"
         # Solid feet in one place would flicker, so those of the twins are outlines here.
         outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
-        outlined = {f"{root}/{path}/foot": outline for _, path in moving[1:]}
+        outlined: Overrides = {f"{root}/{path}/foot": outline for _, path in moving[1:]}
         paths = [f"{root}/{path}/**" for _, path in moving]
         views.append(scene(together, root, paths, eye, floor, outlined))
     return views
@@ -80,7 +84,7 @@ def scene(
     contents: Sequence[str],
     eye: rrb.EyeControls3D,
     floor_z: float,
-    overrides: dict[str, rr.Boxes3D] | None = None,
+    overrides: Overrides | None = None,
 ) -> rrb.Spatial3DView:
     """Return a view of robots on the white floor with its grid.
 
@@ -128,7 +132,7 @@ def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     )
 
 
-def _traces(comparison: Comparison, root: str) -> list[rrb.Container]:
+def _traces(comparison: Comparison, root: str) -> Sequence[rrb.Container]:
     if not any(len(motion) for motion in comparison.motions):
         return []
 
@@ -213,7 +217,7 @@ def curves(
     legend: bool = True,
     span: tuple[float, float] | None = None,
     contents: Sequence[str] = ("$origin/**",),
-    overrides: dict[str, rr.SeriesLines] | None = None,
+    overrides: Overrides | None = None,
 ) -> rrb.TimeSeriesView:
     """Return a view of curves; without a span the viewer takes its own, which includes zero."""
     return rrb.TimeSeriesView(

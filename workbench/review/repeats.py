@@ -22,19 +22,19 @@ class Spread(NamedTuple):
     Args:
         mean: of those that are known; NaN of none.
         half: half the width of its interval; NaN where fewer than two are known.
-        count: how many are known.
+        known: how many are known.
     """
 
     mean: float
     half: float
-    count: int
+    known: int
 
 
 class Condition(NamedTuple):
     """Runs that differ in their repeat only.
 
     Args:
-        name: what they have in common.
+        name: what they have in common and other conditions have not.
         runs: in the order of the experiment.
     """
 
@@ -48,11 +48,15 @@ class Condition(NamedTuple):
 
 def conditions(comparisons: Sequence[Comparison]) -> list[Condition]:
     """Return the conditions in order of their first run."""
-    found: dict[str, list[Comparison]] = {}
+    found: dict[tuple[str, ...], list[Comparison]] = {}
     for run in comparisons:
-        name = ", ".join(part for part in run.label if not part.startswith("repeat "))
-        found.setdefault(name or run.title, []).append(run)
-    return [Condition(name, tuple(runs)) for name, runs in found.items()]
+        told = tuple(part for part in run.label if not part.startswith("repeat "))
+        found.setdefault(told or (run.title,), []).append(run)
+    same = set.intersection(*map(set, found)) if len(found) > 1 else set()
+    return [
+        Condition(", ".join(part for part in told if part not in same), tuple(runs))
+        for told, runs in found.items()
+    ]
 
 
 def spread(values: Sequence[float]) -> Spread:

@@ -162,4 +162,4 @@ def _send_strips(
 
 
 def _seen(places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(places).reshape(len(places), -1).all(axis=1))
+    return np.asarray(np.isfinite(places).all(axis=tuple(range(1, places.ndim))))

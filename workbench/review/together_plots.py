@@ -117,12 +117,12 @@ def _way(run: Comparison, motion: TimeSeries) -> NDArray[np.float64]:
 def _strokes(way: NDArray[np.float64]) -> list[str]:
     """Return the points of every unbroken part of a way within 0 to 1, for a thumbnail."""
     width, height = (size - 2 * _INSET for size in _SIZE)
-    known = np.isfinite(way).all(axis=1)
-    parts = np.split(np.arange(len(way)), np.flatnonzero(np.diff(known.astype(int))) + 1)
+    known = np.isfinite(way.sum(axis=1))
+    parts = np.split(np.arange(len(way)), np.flatnonzero(known[1:] != known[:-1]) + 1)
     return [
         " ".join(f"{_INSET + width * x:.1f},{_INSET + height * (1 - z):.1f}" for x, z in way[part])
         for part in parts
-        if len(part) > 1 and known[part[0]]
+        if len(part) > 1 and known[part].all()
     ]
 
 
