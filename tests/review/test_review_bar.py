@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from rerun.chunk import Chunk, RrdReader
+from rerun.chunk import Chunk
 
 from tests.conftest import ROOT
 from workbench.bench import load_bench, make_bench

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -15,27 +12,17 @@ from PIL.Image import Image
 from workbench.bundle import Bundle
 from workbench.cli.output import RunsFolder, people, show_table, tell
 from workbench.diagnose import extended_model_of
-from workbench.errors import InputError, WorkbenchError
+from workbench.errors import WorkbenchError
 from workbench.film import Film, write_frames, write_video
 from workbench.pairing import pair_extended
 from workbench.protocol import Document, ModelFile, load_model
 from workbench.recall import recall_whatever, runs_named
-from workbench.review import (
-    Comparison,
-    ExperimentPage,
-    as_jpeg,
-    open_viewer,
-    picture_recording,
-    write_experiment_page,
-    write_recording,
-    write_report,
-    write_together,
-)
+from workbench.review import Comparison, open_viewer
+from workbench.showing import Shown
 
 __all__ = ["review"]
 
-_MOMENT = 0.8  # of the run: where a picture is taken
-_TOLD = 10  # percent of a film
+_TOLD = 10  # times while a film is made
 
 
 def review(
@@ -89,65 +76,20 @@ def review(
     given = None if model is None else load_model(model, Path())
     shown = Shown(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
     if video is not None or frames is not None:
-        _film(shown, video, frames, Film(slow=slow))
+        _film(shown.only(), video, frames, Film(slow=slow))
     if save is not None:
         shown.record(save)
         people.print(f"saved {save}", markup=False)
     if picture is not None:
+        tell("picture of the viewer")
         shown.picture().save(picture)
         people.print(f"saved {picture}", markup=False)
     if page is not None:
-        _write_page(shown, page)
+        shown.write_page(page, _picture(shown))
         people.print(f"page: {page}", markup=False)
     if not any((video, frames, save, picture, page)):
         with tempfile.TemporaryDirectory() as temporary:
-            open_viewer(shown.record(Path(temporary) / f"{shown.name}.rrd"), web=web)
-
-
-@dataclass(frozen=True)
-class Shown:
-    """Runs that are shown together.
-
-    Args:
-        bundles: of the runs.
-        comparisons: what is shown of each.
-    """
-
-    bundles: Sequence[Bundle]
-    comparisons: Sequence[Comparison]
-
-    @property
-    def name(self) -> str:
-        """Return a name for files that are made of them."""
-        return self.comparisons[0].run if len(self.comparisons) == 1 else "runs"
-
-    @property
-    def title(self) -> str:
-        """Return the titles of their protocols."""
-        return " / ".join(dict.fromkeys(one.title for one in self.comparisons))
-
-    def record(self, path: Path) -> Path:
-        """Write the recording and return its path."""
-        if len(self.comparisons) == 1:
-            write_recording(self.comparisons[0], path)
-        else:
-            write_together(self.title, self.comparisons, path)
-        return path
-
-    def picture(self) -> Image:
-        """Return the viewer's window with the recording."""
-        tell("picture of the viewer")
-        with tempfile.TemporaryDirectory() as folder:
-            recording = self.record(Path(folder) / f"{self.name}.rrd")
-            return picture_recording(recording, _MOMENT * self.comparisons[0].duration_s)
-
-    def jpeg(self) -> bytes | None:
-        """Return that picture for a page, None where this computer cannot take one."""
-        try:
-            return as_jpeg(self.picture())
-        except WorkbenchError as error:
-            people.print(f"the page has no picture of the viewer: {error}", markup=False)
-            return None
+            open_viewer(shown.record(Path(temporary) / "runs.rrd"), web=web)
 
 
 def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:
@@ -169,17 +111,12 @@ def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Pa
     return comparison
 
 
-def _film(shown: Shown, video: Path | None, frames: Path | None, how: Film) -> None:
-    if len(shown.comparisons) > 1:
-        raise InputError(
-            f"a film shows one run and {len(shown.comparisons)} were named; name one: "
-            f"{', '.join(one.run for one in shown.comparisons[:3])}, ..."
-        )
+def _film(run: Comparison, video: Path | None, frames: Path | None, how: Film) -> None:
     if video is not None:
-        write_video(shown.comparisons[0], video, how, _tell_frames)
+        write_video(run, video, how, _tell_frames)
         people.print(f"saved {video}", markup=False)
     if frames is not None:
-        write_frames(shown.comparisons[0], frames, how, _tell_frames)
+        write_frames(run, frames, how, _tell_frames)
         people.print(f"saved {frames}", markup=False)
 
 
@@ -189,36 +126,14 @@ def _tell_frames(done: int, count: int) -> None:
         tell(f"frame {done} of {count}")
 
 
-def _write_page(shown: Shown, path: Path) -> None:
-    """Write the report of one run, or the page of several, with a picture of the viewer."""
-    jpeg = shown.jpeg()
-    if len(shown.comparisons) == 1:
-        write_report(shown.comparisons[0], path, jpeg)
-        return
-    reports = [bundle.view("report") for bundle in shown.bundles]
-    links = [os.path.relpath(one, path.parent) if one.exists() else "" for one in reports]
-    facts = [bundle.manifest for bundle in shown.bundles]
-    origins = dict.fromkeys(
-        f"{one.get('protocol') or one.get('sheet')}, {one.get('experiment', 'measured elsewhere')}"
-        for one in facts
-    )
-    experiment = ExperimentPage(
-        shown.title,
-        "; ".join(origins),
-        tuple(shown.comparisons),
-        tuple(Path(link).as_posix() if link else "" for link in links),
-        _command(shown),
-        jpeg,
-    )
-    write_experiment_page(experiment, path)
-
-
-def _command(shown: Shown) -> str:
-    """Return the command that shows these runs."""
-    experiments = {bundle.manifest.get("experiment") for bundle in shown.bundles}
-    if len(experiments) == 1 and None not in experiments:
-        return f"workbench review {experiments.pop()}"
-    return f"workbench review {' '.join(one.run for one in shown.comparisons)}"
+def _picture(shown: Shown) -> Image | None:
+    """Return a picture for a page, None where this computer cannot take one."""
+    tell("picture of the viewer")
+    try:
+        return shown.picture()
+    except WorkbenchError as error:
+        people.print(f"the page has no picture of the viewer: {error}", markup=False)
+        return None
 
 
 def _print_errors(comparison: Comparison) -> None:
