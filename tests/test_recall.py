@@ -94,7 +94,7 @@ def test_a_whole_run_is_not_marked(hop: Bundle) -> None:
 def test_the_twin_s_corners_carry_it(lab: Path) -> None:
     (path,) = lab.glob("*_hop-*")
     twin = Bundle.open(path).read_series("twin")
-    corners = sum(twin[f"corner_{k}_z_N"] for k in range(4))
+    corners = np.sum([twin[f"corner_{k}_z_N"] for k in range(4)], axis=0)
     np.testing.assert_allclose(corners, twin["ground_z_N"], atol=1e-9)
     assert corners[0] == pytest.approx(0.2574 * 9.81, rel=0.01)  # the robot's weight at rest
 

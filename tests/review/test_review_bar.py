@@ -113,14 +113,14 @@ def test_the_whole_window_makes_a_picture(
     red, _, blue = np.moveaxis(np.asarray(image, float) / 255, -1, 0)
     assert np.mean(red - blue > 0.4) > 0.005
     assert np.mean(blue - red > 0.4) > 0.005
-    image.quantize(256).save(pictures / "recording.png", optimize=True)
+    image.save(pictures / "recording.png", optimize=True)
 
 
 def test_a_frame_of_the_film_makes_a_picture(bundle: Bundle, pictures: Path) -> None:
-    comparison, how = recall(bundle), Film(rate_hz=1)
+    comparison, how = recall(bundle), Film(rate_hz=1, slow=0.5)
     try:
         with film(comparison, how) as frames:
-            shown = next(picture for time, picture in frames if time > MOMENT_S)
+            shown = next(picture for time, picture in frames if time > 5)
     except WorkbenchError as error:
         pytest.skip(f"no picture can be rendered here: {error}")
     assert shown.shape == (how.height, how.width, 3)
@@ -133,4 +133,4 @@ def test_several_runs_make_a_picture(tmp_path: Path, pictures: Path) -> None:
     bundles = measured("hop-both-speeds.yaml", tmp_path / "runs")
     write_together("Both speeds", [recall(one) for one in bundles], tmp_path / "runs.rrd")
     image = picture_recording(tmp_path / "runs.rrd", MOMENT_S)
-    image.quantize(256).save(pictures / "runs.png", optimize=True)
+    image.save(pictures / "runs.png", optimize=True)

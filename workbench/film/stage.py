@@ -28,7 +28,7 @@ _FOOT_THICKNESS_M = 0.008
 _BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
 _TOP_M, _ROTOR_M = 0.011, 0.012
 _GHOST = 0.6  # opacity of what was measured
-_HEIGHT_M = 0.46  # of the picture at least: the robot and a little air
+_HEIGHT_M = 0.5  # of the picture at least: the robot and a little air
 _ASPECT = 16 / 9
 _AHEAD_M = 0.25  # shown before and behind the way
 _EYE_DEG = (97.0, -18.0)  # azimuth and elevation: from the right and a little above
@@ -171,7 +171,7 @@ def _camera(left: float, right: float, floor: float) -> mujoco.MjvCamera:
     height = max(_HEIGHT_M, (right - left) / _ASPECT)
     camera = mujoco.MjvCamera()
     camera.azimuth, camera.elevation = _EYE_DEG
-    camera.lookat[:] = [(left + right) / 2, 0.0, floor + 0.36 * _HEIGHT_M]
+    camera.lookat[:] = [(left + right) / 2, 0.0, floor + 0.3 * _HEIGHT_M]
     camera.distance = 1.06 * height / (2 * np.tan(np.radians(_FOVY_DEG / 2)))
     return camera
 
