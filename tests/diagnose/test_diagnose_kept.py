@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.diagnose.paper import measured
 from workbench.bundle import sha256
-from workbench.diagnose import extended_model_of
+from workbench.diagnose import diagnose, extended_model_of, write_answer
 
 
 @pytest.fixture
@@ -31,6 +32,20 @@ def answer(folder: Path, take: Path, model: str | None, age_s: float = 0.0) -> P
     path.write_text(json.dumps(told), encoding="utf-8")
     os.utime(path, (1e9 - age_s, 1e9 - age_s))
     return folder / "model.yaml"
+
+
+def test_an_answer_is_kept_with_what_it_rests_on(take: Path, tmp_path: Path) -> None:
+    found = diagnose(measured(1, {"hardening": 0.01}), tmp_path / "april", "april", seed=7)
+    path = tmp_path / "april" / "april.json"
+    write_answer(path, found, {"run-1": take})
+    told = json.loads(path.read_text(encoding="utf-8"))
+    assert told["schema"] == "workbench/diagnosis-1"
+    assert [one["effect"] for one in told["causes"]] == ["hardening"]
+    assert told["files"] == {"run-1": sha256(take)}
+    model = extended_model_of("run-1", take, tmp_path)
+    assert model is not None
+    assert found.extended is not None
+    assert model.name == found.extended.source.name
 
 
 def test_the_newest_diagnosis_of_a_run_counts(take: Path, tmp_path: Path) -> None:

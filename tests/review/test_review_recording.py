@@ -161,7 +161,7 @@ def test_a_run_that_was_cut_off_is_marked_and_shown_as_far_as_it_goes(
     first = str(log.to_record_batch().to_pylist()[0])
     assert "ERROR" in first
     assert "the program was killed" in first
-    names = {view.name for view in _views(layout(cut).root_container)}
+    names = {view.name for view in views_in(layout(cut).root_container)}
     assert names == {"Supply [V]", "Supply [A]", "Notes", "Protocol file", "Journal"}
 
 
@@ -241,14 +241,28 @@ def test_a_drop_has_its_floor_below_and_no_view_of_the_rotor_s_speed(
     row = run.to_record_batch().to_pylist()[0]
     assert (row["mode"], row["time_zero"]) == (["drop"], ["the release"])
     assert row["real_ring_hz"] == [2.8]
-    names = [view.name for view in _views(layout(fallen).root_container)]
+    names = [view.name for view in views_in(layout(fallen).root_container)]
     assert "Foot height z [m]" in names
     assert "Rotor speed [rad/s]" not in names
-    assert "Rotor speed [rad/s]" in [v.name for v in _views(layout(comparison).root_container)]
+    assert "Rotor speed [rad/s]" in [v.name for v in views_in(layout(comparison).root_container)]
 
 
-def _views(part: Any) -> list[Any]:
+def test_every_view_has_something_to_show(chunks: list[Chunk], comparison: Comparison) -> None:
+    sent = {chunk.entity_path for chunk in chunks}
+    for view in views_in(layout(comparison).root_container):
+        assert shows(view, sent), view.name
+
+
+def shows(view: Any, sent: set[str]) -> bool:
+    """Tell whether every entity that a view asks for was sent; what ends in /** is a tree."""
+    asked = [view.contents] if isinstance(view.contents, str) else list(view.contents)
+    paths = [path.replace("$origin", view.origin) for path in asked]
+    trees = [path.removesuffix("/**") for path in paths]
+    return all(any(one == tree or one.startswith(f"{tree}/") for one in sent) for tree in trees)
+
+
+def views_in(part: Any) -> list[Any]:
     inner = getattr(part, "contents", None)
     if not isinstance(part, rrb.Container) or inner is None:
         return [part]
-    return [view for child in inner for view in _views(child)]
+    return [view for child in inner for view in views_in(child)]

@@ -14,6 +14,7 @@ from rerun.chunk import Chunk, RrdReader
 from scipy import stats
 
 from tests.review.conftest import DURATION_S, make_motion
+from tests.review.test_review_recording import shows, views_in
 from tests.review.test_review_report import parse
 from workbench.motion import Summary, summarize
 from workbench.review import (
@@ -24,6 +25,7 @@ from workbench.review import (
     write_recording,
     write_together,
 )
+from workbench.review.lanes import lanes
 from workbench.review.repeats import conditions, spread
 
 WAYS = (0.20, 0.23, 0.26, 0.90)
@@ -103,6 +105,14 @@ def test_each_run_tells_its_numbers_and_the_table_all_of_them(chunks: list[Chunk
     table = static(chunks, "/notes", "text")[0]
     assert "| 4 | 19 rad/s, repeat 1 |" in table
     assert "hop" not in table.replace("hopping", "")  # what is the same of all is not repeated
+
+
+def test_every_view_of_every_tab_has_something_to_show(
+    chunks: list[Chunk], runs: list[Comparison]
+) -> None:
+    sent = {chunk.entity_path for chunk in chunks}
+    empty = [view.name for view in views_in(lanes(runs).root_container) if not shows(view, sent)]
+    assert set(empty) == {"All robots, a lane for each run"}  # there is no extended twin
 
 
 @pytest.mark.viewer
