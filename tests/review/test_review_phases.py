@@ -22,6 +22,10 @@ def test_each_level_of_a_staircase_is_named() -> None:
     ]  # fmt: skip
 
 
+def test_a_drive_that_never_began_only_rests() -> None:
+    assert phases("hop", -2.0, [], 0.0) == (Phase(-2.0, "rest"),)
+
+
 def test_a_release_has_no_ramp() -> None:
     assert phases("decay", -2.0, [], 4.0) == (Phase(-2.0, "rest"), Phase(0.0, "ring-down"))
     assert phases("drop", -2.0, [], 4.0)[-1].name == "drop"

@@ -115,6 +115,14 @@ def test_every_view_of_every_tab_has_something_to_show(
     assert set(empty) == {"All robots, a lane for each run"}  # there is no extended twin
 
 
+def test_the_ways_that_tell_most_are_laid_over_one_another(runs: list[Comparison]) -> None:
+    names = [view.name for view in views_in(lanes(runs).root_container)]
+    assert "Foot of the robots, forward x [m]" in names
+    clamped = [replace(one, mode="clamped") for one in runs]
+    names = [view.name for view in views_in(lanes(clamped).root_container)]
+    assert "T of the twins, forward x [m]" in names
+
+
 @pytest.mark.viewer
 def test_the_viewer_shows_a_tab_for_each_pair_and_one_for_all(viewer: HeadlessViewer) -> None:
     views = viewer.state().views

@@ -32,5 +32,7 @@ def send_seen(
         columns: what was seen, `each` values a sample.
         each: how many values belong to one sample.
     """
+    if not len(times):
+        return  # the viewer ends in a panic over an entity without rows
     rows = columns.partition(each * seen.astype(np.int64))
     stream.send_columns(path, [rr.TimeColumn(TIMELINE, duration=times)], rows)

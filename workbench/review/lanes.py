@@ -8,7 +8,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from workbench.motion import FOOT
+from workbench.motion import FOOT, TOP
 from workbench.review import palette
 from workbench.review.comparison import Comparison
 from workbench.review.layout import Overrides, curves, run_views, scene, time_panel
@@ -58,18 +58,20 @@ def draw_lane(stream: rr.RecordingStream, comparison: Comparison, number: int) -
 
 def _all(comparisons: Sequence[Comparison]) -> rrb.Container:
     """Return all runs: their robots in lanes, their ways, their errors and a table."""
-    plots = {
-        "Foot of the robots, forward x [m]": "foot_x/real",
-        "Foot of the twins, forward x [m]": "foot_x/twin",
-        "Distance of T from its twin [mm]": "error_mm/top",
-    }
+    hopping = all(comparison.mover == FOOT for comparison in comparisons)
+    point, channel = ("Foot", FOOT[0]) if hopping else ("T", TOP[0])
+    way, span = channel.removesuffix("_m"), _span(comparisons, channel)
     return rrb.Vertical(
         rrb.Horizontal(
             _race(comparisons),
             rrb.TextDocumentView(origin="/notes", name="Runs"),
             column_shares=[2, 1],
         ),
-        rrb.Horizontal(*(_overlaid(name, plot, comparisons) for name, plot in plots.items())),
+        rrb.Horizontal(
+            _overlaid(f"{point} of the robots, forward x [m]", f"{way}/real", comparisons, span),
+            _overlaid(f"{point} of the twins, forward x [m]", f"{way}/twin", comparisons, span),
+            _overlaid("Distance of T from its twin [mm]", "error_mm/top", comparisons),
+        ),
         row_shares=[3, 2],
         name="All runs",
     )
@@ -113,7 +115,12 @@ def _names(comparisons: Sequence[Comparison]) -> list[str]:
     return [f"{number}: {label}" for number, label in enumerate(labels(comparisons), start=1)]
 
 
-def _overlaid(name: str, plot: str, comparisons: Sequence[Comparison]) -> rrb.TimeSeriesView:
+def _overlaid(
+    name: str,
+    plot: str,
+    comparisons: Sequence[Comparison],
+    span: tuple[float, float] | None = None,
+) -> rrb.TimeSeriesView:
     """Return one curve of every run, told apart by the colours of the runs."""
     styles: Overrides = {
         f"/runs/{number}/plots/{plot}": rr.SeriesLines(
@@ -123,9 +130,7 @@ def _overlaid(name: str, plot: str, comparisons: Sequence[Comparison]) -> rrb.Ti
         )
         for number, name in enumerate(_names(comparisons), start=1)
     }
-    legend = plot == "foot_x/real"
-    channel = FOOT[0] if plot.startswith(FOOT[0][:6]) else None
-    span = None if channel is None else _span(comparisons, channel)
+    legend = plot.endswith("/real")
     return curves("/runs", name, legend, span, list(styles), styles)
 
 

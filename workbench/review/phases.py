@@ -21,11 +21,14 @@ def phases(
     Args:
         mode: of the run.
         begin: of the recording [s].
-        steps: (time [s], rotor speed [rad/s]) as commanded, the last one to zero.
+        steps: (time [s], rotor speed [rad/s]) as commanded, the last one to zero; none where a
+            drive never began.
         duration: end of the drive, or of the time after the release [s].
     """
     if mode not in DRIVEN:
         return (Phase(begin, "rest"), Phase(0.0, _RELEASED[mode]))
+    if not steps:
+        return (Phase(begin, "rest"),)
     ends = [time for time, _ in steps[1:]]
     driven = list(zip(steps[:-1], ends, strict=True))
     levels = sum(end - since > _HOLD_S for (since, _), end in driven)

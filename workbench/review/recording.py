@@ -86,8 +86,10 @@ def _recording(
 def _send_run(stream: rr.RecordingStream, comparison: Comparison, root: str) -> None:
     figure, extended = comparison.figure, comparison.extended
     draw_floor(stream, comparison, root)
-    draw_real(stream, f"{root}real", comparison.real, figure)
-    draw_simulated(stream, f"{root}sim", comparison.twin, figure, palette.TWIN)
+    if len(comparison.real):
+        draw_real(stream, f"{root}real", comparison.real, figure)
+    if len(comparison.twin):
+        draw_simulated(stream, f"{root}sim", comparison.twin, figure, palette.TWIN)
     if extended is not None:
         draw_simulated(stream, f"{root}extended", extended.motion, figure, palette.EXTENDED)
     plot_run(stream, comparison, root)

@@ -127,13 +127,14 @@ def _send_foot(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure
     place = position(motion, FOOT)
     seen = _seen(place)
     size = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS / 2]
-    stream.send_columns(
-        path,
-        [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
-        rr.Transform3D.columns(
-            translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
-        ),
-    )
+    if seen.any():
+        stream.send_columns(
+            path,
+            [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
+            rr.Transform3D.columns(
+                translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
+            ),
+        )
     boxes = rr.Boxes3D.columns(half_sizes=np.tile(size, (len(place[seen]), 1)))
     send_seen(stream, path, motion.times, seen, boxes)
 
