@@ -168,6 +168,24 @@ def test_a_protocol_stands_for_its_newest_runs(lab: Path) -> None:
     assert [one.path for one in runs_named([Path(every[1].name)], lab)] == [every[1]]
 
 
+def test_the_protocol_s_own_file_stands_for_its_runs_too(lab: Path) -> None:
+    asked = lab.parent / "short.yaml"
+    assert asked.is_file()
+    assert len(runs_named([asked], lab)) == 2
+
+
+def test_damaged_folders_do_not_hide_an_experiment(hop: Bundle) -> None:
+    root = hop.path.parent
+    for name, text in {"broken": "{", "empty": None, "file": ""}.items():
+        if name == "file":
+            (root / name).write_text("", encoding="utf-8")
+            continue
+        (root / name).mkdir()
+        if text is not None:
+            (root / name / "manifest.json").write_text(text, encoding="utf-8")
+    assert [bundle.path for bundle in runs_named([Path("short")], root)] == [hop.path]
+
+
 def test_a_name_that_is_none_is_answered_with_the_protocols(lab: Path) -> None:
     with pytest.raises(InputError, match=r"shrt: no run.*did you mean 'short'\?"):
         runs_named([Path("shrt")], lab)

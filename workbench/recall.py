@@ -6,7 +6,8 @@ named, and the whole is marked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -99,29 +100,35 @@ def runs_named(words: Sequence[Path], root: Path) -> list[Bundle]:
     """
     found: list[Bundle] = []
     for word in words:
-        try:
+        if word.is_dir() or (root / word).is_dir():
             found += Bundle.find_all([word], root)
-        except InputError:
+        else:
             found += _of_experiment(word, root)
     return found
 
 
 def _of_experiment(word: Path, root: Path) -> list[Bundle]:
     """Return the runs of an experiment in the order in which they were begun."""
-    every = [Bundle.open(path.parent) for path in sorted(root.glob("*/manifest.json"))]
-    facts = [bundle.manifest for bundle in every if "experiment" in bundle.manifest]
-    names = {one["experiment"] for one in facts if word.stem == Path(one["protocol"]).stem}
-    chosen = (
-        word.name if word.name in {one["experiment"] for one in facts} else max(names, default="")
+    every = [b for b in _readable(root) if "experiment" in b.manifest]
+    ids = {bundle.manifest["experiment"] for bundle in every}
+    protocols = {b.manifest["experiment"]: Path(b.manifest["protocol"]).stem for b in every}
+    chosen = max((one for one in ids if word.stem == protocols[one]), default=word.name)
+    runs = [bundle for bundle in every if bundle.manifest["experiment"] == chosen]
+    if runs:
+        return runs
+    known = sorted(set(protocols.values()))
+    there = f"; there are the protocols {', '.join(known)}" if known else ""
+    raise InputError(
+        f"{word}: no run, folder of runs, protocol or experiment of that name in {root}"
+        f"{did_you_mean(word.stem, known) or there}"
     )
-    runs = [bundle for bundle in every if bundle.manifest.get("experiment") == chosen]
-    if not runs:
-        known = sorted({Path(one["protocol"]).stem for one in facts})
-        raise InputError(
-            f"{word}: no run, folder of runs, protocol or experiment of that name in {root}"
-            f"{did_you_mean(word.stem, known) or '; there are the protocols ' + ', '.join(known)}"
-        )
-    return runs
+
+
+def _readable(root: Path) -> Iterator[Bundle]:
+    """Yield the bundles of a folder by name; one whose manifest is damaged belongs to nothing."""
+    for folder in sorted(root.iterdir()) if root.is_dir() else ():
+        with suppress(InputError, NotADirectoryError):
+            yield Bundle.open(folder)
 
 
 def _wrong(bundle: Bundle) -> list[str]:
