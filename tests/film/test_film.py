@@ -16,6 +16,7 @@ from PIL import Image
 from tests.review.conftest import make_comparison
 from workbench.errors import InputError, WorkbenchError
 from workbench.film import Film, film, write_frames, write_video
+from workbench.film.caption import pace
 from workbench.review import Comparison
 
 SMALL = Film(rate_hz=4, width=320, height=180)
@@ -115,6 +116,14 @@ def test_the_caption_tells_time_pace_and_condition(comparison: Comparison) -> No
     assert (base[right] == other[right]).all()
     assert (base[right] != slow[right]).any()
     assert (base[left] == slow[left]).all()
+
+
+def test_the_pace_is_told_in_words() -> None:
+    assert [pace(slow) for slow in (4, 1, 0.5)] == [
+        "4 times slower than life",
+        "",
+        "2 times faster",
+    ]
 
 
 def test_a_film_plays_at_its_rate_for_its_time(comparison: Comparison, tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def test_the_whole_window_makes_a_picture(
 
 
 def test_a_frame_of_the_film_makes_a_picture(bundle: Bundle, pictures: Path) -> None:
-    comparison, how = recall(bundle), Film(rate_hz=1, slow=0.5)
+    comparison, how = recall(bundle), Film(rate_hz=1)
     try:
         with film(comparison, how) as frames:
             shown = next(picture for time, picture in frames if time > 5)

@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from workbench.review import Comparison
 from workbench.review.palette import EXTENDED, REAL, TWIN
 
-__all__ = ["Caption"]
+__all__ = ["Caption", "pace"]
 
 _INK, _QUIET, _ALERT = "#1b2430", "#5b6675", "#b3261e"
 _MARGIN = 1 / 36  # of the picture's height
@@ -35,7 +35,7 @@ class Caption:
         self._text = _letters("DejaVuSans.ttf", round(_SIZES["text"] * height))
         self._about = " \N{MIDDLE DOT} ".join(comparison.label) or comparison.run
         self._name, self._mark = comparison.title, comparison.mark
-        self._pace = "" if slow == 1 else f"{slow:g} times slower than life"
+        self._pace = pace(slow)
         self._robots = [("robot (ghost)", REAL)] if len(comparison.real) else []
         self._robots += [("twin", TWIN)] if len(comparison.twin) else []
         self._robots += [("extended twin", EXTENDED)] if comparison.extended else []
@@ -62,6 +62,13 @@ class Caption:
             left += draw.textlength(name, self._text) + 1.5 * self._text.size
         scale = "a square is 0.1 m"
         draw.text((left, bottom), scale, _QUIET, self._text, anchor="ls")
+
+
+def pace(slow: float) -> str:
+    """Return in words how much slower than life a film is; nothing where it is not."""
+    if slow == 1:
+        return ""
+    return f"{slow:g} times slower than life" if slow > 1 else f"{1 / slow:g} times faster"
 
 
 def _letters(name: str, size: int) -> ImageFont.FreeTypeFont:
