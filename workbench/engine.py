@@ -252,11 +252,12 @@ class _Conductor:
 
     def _ask(self, prompts: Sequence[PlannedPrompt]) -> None:
         for prompt in prompts:
-            self._keep(ask(self.operator, prompt))
+            asked = self.bench.clock.now() - self.start
+            self._keep(ask(self.operator, prompt), asked_s=round(asked, 6))
 
-    def _keep(self, one: Answered) -> None:
+    def _keep(self, one: Answered, **facts: float) -> None:
         """Keep an answer in the journal, and its value in the manifest."""
-        self._journal("prompt", **one.journal())
+        self._journal("prompt", **facts, **one.journal())
         if fact := one.fact():
             self.answers |= fact
             self.bundle.note({"answers": self.answers})

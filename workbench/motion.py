@@ -21,6 +21,7 @@ from scipy.signal import savgol_filter
 from workbench.timeseries import TimeSeries
 
 __all__ = [
+    "CORNER_FORCES",
     "DRIVEN",
     "FOOT",
     "PITCH",
@@ -61,6 +62,9 @@ ROTOR = ("rotor_x_m", "rotor_y_m", "rotor_z_m")
 ROTOR_ANGLE = "rotor_angle_rad"
 """Unwrapped direction from T to the rotor in the world, not relative to the beam."""
 ROTOR_SPEED = "rotor_speed_rad_s"
+CORNER_FORCES = tuple(tuple(f"corner_{k}_{axis}_N" for axis in "xyz") for k in range(4))
+"""What the ground does to the foot's corners, front left, front right, rear left, rear right; of a
+twin that stands on the ground only, nobody measures it on the robot."""
 RELEASED: dict[Mode, tuple[str, str, str]] = {"decay": TOP, "drop": FOOT}
 """The point whose motion begins with the release."""
 

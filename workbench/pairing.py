@@ -35,9 +35,8 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.review import Comparison, Extended, Figure, Phase, write_recording, write_report
-from workbench.review.condition import condition
-from workbench.review.journal import sentence
+from workbench.recall import recall
+from workbench.review import Comparison, Extended, write_recording, write_report
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
@@ -101,9 +100,9 @@ def pair(bundle: Bundle) -> Comparison:
     bundle.write_series("track", track.motion, {"take": track.take_sha256})
     bundle.write_series("raw", track.raw, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
-    comparison = _compare(bundle, *made)
-    _note(bundle, comparison, track, made.command, made.release, made.outcome)
+    _note(bundle, made)
     bundle.note(_signals(bundle, track, twin, made.command))
+    comparison = recall(bundle)
     bundle.write_view("recording", lambda path: write_recording(comparison, path))
     bundle.write_view("report", lambda path: write_report(comparison, path))
     return comparison
@@ -122,12 +121,14 @@ def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
     Raises:
         TakeError, InputError, WorkbenchError: as `pair`, for either model.
     """
-    made, extended = _made(bundle), model.content
-    track, command, shape = made.track, made.command, made.shape
+    comparison, extended = recall(bundle), model.content
+    cameras, calibration = settings(bundle)
+    track = _track(bundle, cameras)
+    command = _command(bundle, calibration, track)
+    shape = load(bundle.document("shape"), ShapeFile).content
     mode: Mode = bundle.manifest["mode"]
     release = _release(bundle, track, command, extended, shape)
     motion, outcome = make_twin(mode, extended, shape, command, track, release)
-    comparison = _compare(bundle, *made)
     return replace(
         comparison,
         extended=Extended(
@@ -227,100 +228,6 @@ def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | RingD
     return summarize_release(motion, mode, duration)
 
 
-def _compare(
-    bundle: Bundle,
-    track: Track,
-    twin: TimeSeries,
-    command: Command,
-    release: Release | None,
-    model: ModelFile,
-    shape: ShapeFile,
-    outcome: str,
-) -> Comparison:
-    values, mode = model.values(), bundle.manifest["mode"]
-    warnings = list(track.warnings)
-    if release is not None and release.pull < 0:
-        warnings.append("T was pulled backwards, and so is the twin's")
-    warnings += _unfinished("twin", twin, outcome)
-    return Comparison(
-        title=bundle.manifest["title"],
-        run=bundle.manifest["id"],
-        mode=mode,
-        real=track.motion,
-        twin=twin,
-        duration_s=command.duration,
-        phases=_phases(mode, track, command),
-        floor_m=-release.height if release is not None else 0.0,
-        figure=Figure(
-            foot_length=values["foot_length"],
-            foot_width=values["foot_width"],
-            beam_length=shape.length,
-            beam_root=values["beam_root"],
-            rotor_radius=values["rotor_radius"],
-        ),
-        real_summary=_summary(mode, track.motion, command.duration),
-        twin_summary=_summary(mode, twin, command.duration),
-        misfit=misfit(track.motion, twin, command.duration),
-        supply=_supply(bundle),
-        facts=_table(bundle, track, release, model, shape),
-        log=_log(bundle, track),
-        warnings=tuple(warnings),
-    )
-
-
-def _unfinished(who: str, motion: TimeSeries, outcome: str) -> list[str]:
-    """Return a warning where a simulation ended early."""
-    done = outcome == "completed"
-    return [] if done else [f"the {who} {outcome} after {motion.times[-1]:.2f} s"]
-
-
-def _phases(mode: Mode, track: Track, command: Command) -> tuple[Phase, ...]:
-    begin = float(track.motion.times[0])
-    if mode not in DRIVEN:
-        return (Phase(begin, "rest"), Phase(0.0, "ring-down" if mode == "decay" else "drop"))
-    ramp_end = command.steps[-2][0] if len(command.steps) > 1 else 0.0
-    ramp = (
-        (Phase(0.0, "ramp"), Phase(ramp_end, "drive")) if ramp_end > 0 else (Phase(0.0, "drive"),)
-    )
-    return (Phase(begin, "rest"), *ramp, Phase(command.duration, "off"))
-
-
-def _supply(bundle: Bundle) -> TimeSeries | None:
-    """Return the supply's readings with time zero where its output came on."""
-    if not bundle.has("supply"):
-        return None
-    return bundle.read_series("supply").shifted(-bundle.manifest["sent"][0][0])
-
-
-def _log(bundle: Bundle, track: Track) -> tuple[tuple[float, str], ...]:
-    sent = bundle.manifest.get("sent")
-    zero = track.zero_in_take_s if sent is None else sent[0][0]
-    return tuple(
-        (event["time_s"] - zero, sentence(event))
-        for event in bundle.read_journal()
-        if event["event"] != "reading"
-    )
-
-
-def _table(
-    bundle: Bundle, track: Track, release: Release | None, model: ModelFile, shape: ShapeFile
-) -> dict[str, str]:
-    """Return the rows of the report that say what the run was made with."""
-    facts = bundle.manifest
-    return {
-        "condition": condition(facts, release),
-        "role": facts["role"],
-        "model": f"{model.name} ({sha256(bundle.document('model'))[:12]})",
-        "shape": f"{shape.name}, angles of the {shape.state} beam",
-        "take": f"{bundle.take().name} ({track.take_sha256[:12]})",
-        "cleaning": track.recipe,
-        "rotor at rest": f"{np.degrees(track.start_angle_rad):.1f} deg from forward, towards down",
-        "supply": " ".join(str(v) for v in facts.get("supply", {}).values()) or "not recorded",
-        "output at the end": facts.get("output_off", "not driven by the workbench"),
-        "versions": ", ".join(f"{k} {v}" for k, v in facts["versions"].items()),
-    }
-
-
 def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> dict[str, Any]:
     """Return noise, rotor speed, floor and clocks for the manifest; null where they are not told.
 
@@ -354,23 +261,20 @@ def _or_none(tell: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _note(
-    bundle: Bundle,
-    comparison: Comparison,
-    track: Track,
-    command: Command,
-    release: Release | None,
-    outcome: str,
-) -> None:
+def _note(bundle: Bundle, made: _Pair) -> None:
+    """Write what robot and twin did into the manifest, of which the views are made."""
+    track, command, mode = made.track, made.command, bundle.manifest["mode"]
+    error = misfit(track.motion, made.twin, command.duration)
+    twin = _summary(mode, made.twin, command.duration).as_json()
     bundle.note(
         {
-            "release": None if release is None else release.as_json(),
+            "release": None if made.release is None else made.release.as_json(),
             "command": {"steps": command.steps, "duration_s": command.duration},
-            "real": comparison.real_summary.as_json(),
-            "twin": comparison.twin_summary.as_json() | {"outcome": outcome},
-            "error_mm": comparison.misfit.both_mm,
-            "error_foot_mm": comparison.misfit.foot_mm,
-            "error_top_mm": comparison.misfit.top_mm,
+            "real": _summary(mode, track.motion, command.duration).as_json(),
+            "twin": twin | {"outcome": made.outcome},
+            "error_mm": error.both_mm,
+            "error_foot_mm": error.foot_mm,
+            "error_top_mm": error.top_mm,
             "track": {
                 "recipe": track.recipe,
                 "zero_in_take_s": track.zero_in_take_s,
@@ -378,6 +282,21 @@ def _note(
                 "rest_s": track.rest_s,
                 "cleaning": track.report,
             },
-            "warnings": list(comparison.warnings),
+            "warnings": _warnings(made),
         }
     )
+
+
+def _warnings(made: _Pair) -> list[str]:
+    backwards = made.release is not None and made.release.pull < 0
+    return [
+        *made.track.warnings,
+        *(["T was pulled backwards, and so is the twin's"] if backwards else ()),
+        *_unfinished("twin", made.twin, made.outcome),
+    ]
+
+
+def _unfinished(who: str, motion: TimeSeries, outcome: str) -> list[str]:
+    """Return a warning where a simulation ended early."""
+    done = outcome == "completed"
+    return [] if done else [f"the {who} {outcome} after {motion.times[-1]:.2f} s"]

@@ -100,8 +100,12 @@ class TimeSeries:
     def at(self, times: NDArray[np.float64]) -> TimeSeries:
         """Interpolate linearly to other times.
 
-        A sample is valid only where both neighbours are, and never outside the series.
+        A sample is valid only where both neighbours are, and never outside the series; of fewer
+        than two samples none is.
         """
+        if len(self) < 2:
+            shape = (len(times), len(self.names))
+            return TimeSeries(times, np.full(shape, np.nan), self.names, np.zeros(shape, bool))
         right = np.clip(np.searchsorted(self.times, times), 1, len(self) - 1)
         left = right - 1
         weight = (times - self.times[left]) / (self.times[right] - self.times[left])

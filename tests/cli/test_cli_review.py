@@ -1,7 +1,10 @@
-"""`workbench review --model`: a run beside its twin and the twin of an extended model."""
+"""`workbench review`: runs beside their twins and the twin of an extended model."""
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,7 +12,8 @@ from rerun.chunk import RrdReader
 
 from tests.conftest import ROOT, Command
 from tests.test_ingest import measured
-from workbench.bundle import Bundle, verify
+from workbench.bundle import Bundle, sha256, verify
+from workbench.errors import WorkbenchError
 from workbench.pairing import pair_extended
 from workbench.protocol import load_model
 
@@ -58,12 +62,25 @@ def test_the_recording_is_saved_and_the_bundle_stays_as_it_is(
     assert verify(bundle) == []
 
 
+def motions(recording: Path) -> dict[str, dict[str, list[object]]]:
+    """What moves and what is plotted; the journal goes on after the recording was made."""
+    chunks = RrdReader(recording).stream().to_chunks()
+    told = {c.entity_path: c.to_record_batch() for c in chunks if not c.is_static}
+    return {
+        path: {name: batch.column(name).to_pylist() for name in batch.schema.names if ":" in name}
+        for path, batch in told.items()
+        if path.startswith(("/real", "/sim", "/plots"))
+    }
+
+
 def test_without_a_model_the_run_s_own_recording_is_shown(
     workbench: Command, bundle: Path, tmp_path: Path
 ) -> None:
     target = tmp_path / "two.rrd"
     assert workbench("review", bundle, "--save", target).code == 0
-    assert target.read_bytes() == Bundle.open(bundle).view("recording").read_bytes()
+    again, own = motions(target), motions(Bundle.open(bundle).view("recording"))
+    assert len(own) > 20
+    assert again == own
 
 
 def test_a_model_that_is_none_is_refused_by_name(
@@ -76,3 +93,83 @@ def test_a_model_that_is_none_is_refused_by_name(
     answer = workbench("review", bundle, "--model", rig)
     assert answer.code == 2
     assert "'workbench/rig-1' is not one of workbench/model-1" in answer.err
+
+
+@pytest.fixture(scope="module")
+def diagnoses(
+    bundle: Path, model: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """A folder with the answer that knows the run."""
+    folder = tmp_path_factory.mktemp("diagnoses") / "april"
+    folder.mkdir()
+    (folder / model.name).write_bytes(model.read_bytes())
+    run = Bundle.open(bundle)
+    told = {
+        "schema": "workbench/diagnosis-1",
+        "extended_model": str(folder / model.name),
+        "files": {run.path.name: sha256(run.take())},
+    }
+    (folder / "april.json").write_text(json.dumps(told), encoding="utf-8")
+    return folder.parent, folder
+
+
+def test_a_diagnosis_of_the_run_brings_its_extended_twin(
+    workbench: Command, bundle: Path, diagnoses: tuple[Path, Path], tmp_path: Path
+) -> None:
+    target = tmp_path / "found.rrd"
+    answer = workbench("review", bundle, "--diagnoses", diagnoses[0], "--save", target)
+    assert answer.code == 0
+    assert "extended twin" in answer.out
+    paths = {chunk.entity_path for chunk in RrdReader(target).stream().to_chunks()}
+    assert "/extended/beam" in paths
+
+
+def test_several_runs_stand_in_one_recording_and_one_page(
+    workbench: Command, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("workbench.showing.Shown.picture", no_viewer)
+    runs = bundle.parent
+    other = shutil.copytree(bundle, runs / f"{bundle.name}_2", dirs_exist_ok=True)
+    text = (other / "manifest.json").read_text(encoding="utf-8")
+    (other / "manifest.json").write_text(text.replace(bundle.name, other.name), encoding="utf-8")
+    target, page = tmp_path / "all.rrd", tmp_path / "all.html"
+    answer = workbench("review", bundle, other, "--save", target, "--page", page)
+    assert answer.code == 0
+    assert "the page has no picture of the viewer: no driver" in answer.err
+    assert f"{other.name}: DAMAGED" in answer.err  # its manifest is not as it was written
+    paths = {chunk.entity_path for chunk in RrdReader(target).stream().to_chunks()}
+    assert {"/runs/1/real/foot", "/runs/2/sim/beam"} <= paths
+    told = page.read_text(encoding="utf-8")
+    assert f'href="{Path(os.path.relpath(bundle / "report.html", tmp_path)).as_posix()}"' in told
+    experiment = Bundle.open(bundle).manifest["experiment"]  # both are all its runs
+    assert f"workbench review {experiment}</pre>" in told
+
+
+def no_viewer(shown: object) -> None:
+    """Stand for a computer without graphics."""
+    raise WorkbenchError("no driver")
+
+
+def test_a_film_of_several_runs_is_refused(
+    workbench: Command, bundle: Path, tmp_path: Path
+) -> None:
+    answer = workbench("review", bundle, bundle, "--video", tmp_path / "two.mp4")
+    assert answer.code == 2
+    assert "a film shows one run and 2 were named" in answer.err
+    assert not (tmp_path / "two.mp4").exists()
+
+
+def test_without_anything_to_write_the_viewer_opens(
+    workbench: Command, bundle: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[tuple[bool, int]] = []
+
+    def show(path: Path, web: bool = False) -> int:
+        opened.append((web, path.stat().st_size))
+        return 0
+
+    monkeypatch.setattr("workbench.cli.review.open_viewer", show)
+    assert workbench("review", bundle).code == 0
+    assert workbench("review", bundle, "--web").code == 0
+    assert [web for web, _ in opened] == [False, True]
+    assert min(size for _, size in opened) > 50_000

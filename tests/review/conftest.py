@@ -12,7 +12,7 @@ import pytest
 from rerun.chunk import Chunk, RrdReader
 
 from workbench.errors import WorkbenchError
-from workbench.motion import misfit, rotor_angle, rotor_speed, summarize
+from workbench.motion import CORNER_FORCES, misfit, rotor_angle, rotor_speed, summarize
 from workbench.review import Comparison, Extended, Figure, HeadlessViewer, Phase
 from workbench.timeseries import TimeSeries
 
@@ -21,6 +21,8 @@ FIGURE = Figure(
 )
 REST = np.concatenate([[-2.558], np.full(5, 0.12), np.full(6, 0.31), np.full(4, 0.17)])
 DURATION_S = 10.0
+NOISE_M = 2e-4
+WEIGHT_N = 2.5
 
 
 def make_motion(rate_hz: float, advance_m: float, hop_m: float, speed: float) -> TimeSeries:
@@ -58,7 +60,7 @@ def _point(name: str, path: np.ndarray) -> dict[str, np.ndarray]:
 def as_measured(motion: TimeSeries, seed: int = 7) -> TimeSeries:
     """Leave what cameras see, with 0.2 mm of noise; T is lost for 0.4 s, the foot for 0.1 s."""
     seen = motion.select(motion.names[: motion.names.index("hinge_0_rad")])
-    noise = np.random.default_rng(seed).normal(0.0, 2e-4, seen.values.shape)
+    noise = np.random.default_rng(seed).normal(0.0, NOISE_M, seen.values.shape)
     columns = {name: seen[name].copy() for name in seen.names}
     for i, name in enumerate(seen.names):
         columns[name] += noise[:, i] if name.endswith("_m") else 0.0
@@ -66,6 +68,18 @@ def as_measured(motion: TimeSeries, seed: int = 7) -> TimeSeries:
         if lost is not None:
             columns[name][(seen.times >= lost[0]) & (seen.times < lost[1])] = np.nan
     return TimeSeries.of(seen.times, columns)
+
+
+def on_ground(motion: TimeSeries) -> TimeSeries:
+    """Add the ground's forces: the robot's weight on four corners, none while the foot is up."""
+    down = motion["foot_z_m"] < 1e-4
+    columns = {name: motion[name] for name in motion.names}
+    columns |= {
+        name: np.where(down, WEIGHT_N / 4, 0.0) if name.endswith("_z_N") else np.zeros(len(motion))
+        for corner in CORNER_FORCES
+        for name in corner
+    }
+    return TimeSeries.of(motion.times, columns)
 
 
 def make_supply() -> TimeSeries:
@@ -80,7 +94,7 @@ def make_supply() -> TimeSeries:
 def make_comparison(title: str = "Initial shape at 17 rad/s") -> Comparison:
     """Return the whole story as the engine would hand it over."""
     real = as_measured(make_motion(120.0, 0.213, 0.016, 16.9))
-    twin = make_motion(200.0, 0.248, 0.019, 17.0)
+    twin = on_ground(make_motion(200.0, 0.248, 0.019, 17.0))
     return Comparison(
         title=title,
         run="2026-11-21_0001_hop-17",
@@ -88,7 +102,7 @@ def make_comparison(title: str = "Initial shape at 17 rad/s") -> Comparison:
         real=real,
         twin=twin,
         duration_s=DURATION_S,
-        phases=(Phase(-2, "rest"), Phase(0, "ramp"), Phase(0.5, "drive"), Phase(10, "off")),
+        phases=(Phase(-2, "rest"), Phase(0, "ramp"), Phase(0.5, "hold"), Phase(10, "off")),
         figure=FIGURE,
         real_summary=summarize(real, DURATION_S),
         twin_summary=summarize(twin, DURATION_S),
@@ -103,6 +117,9 @@ def make_comparison(title: str = "Initial shape at 17 rad/s") -> Comparison:
         },
         log=((-2.0, "rest begins"), (0.0, "set 4.52 V, read back 4.52 V"), (10.0, "output off")),
         warnings=("T was not seen for 0.4 s",),
+        noise=dict.fromkeys(("foot_x_m", "foot_z_m", "top_x_m", "top_z_m"), NOISE_M),
+        label=("hop", "17 rad/s", "thesis-initial", "repeat 1"),
+        protocol="schema: workbench/protocol-1\ntitle: Hop at 17 rad/s\n",
     )
 
 
@@ -136,7 +153,7 @@ def viewer(recording: Path) -> Iterator[HeadlessViewer]:
     """The headless viewer with the recording that a module makes."""
     with ExitStack() as stack:
         try:
-            headless = stack.enter_context(HeadlessViewer(width=1280, height=800))
+            headless = stack.enter_context(HeadlessViewer(width=1600, height=1000))
         except WorkbenchError as error:
             pytest.skip(f"no headless viewer here: {error}")
         headless.open(recording)

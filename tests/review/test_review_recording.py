@@ -11,8 +11,10 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import Chunk, RrdReader
 
+from tests.review.conftest import FIGURE, NOISE_M, WEIGHT_N
 from workbench.review import Comparison, write_recording
 from workbench.review.layout import layout
+from workbench.review.scene import FORCE_M_PER_N
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
@@ -63,6 +65,9 @@ def test_every_entity_has_a_row_for_every_sample(
     wanted |= {f"/sim/{part}": twin for part in ["beam", *ROBOTS]}
     wanted |= {f"/plots/{trace}/real": real for trace in TRACES}
     wanted |= {f"/plots/{trace}/twin": twin for trace in TRACES}
+    wanted |= {f"/plots/{trace}/noise": real for trace in TRACES if trace != "rotor_speed"}
+    wanted |= {"/plots/rotor_phase/twin": twin, "/plots/rotor_lag/twin": real}
+    wanted |= {"/sim/ground": twin, "/plots/error_mm/noise": 2}
     wanted |= {"/plots/error_mm/foot": real, "/plots/error_mm/top": real}
     wanted |= {"/plots/supply/voltage_V": 140, "/phase": 4, "/log": 4}
     assert {path: max(rows(chunks, path), default=0) for path in wanted} == wanted
@@ -90,6 +95,74 @@ def test_plotted_error_is_the_misfit(chunks: list[Chunk], comparison: Comparison
         assert np.sqrt(np.mean(np.square(seen))) == pytest.approx(misfit)
     longest = np.nanmax(comparison.error()["top_error_mm"])
     assert max(cell[0] for cell in sent if cell) == pytest.approx(longest)
+
+
+def test_the_ground_pushes_where_the_foot_stands_and_nothing_while_it_flies(
+    chunks: list[Chunk], comparison: Comparison
+) -> None:
+    (ground,) = [c for c in chunks if c.entity_path == "/sim/ground" and not c.is_static]
+    batch = ground.to_record_batch()
+    vectors, origins = (
+        batch.column(next(n for n in batch.schema.names if part in n)).to_pylist()
+        for part in ("vectors", "origins")
+    )
+    up = comparison.twin["foot_z_m"] > 1e-3
+    assert up.sum() > 300
+    assert not any(vectors[k] for k in np.flatnonzero(up))
+    standing = int(np.flatnonzero(comparison.twin["foot_z_m"] == 0)[0])
+    lengths = [length for _, _, length in vectors[standing]]
+    assert lengths == pytest.approx([WEIGHT_N / 4 * FORCE_M_PER_N] * 4)
+    half = (FIGURE.foot_length / 2, FIGURE.foot_width / 2)
+    corners = {(round(x, 4), round(y, 4)) for x, y, _ in origins[standing]}
+    assert corners == {(sx * half[0], sy * half[1]) for sx in (1, -1) for sy in (1, -1)}
+
+
+def test_the_noise_band_is_twice_the_noise_to_either_side(
+    chunks: list[Chunk], comparison: Comparison
+) -> None:
+    edges = scalars(chunks, "/plots/foot_z/noise")
+    middle = scalars(chunks, "/plots/foot_z/real")
+    assert [not cell for cell in edges] == [not cell for cell in middle]
+    low, high = edges[100]
+    assert (high - low) / 4 == pytest.approx(NOISE_M)
+    assert (high + low) / 2 == pytest.approx(middle[100][0])
+
+
+def test_the_rotor_s_lag_counts_whole_turns(chunks: list[Chunk], comparison: Comparison) -> None:
+    lag = scalars(chunks, "/plots/rotor_lag/twin")
+    end = int(np.searchsorted(comparison.real.times, comparison.duration_s))
+    seen = [cell[0] for cell in lag[end - 20 : end] if cell]
+    assert np.median(seen) == pytest.approx(np.degrees((17.0 - 16.9) * (10 - 0.25)), rel=0.02)
+    phases = [cell[0] for cell in scalars(chunks, "/plots/rotor_phase/twin") if cell]
+    assert 0 <= min(phases) < 20
+    assert 340 < max(phases) < 360
+
+
+def test_the_protocol_is_told_in_its_own_words(chunks: list[Chunk], comparison: Comparison) -> None:
+    (chunk,) = [c for c in chunks if c.entity_path == "/protocol"]
+    batch = chunk.to_record_batch()
+    (name,) = [n for n in batch.schema.names if n.endswith("text")]
+    assert comparison.protocol in batch.column(name).to_pylist()[0][0]
+
+
+def test_a_run_that_was_cut_off_is_marked_and_shown_as_far_as_it_goes(
+    comparison: Comparison, tmp_path: Path
+) -> None:
+    nothing = comparison.twin.between(100.0, 200.0)
+    cut = replace(
+        comparison, real=nothing, twin=nothing, mark="ABORTED, the program was killed", phases=()
+    )
+    write_recording(cut, tmp_path / "cut.rrd")
+    assert rrd("verify", tmp_path / "cut.rrd").returncode == 0
+    chunks = RrdReader(tmp_path / "cut.rrd").stream().to_chunks()
+    (run,) = [c for c in chunks if c.entity_path == "/__properties/run"]
+    assert run.to_record_batch().to_pylist()[0]["mark"] == [cut.mark]
+    (log,) = [c for c in chunks if c.entity_path == "/log"]
+    first = str(log.to_record_batch().to_pylist()[0])
+    assert "ERROR" in first
+    assert "the program was killed" in first
+    names = {view.name for view in views_in(layout(cut).root_container)}
+    assert names == {"Supply [V]", "Supply [A]", "Notes", "Protocol file", "Journal"}
 
 
 def test_gaps_are_sent_empty(chunks: list[Chunk], comparison: Comparison) -> None:
@@ -168,14 +241,28 @@ def test_a_drop_has_its_floor_below_and_no_view_of_the_rotor_s_speed(
     row = run.to_record_batch().to_pylist()[0]
     assert (row["mode"], row["time_zero"]) == (["drop"], ["the release"])
     assert row["real_ring_hz"] == [2.8]
-    names = [view.name for view in _views(layout(fallen).root_container)]
+    names = [view.name for view in views_in(layout(fallen).root_container)]
     assert "Foot height z [m]" in names
     assert "Rotor speed [rad/s]" not in names
-    assert "Rotor speed [rad/s]" in [v.name for v in _views(layout(comparison).root_container)]
+    assert "Rotor speed [rad/s]" in [v.name for v in views_in(layout(comparison).root_container)]
 
 
-def _views(part: Any) -> list[Any]:
+def test_every_view_has_something_to_show(chunks: list[Chunk], comparison: Comparison) -> None:
+    sent = {chunk.entity_path for chunk in chunks}
+    for view in views_in(layout(comparison).root_container):
+        assert shows(view, sent), view.name
+
+
+def shows(view: Any, sent: set[str]) -> bool:
+    """Tell whether every entity that a view asks for was sent; what ends in /** is a tree."""
+    asked = [view.contents] if isinstance(view.contents, str) else list(view.contents)
+    paths = [path.replace("$origin", view.origin) for path in asked]
+    trees = [path.removesuffix("/**") for path in paths]
+    return all(any(one == tree or one.startswith(f"{tree}/") for one in sent) for tree in trees)
+
+
+def views_in(part: Any) -> list[Any]:
     inner = getattr(part, "contents", None)
     if not isinstance(part, rrb.Container) or inner is None:
         return [part]
-    return [view for child in inner for view in _views(child)]
+    return [view for child in inner for view in views_in(child)]

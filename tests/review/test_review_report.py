@@ -1,3 +1,5 @@
+import base64
+import io
 import re
 from collections import Counter
 from dataclasses import replace
@@ -6,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from tests.review.conftest import NOISE_M
 from workbench.motion import Summary
-from workbench.review import Comparison, write_report
+from workbench.review import Comparison, as_jpeg, write_report
 from workbench.review.headline import verdict
 from workbench.review.plots import trajectory_plot
 from workbench.ringdown import RingDown
@@ -59,7 +63,7 @@ def test_the_page_needs_nothing_from_outside(page: str) -> None:
 def test_every_element_is_closed_in_order(page: str) -> None:
     balance = parse(page)
     assert balance.open == []
-    assert balance.count["svg"] == 5
+    assert balance.count["svg"] == 6
 
 
 def test_ids_are_unique(page: str) -> None:
@@ -92,6 +96,36 @@ def test_the_trajectory_has_two_panels_on_the_same_axes(comparison: Comparison) 
     heights = Counter(re.findall(r"text-anchor: end[^>]*>([^<]+)<", svg))
     assert len(heights) > 2
     assert set(heights.values()) == {2}  # each height is marked in both panels
+
+
+def test_the_largest_error_is_told_with_its_time(page: str, comparison: Comparison) -> None:
+    error = comparison.error()
+    at = int(np.nanargmax(error["top_error_mm"]))
+    told = f"{error['top_error_mm'][at]:.1f} mm at {error.times[at]:.2f} s"
+    assert f"<td>{told}</td>" in page
+
+
+def test_noise_alone_is_told_beside_the_error(page: str) -> None:
+    assert page.count(f"<td>{1000 * NOISE_M * 2**0.5:.2f} mm</td>") == 2
+
+
+def test_a_picture_is_kept_in_the_page_itself(comparison: Comparison, tmp_path: Path) -> None:
+    shot = Image.new("RGB", (40, 20), "#14a08c")
+    write_report(comparison, tmp_path / "report.html", as_jpeg(shot))
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    (data,) = re.findall(r'src="data:image/jpeg;base64,([^"]+)"', page)
+    with Image.open(io.BytesIO(base64.b64decode(data))) as kept:
+        assert kept.size == shot.size
+    assert parse(page).open == []
+    assert page.index("<h2>Recording") < page.index(data) < page.index("<h2>Journal")
+
+
+def test_a_marked_run_says_so_first(comparison: Comparison, tmp_path: Path) -> None:
+    cut = replace(comparison, mark="ABORTED, the program was killed")
+    write_report(cut, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<h1>ABORTED - Initial shape at 17 rad/s</h1>" in page
+    assert "ABORTED, the program was killed. What is left of it is shown." in page
 
 
 def test_pictures_take_the_ink_of_the_page(page: str) -> None:

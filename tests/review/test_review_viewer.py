@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -8,7 +9,8 @@ import psutil
 import pytest
 
 from workbench.errors import InputError, WorkbenchError
-from workbench.review import Comparison, HeadlessViewer, open_viewer, write_recording
+from workbench.review import Comparison, HeadlessViewer, Phase, open_viewer, write_recording
+from workbench.timeseries import TimeSeries
 
 VIEWS = {
     "Real": "3D",
@@ -19,9 +21,13 @@ VIEWS = {
     "T forward x [m]": "TimeSeries",
     "T height z [m]": "TimeSeries",
     "Rotor speed [rad/s]": "TimeSeries",
+    "Rotor phase [deg]": "TimeSeries",
+    "Rotor of the twin ahead by [deg]": "TimeSeries",
     "Distance from real to twin [mm]": "TimeSeries",
-    "Supply [V, A]": "TimeSeries",
+    "Supply [V]": "TimeSeries",
+    "Supply [A]": "TimeSeries",
     "Notes": "TextDocument",
+    "Protocol file": "TextDocument",
     "Journal": "TextLog",
     "Protocol": "StateTimeline",
 }
@@ -73,6 +79,56 @@ def test_the_robots_are_seen_in_their_colours(
 @pytest.mark.viewer
 def test_the_viewer_raises_no_errors(viewer: HeadlessViewer) -> None:
     assert [entry for entry in viewer.logs() if entry.level == "ERROR"] == []
+
+
+def left_over(comparison: Comparison) -> dict[str, Comparison]:
+    """Return runs that broke off earlier and earlier, and one that the cameras never saw."""
+    real = comparison.real
+    nothing = comparison.twin.between(100.0, 200.0)
+    unseen = TimeSeries(real.times, real.values, real.names, np.zeros_like(real.valid))
+    cut = replace(comparison, real=nothing, twin=nothing, mark="ABORTED")
+    return {
+        "no twin": replace(comparison, twin=nothing, mark="DAMAGED"),
+        "no motion": cut,
+        "one instant": replace(cut, supply=None, phases=(Phase(0.0, "rest"),), log=((0.0, "-"),)),
+        "nothing": replace(cut, supply=None, phases=(), log=(), mark=None, warnings=()),
+        "never seen": replace(comparison, real=unseen),
+    }
+
+
+@pytest.mark.viewer
+@pytest.mark.parametrize("kind", ["no twin", "no motion", "one instant", "nothing", "never seen"])
+def test_the_viewer_opens_what_is_left_of_a_run(
+    viewer: HeadlessViewer, comparison: Comparison, tmp_path: Path, kind: str
+) -> None:
+    path = tmp_path / "left.rrd"
+    write_recording(left_over(comparison)[kind], path)
+    with HeadlessViewer(width=800, height=600) as fresh:
+        views = fresh.open(path).views
+        fresh.screenshot(tmp_path / "left.png")
+        assert fresh.state().views != []
+    assert [report for view in views for report in view.reports] == []
+
+
+def test_a_viewer_that_ends_over_a_recording_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Gone:
+        def open(self, path: str) -> None:
+            """Take it."""
+
+        def get_state(self) -> None:
+            raise ConnectionError("transport error")
+
+    path = tmp_path / "compare.rrd"
+    path.touch()
+    viewer = HeadlessViewer()
+    with (tmp_path / "output").open("w+b") as output:
+        output.write(b"started\nthread 'main' panicked at 'no rows'\n")
+        monkeypatch.setattr(viewer, "_client", Gone(), raising=False)
+        monkeypatch.setattr(viewer, "_output", output, raising=False)
+        with pytest.raises(WorkbenchError, match=r"ended while it opened compare\.rrd: .*panicked"):
+            viewer.open(path)
 
 
 @pytest.mark.viewer

@@ -174,7 +174,7 @@ class Bundle:
     @property
     def journal_log(self) -> Path:
         """Where the run keeps its events, one JSON object a line, for whoever follows it."""
-        return self.path / _JOURNAL
+        return self.path / JOURNAL
 
     @property
     def guardian_log(self) -> Path:

@@ -19,6 +19,7 @@ from workbench.diagnose import (
     following,
     load_rig,
     refused,
+    write_answer,
     write_diagnosis,
 )
 from workbench.diagnose import diagnose as diagnose_rig
@@ -93,10 +94,11 @@ def next_object(proposed: Following | None) -> dict[str, Any]:
 def write_report(
     folder: Path, found: Diagnosis, files: dict[str, Path], proposed: Following | None
 ) -> Path:
-    """Write the page of a diagnosis into its folder and return its path."""
+    """Write answer and page of a diagnosis into its folder and return the page's path."""
     next_run = None
     if proposed is not None:
         next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
+    write_answer(folder / f"{folder.name}.json", found, files)
     page = folder / f"{folder.name}.html"
     return write_diagnosis(page, found, files, versions(), next_run)
 

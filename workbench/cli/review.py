@@ -1,67 +1,139 @@
-"""`workbench review`: open a run's recording in rerun."""
+"""`workbench review`: runs beside their twins, in the viewer, as a film, picture or page."""
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from PIL.Image import Image
 
 from workbench.bundle import Bundle
 from workbench.cli.output import RunsFolder, people, show_table, tell
-from workbench.errors import InputError
+from workbench.diagnose import extended_model_of
+from workbench.errors import WorkbenchError
+from workbench.film import Film, write_frames, write_video
 from workbench.pairing import pair_extended
 from workbench.protocol import Document, ModelFile, load_model
-from workbench.review import Comparison, open_viewer, write_recording
+from workbench.recall import recall_whatever, runs_named
+from workbench.review import Comparison, open_viewer
+from workbench.showing import Shown
 
 __all__ = ["review"]
 
+_TOLD = 10  # times while a film is made
+
 
 def review(
-    run: Annotated[Path, typer.Argument(help="Bundle: its folder or name.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUNS...", help="Bundles, a folder of them, or a protocol: its newest runs."
+        ),
+    ],
     web: Annotated[bool, typer.Option(help="Open in the browser instead of a window.")] = False,
-    save: Annotated[Path | None, typer.Option(help="Copy the recording here instead.")] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Write the recording (.rrd) here instead.")
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write a page (.html) of the run, or of all runs, here.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write a picture (.png) of the viewer's window here.")
+    ] = None,
+    video: Annotated[Path | None, typer.Option(help="Film a run into this file (.mp4).")] = None,
+    frames: Annotated[
+        Path | None, typer.Option(help="Film a run into this folder, a PNG a frame.")
+    ] = None,
+    slow: Annotated[float, typer.Option(help="How many times slower than life it is filmed.")] = 1,
     model: Annotated[
         str | None,
         typer.Option(help="Extended model, a name or file: its twin is shown as a third robot."),
     ] = None,
-    runs: RunsFolder = Path("runs"),
+    diagnoses: Annotated[
+        Path,
+        typer.Option(
+            help="Folder of diagnoses; the newest one of a run brings its extended model.",
+            envvar="WORKBENCH_DIAGNOSES",
+        ),
+    ] = Path("diagnoses"),
+    folder: RunsFolder = Path("runs"),
 ) -> None:
-    """Show the robot and its twin side by side, and the twin of an extended model beside them.
+    """Show robots beside their twins, and the twin of an extended model where there is one.
 
-    Example: workbench review runs/2026-03-12_101500_hop-16.99 --model diagnoses/a/a-model.yaml
+    Several runs stand in one recording: a tab for each pair, and one where all start together. What
+    is shown is made from the bundles as they are: a run that was cut off, or whose files were
+    changed, is marked and shown as far as it goes.
+
+    Example: workbench review runs/2026-03-12_101500_hop-16.99
+
+    Example: workbench review speed-scan --page speed-scan.html
+
+    Example: workbench review RUN --video hop.mp4 --slow 4
     """
-    bundle = Bundle.find(run, runs)
-    if model is not None:
-        _show_extended(bundle, load_model(model, Path()), web, save)
-        return
-    recording = bundle.view("recording")
-    if not recording.exists():
-        raise InputError(f"{run}: has no recording; its status is in `workbench runs show {run}`")
+    bundles = runs_named(runs, folder)
+    given = None if model is None else load_model(model, Path())
+    shown = Shown(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
+    if video is not None or frames is not None:
+        _film(shown.only(), video, frames, Film(slow=slow))
     if save is not None:
-        shutil.copyfile(recording, save)
+        shown.record(save)
         people.print(f"saved {save}", markup=False)
-        return
-    open_viewer(recording, web=web)
+    if picture is not None:
+        tell("picture of the viewer")
+        shown.picture().save(picture)
+        people.print(f"saved {picture}", markup=False)
+    if page is not None:
+        shown.write_page(page, _picture(shown))
+        people.print(f"page: {page}", markup=False)
+    if not any((video, frames, save, picture, page)):
+        with tempfile.TemporaryDirectory() as temporary:
+            open_viewer(shown.record(Path(temporary) / "runs.rrd"), web=web)
 
 
-def _show_extended(
-    bundle: Bundle, model: Document[ModelFile], web: bool, save: Path | None
-) -> None:
-    """Make a recording with a third robot; the bundle's own stays as it is."""
-    tell("simulate the run with both models")
+def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:
+    """Return what is shown of a run, with the twin of the model given or of its diagnosis."""
+    comparison, model = recall_whatever(bundle), given
+    if comparison.mark is not None:
+        people.print(f"{comparison.run}: {comparison.mark}", style="bold", markup=False)
+        for warning in comparison.warnings:
+            people.print(f"  {warning}", markup=False)
+        return comparison
+    if model is None and bundle.has_take():
+        path = extended_model_of(bundle.path.name, bundle.take(), diagnoses)
+        model = None if path is None else load_model(str(path), Path())
+    if model is None:
+        return comparison
+    tell(f"simulate {comparison.run} with {model.content.name}")
     comparison = pair_extended(bundle, model)
     _print_errors(comparison)
-    if save is not None:
-        write_recording(comparison, save)
-        people.print(f"saved {save}", markup=False)
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        recording = Path(folder) / f"{comparison.run}.rrd"
-        write_recording(comparison, recording)
-        open_viewer(recording, web=web)
+    return comparison
+
+
+def _film(run: Comparison, video: Path | None, frames: Path | None, how: Film) -> None:
+    if video is not None:
+        write_video(run, video, how, _tell_frames)
+        people.print(f"saved {video}", markup=False)
+    if frames is not None:
+        write_frames(run, frames, how, _tell_frames)
+        people.print(f"saved {frames}", markup=False)
+
+
+def _tell_frames(done: int, count: int) -> None:
+    """Tell every tenth of a film."""
+    if done * _TOLD // count > (done - 1) * _TOLD // count:
+        tell(f"frame {done} of {count}")
+
+
+def _picture(shown: Shown) -> Image | None:
+    """Return a picture for a page, None where this computer cannot take one."""
+    tell("picture of the viewer")
+    try:
+        return shown.picture()
+    except WorkbenchError as error:
+        people.print(f"the page has no picture of the viewer: {error}", markup=False)
+        return None
 
 
 def _print_errors(comparison: Comparison) -> None:

@@ -68,6 +68,8 @@ def run(
             _print_bundle(bundle)
     if as_json:
         emit(_report(done))
+    elif len(done) > 1:
+        print(f"all runs:  workbench review {done[0].manifest['experiment']}")
 
 
 def _report(done: list[Bundle]) -> dict[str, Any]:

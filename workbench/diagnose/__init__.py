@@ -7,7 +7,7 @@ less what is predicted, `solve` finds minima, `screen` says what each cause is w
 clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
 whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
 runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `figures` and `report`
-make the page that shows it.
+make the page that shows it, `kept` the answer as a file that `workbench review` looks into.
 
 What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
@@ -25,6 +25,7 @@ and its name in `protocol/rig.py`.
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.investigation import Round, investigate
+from workbench.diagnose.kept import extended_model_of, write_answer
 from workbench.diagnose.mjcf import MjcfRig, load_rig
 from workbench.diagnose.next_experiment import Proposal, minutes_of, propose
 from workbench.diagnose.next_protocol import MENU, Following, following
@@ -42,11 +43,13 @@ __all__ = [
     "Round",
     "Trial",
     "diagnose",
+    "extended_model_of",
     "following",
     "investigate",
     "load_rig",
     "minutes_of",
     "propose",
     "refused",
+    "write_answer",
     "write_diagnosis",
 ]

@@ -262,8 +262,9 @@ def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     if found.extended is not None:
         yield f"The extended model: {found.extended.source}"
     if isinstance(found.extended, HopperRig):
-        command = f"workbench review RUN --model {found.extended.source}"
-        yield f"See it move beside robot and twin: {command}"
+        worst = max(found.held_out, key=lambda name: found.errors.by_run[name])
+        command = f"workbench review {worst} --model {found.extended.source}"
+        yield f"See it move beside robot and twin of {worst}: {command}"
 
 
 def _provenance(found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]) -> Markup:

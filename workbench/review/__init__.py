@@ -1,26 +1,34 @@
-"""The review of a run: the robot and its twin side by side, and the twin of an extended model.
+"""The review of runs: robots and their twins side by side, and the twin of an extended model.
 
-Here live the recording for the viewer (the only room that imports rerun), the report for paper and
-browser, and the helper that looks at a recording without a window. Not here: where files lie
+Here live the recording for the viewer (the only room that imports rerun), `recording` of one run,
+`lanes` of several; the report of a run and the page of an experiment for paper and browser; and the
+helper that looks at a recording without a window. Not here: where files lie
 (`bundle`), what distance or misfit mean (`motion`), what the twin computes (`sim`). Everything is
-made from one value, a `Comparison`, and can be made again from it.
+made from one value a run, a `Comparison`, and can be made again from it.
 
 To add a section to the report, write it in `sections.py` and name it in `SECTIONS` there; to add a
-curve to the recording, send it in `recording.py` and give it a view in `layout.py`.
+curve to the recording, send it in `curves.py` and give it a view in `layout.py`.
 """
 
 from workbench.review.comparison import Comparison, Extended, Figure, Phase
-from workbench.review.recording import write_recording
+from workbench.review.experiment_page import ExperimentPage, write_experiment_page
+from workbench.review.picture import as_jpeg, picture_recording
+from workbench.review.recording import write_recording, write_together
 from workbench.review.report import write_report
 from workbench.review.viewer import HeadlessViewer, open_viewer
 
 __all__ = [
     "Comparison",
+    "ExperimentPage",
     "Extended",
     "Figure",
     "HeadlessViewer",
     "Phase",
+    "as_jpeg",
     "open_viewer",
+    "picture_recording",
+    "write_experiment_page",
     "write_recording",
     "write_report",
+    "write_together",
 ]

@@ -17,6 +17,7 @@ def send_seen(
     times: NDArray[np.float64],
     seen: NDArray[np.bool_],
     columns: rr.ComponentColumnList,
+    each: int = 1,
 ) -> None:
     """Send a row for every time: the next of `columns` where seen, nothing elsewhere.
 
@@ -27,8 +28,11 @@ def send_seen(
         stream: the recording.
         path: the entity.
         times: (n,) [s].
-        seen: (n,), with as many True as `columns` has values.
-        columns: what was seen, one value a sample.
+        seen: (n,), with as many True as `columns` has rows.
+        columns: what was seen, `each` values a sample.
+        each: how many values belong to one sample.
     """
-    rows = columns.partition(seen.astype(np.int64))
+    if not len(times):
+        return  # the viewer ends in a panic over an entity without rows
+    rows = columns.partition(each * seen.astype(np.int64))
     stream.send_columns(path, [rr.TimeColumn(TIMELINE, duration=times)], rows)

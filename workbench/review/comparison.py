@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import DRIVEN, FOOT, TOP, Misfit, Mode, Summary, position
+from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Misfit, Mode, Summary, position
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["FOOT_ERROR", "TOP_ERROR", "Comparison", "Extended", "Figure", "Phase"]
+__all__ = [
+    "FOOT_ERROR",
+    "NOISE_WIDTH",
+    "TOP_ERROR",
+    "Comparison",
+    "Extended",
+    "Figure",
+    "Largest",
+    "Phase",
+]
 
 FOOT_ERROR = "foot_error_mm"
 TOP_ERROR = "top_error_mm"
+NOISE_WIDTH = 2.0
+"""Standard deviations from a measured curve to the edge of its noise band."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,13 @@ class Phase(NamedTuple):
 
     time_s: float
     name: str
+
+
+class Largest(NamedTuple):
+    """The greatest distance between robot and twin [mm], and when it was [s]."""
+
+    mm: float
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -83,6 +101,11 @@ class Comparison:
         supply: `set_voltage_V`, `voltage_V`, `current_A`, or None when nothing was recorded.
         floor_m: height of the floor against the foot at rest [m]; below zero before a drop.
         extended: a third robot, the twin of an extended model.
+        noise: channel -> standard deviation of what the cameras make of a robot at rest, in the
+            channel's unit; empty where it is not known.
+        label: what tells the run from others of its protocol: condition, beam, repeat.
+        protocol: the protocol's, or the sheet's, own text.
+        mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
         warnings: what a reader must know before believing the numbers.
@@ -105,6 +128,20 @@ class Comparison:
     warnings: tuple[str, ...]
     floor_m: float = 0.0
     extended: Extended | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    label: tuple[str, ...] = ()
+    protocol: str = ""
+    mark: str | None = None
+
+    @property
+    def called(self) -> str:
+        """Return the label in one line."""
+        return ", ".join(self.label)
+
+    @property
+    def headline(self) -> str:
+        """Return the title, behind the mark where there is one."""
+        return self.title if self.mark is None else f"{self.mark.split(',')[0]} - {self.title}"
 
     @property
     def driven(self) -> bool:
@@ -137,6 +174,37 @@ class Comparison:
     def extended_error(self) -> TimeSeries | None:
         """Return the same distance to the extended twin, None where there is none."""
         return None if self.extended is None else self._apart(self.extended.motion)
+
+    def largest_error(self) -> dict[str, Largest]:
+        """Return the greatest plotted distance of foot and T, and when; without one never seen."""
+        error, told = self.error(), {}
+        for name, column in (("foot", FOOT_ERROR), ("T", TOP_ERROR)):
+            seen = np.where(error.validity(column), error[column], np.nan)
+            if np.isfinite(seen).any():
+                at = int(np.nanargmax(seen))
+                told[name] = Largest(float(seen[at]), float(error.times[at]))
+        return told
+
+    def error_noise(self) -> dict[str, float]:
+        """Return the root mean square distance that noise alone makes of foot and T [mm]."""
+        points = {"foot": FOOT, "T": TOP}
+        return {
+            name: 1000 * float(np.hypot(self.noise[x], self.noise[z]))
+            for name, (x, _, z) in points.items()
+            if x in self.noise and z in self.noise
+        }
+
+    def rotor_lag(self) -> TimeSeries:
+        """Return by how much the twin's rotor is ahead of the robot's, `lag_deg`, over its times.
+
+        Whole turns count; at time zero the two are less than half a turn apart.
+        """
+        twin = self.twin.at(self.real.times)
+        lag = np.degrees(twin[ROTOR_ANGLE] - self.real[ROTOR_ANGLE])
+        seen = self.real.validity(ROTOR_ANGLE) & twin.validity(ROTOR_ANGLE) & np.isfinite(lag)
+        start = lag[seen & (self.real.times >= 0)][:1]
+        turns = np.round(start / 360) if len(start) else 0.0
+        return TimeSeries.of(self.real.times, {"lag_deg": lag - 360 * turns}, {"lag_deg": seen})
 
     def reach(self) -> tuple[float, float]:
         """Return the least and the greatest x of all feet [m], zero where none was seen."""

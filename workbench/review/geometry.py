@@ -9,14 +9,21 @@ from __future__ import annotations
 from itertools import count, takewhile
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from workbench.motion import FOOT, PITCH, position
+from workbench.motion import CORNER_FORCES, FOOT, PITCH, position
 from workbench.review.comparison import Figure
 from workbench.shape import curve
 from workbench.timeseries import TimeSeries
 
-__all__ = ["beam_points", "beam_root", "foot_pitch", "pitch_quaternions"]
+__all__ = [
+    "beam_points",
+    "beam_root",
+    "foot_corners",
+    "foot_pitch",
+    "ground_forces",
+    "pitch_quaternions",
+]
 
 
 def foot_pitch(motion: TimeSeries) -> NDArray[np.float64]:
@@ -56,6 +63,34 @@ def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
     return beam_root(twin, figure)[:, None, :] + np.concatenate(
         [chain[..., :1], level, chain[..., 1:]], axis=-1
     )
+
+
+def ground_forces(
+    motion: TimeSeries, figure: Figure
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return where the ground pushes the foot and how, both (n, 4, 3) [m] and [N].
+
+    None where the motion carries no such forces: a clamped twin, and every real robot.
+    """
+    if any(name not in motion for names in CORNER_FORCES for name in names):
+        return None
+    forces = np.stack([motion.select(names).values for names in CORNER_FORCES], axis=1)
+    sides = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])  # as `motion.CORNER_FORCES` has them
+    halves = sides * np.array([figure.foot_length, figure.foot_width]) / 2
+    return foot_corners(motion, halves), forces
+
+
+def foot_corners(motion: TimeSeries, places: ArrayLike) -> NDArray[np.float64]:
+    """Return where places on the foot are, (n, k, 3) [m], NaN where it was not seen.
+
+    Args:
+        motion: of the foot.
+        places: (k, 2), forward and left of the foot's centre [m].
+    """
+    forward, left = np.asarray(places, dtype=float).T
+    along = forward[:, None] * _directions(foot_pitch(motion))[:, None, :]
+    across = np.column_stack([np.zeros_like(left), left, np.zeros_like(left)])
+    return position(motion, FOOT)[:, None, :] + along + across
 
 
 def _directions(angle: NDArray[np.float64]) -> NDArray[np.float64]:

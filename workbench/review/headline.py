@@ -14,6 +14,7 @@ __all__ = [
     "HEADINGS",
     "HeadlineRow",
     "headline",
+    "largest_rows",
     "misfit_rows",
     "verdict",
 ]
@@ -50,6 +51,14 @@ def misfit_rows(misfit: Misfit) -> list[tuple[str, str]]:
     ]
 
 
+def largest_rows(comparison: Comparison) -> list[tuple[str, str, str, str]]:
+    """Return the greatest plotted distance of foot and T, with its time, as rows of a headline."""
+    return [
+        (f"Largest error, {name}", "", "", f"{at.mm:.1f} mm at {at.time_s:.2f} s")
+        for name, at in comparison.largest_error().items()
+    ]
+
+
 def verdict(comparison: Comparison) -> str:
     """Say in one sentence what the robot and its twin did and how far apart they were."""
     match comparison.real_summary, comparison.twin_summary:
@@ -61,6 +70,8 @@ def verdict(comparison: Comparison) -> str:
             told += f"and its twin at {_quantity(twin, 'Hz', 3)}"
         case _:
             raise TypeError("robot and twin are summarized in different ways")
+    if comparison.mark is not None:
+        return f"{comparison.mark}. What is left of it is shown."
     if not math.isfinite(real + twin + comparison.misfit.both_mm):
         return "Too little of the run was seen to compare the robot with its twin."
     apart = _quantity(comparison.misfit.both_mm, "mm", 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import PurePath
 from typing import Any
 
 __all__ = ["sentence"]
@@ -29,6 +30,12 @@ def sentence(event: Mapping[str, Any]) -> str:
             return f"output on at {volts} V"
         case {"event": "voltage", "read_back": volts}:
             return f"{volts} V set and read back"
+        case {"event": "take_accepted" | "take_added", "file": file}:
+            return f"take added: {PurePath(str(file)).name}"
+        case {"event": "complete"}:
+            return "measured to the end"
+        case {"event": "failed" | "interrupted" | "safety-stop" as kind, "reason": reason}:
+            return f"{kind}: {str(reason).splitlines()[0]}"
         case {"event": "output_off", "confirmed": confirmed}:
             return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
     return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")

@@ -1,8 +1,9 @@
-"""The layout with which a recording opens."""
+"""The layout with which the recording of a run opens."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -15,60 +16,90 @@ from workbench.review.columns import TIMELINE
 from workbench.review.comparison import Comparison
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
+from workbench.review.story import journal_lines
 
-__all__ = ["layout"]
+__all__ = ["Overrides", "curves", "layout", "run_views", "scene", "time_panel"]
+
+Overrides = dict[Any, rr.Boxes3D | rr.SeriesLines]
+"""Entity -> what looks other in one view than it was sent."""
 
 _HEIGHT = 0.42  # of the scene: the robot, about 0.35 m, and a little floor
 _AIR = 1.05  # of the greatest error, to the end of its axis
 _ASPECT = 1.9  # width to height of what a 3-D view shows
 _DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
+_SHARES = {"scenes": 5.2, "traces": 4.8, "evidence": 3.4, "phases": 1.6}
 
 
 def layout(comparison: Comparison) -> rrb.Blueprint:
     """Return the views: robots above, curves, error and notes, and the phases below."""
-    phases = _phases(comparison)
-    return rrb.Blueprint(
-        rrb.Vertical(
-            rrb.Horizontal(*_scenes(comparison)),
-            rrb.Horizontal(*_traces(comparison)),
-            rrb.Horizontal(*_evidence(comparison)),
-            *phases,
-            row_shares=[5, 4.2, 3.2, 1.6][: 3 + len(phases)],
-        ),
-        rrb.TimePanel(timeline=TIMELINE, play_state="paused", state="collapsed"),
-        collapse_panels=True,
+    return rrb.Blueprint(run_views(comparison), time_panel(), collapse_panels=True)
+
+
+def time_panel() -> rrb.TimePanel:
+    """Return the panel of the timeline, which stands still until somebody starts it."""
+    return rrb.TimePanel(timeline=TIMELINE, play_state="paused", state="collapsed")
+
+
+def run_views(comparison: Comparison, root: str = "", name: str | None = None) -> rrb.Container:
+    """Return all views of a run; what nobody recorded has none.
+
+    Args:
+        comparison: the run.
+        root: entity that holds it; empty when it is the whole recording.
+        name: of the container, for its tab.
+    """
+    rows = {
+        "scenes": _scenes(comparison, root),
+        "traces": _traces(comparison, root),
+        "evidence": _evidence(comparison, root),
+        "phases": _phases(comparison, root),
+    }
+    shown = {row: views for row, views in rows.items() if views}
+    return rrb.Vertical(
+        *(rrb.Horizontal(*views) for views in shown.values()),
+        row_shares=[_SHARES[row] for row in shown],
+        name=name,
     )
 
 
-def _scenes(comparison: Comparison) -> list[rrb.Spatial3DView]:
+def _scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DView]:
     """Return each robot alone and all together, all seen by the same eye."""
-    eye, floor = _eye(comparison), floor_height(comparison)
-    names = {"Real": "real", "Twin": "sim"}
-    together = "Real (orange) and twin (blue)"
-    if comparison.extended is not None:
-        names["Extended twin"] = "extended"
-        together = "All three"
-    roots = list(names.values())
-    # Solid feet in one place would flicker, so those of the twins are outlines here.
-    outlined = [f"{root}/foot" for root in roots[1:]]
-    return [
-        *(_scene(name, [f"/{root}/**"], eye, floor) for name, root in names.items()),
-        _scene(together, [f"/{root}/**" for root in roots], eye, floor, outlined),
-    ]
+    named = zip(("Real", "Twin", "Extended twin"), ("real", "sim", "extended"), strict=True)
+    moving = [pair for pair, motion in zip(named, comparison.motions, strict=False) if len(motion)]
+    floor, eye = floor_height(comparison), _eye(comparison)
+    views = [scene(name, root, [f"{root}/{path}/**"], eye, floor) for name, path in moving]
+    if len(moving) > 1:
+        together = "All three" if len(moving) > 2 else "Real (orange) and twin (blue)"
+        # Solid feet in one place would flicker, so those of the twins are outlines here.
+        outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
+        outlined: Overrides = {f"{root}/{path}/foot": outline for _, path in moving[1:]}
+        paths = [f"{root}/{path}/**" for _, path in moving]
+        views.append(scene(together, root, paths, eye, floor, outlined))
+    return views
 
 
-def _scene(
+def scene(
     name: str,
+    root: str,
     contents: Sequence[str],
     eye: rrb.EyeControls3D,
     floor_z: float,
-    outlined: Sequence[str] = (),
+    overrides: Overrides | None = None,
 ) -> rrb.Spatial3DView:
+    """Return a view of robots on the white floor with its grid.
+
+    Args:
+        name: of the view.
+        root: entity in whose frame it is seen; empty for the whole recording.
+        contents: what is shown beside the floor below `root`.
+        eye: from where.
+        floor_z: height of the grid [m].
+        overrides: entity -> what looks other than it was sent.
+    """
     floor = rr.components.Plane3D(normal=(0, 0, 1), distance=floor_z)
-    outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
     return rrb.Spatial3DView(
-        origin="/",
-        contents=[*contents, "/floor/**"],
+        origin=root or "/",
+        contents=[*contents, f"{root}/floor/**"],
         name=name,
         background=rrb.Background(color=rgb(palette.SHADES["floor"]), kind="SolidColor"),
         line_grid=rrb.LineGrid3D(
@@ -79,7 +110,7 @@ def _scene(
             color=rgb(palette.SHADES["grid"]),
         ),
         eye_controls=eye,
-        overrides=dict.fromkeys(outlined, outline),
+        overrides=overrides,
     )
 
 
@@ -101,12 +132,14 @@ def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     )
 
 
-def _traces(comparison: Comparison) -> list[rrb.Container]:
-    def trace(plot: str, channel: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
-        return _curves(plot, name, legend, _range(comparison, channel))
+def _traces(comparison: Comparison, root: str) -> Sequence[rrb.Container]:
+    if not any(len(motion) for motion in comparison.motions):
+        return []
 
-    speed = [rrb.Vertical(_curves("rotor_speed", "Rotor speed [rad/s]"))]
-    return [
+    def trace(plot: str, channel: str, name: str, legend: bool = False) -> rrb.TimeSeriesView:
+        return curves(f"{root}/plots/{plot}", name, legend, _range(comparison, channel))
+
+    columns = [
         rrb.Vertical(
             trace("foot_x", FOOT[0], "Foot forward x [m]", legend=True),
             trace("foot_z", FOOT[2], "Foot height z [m]"),
@@ -114,51 +147,86 @@ def _traces(comparison: Comparison) -> list[rrb.Container]:
         rrb.Vertical(
             trace("top_x", TOP[0], "T forward x [m]"), trace("top_z", TOP[2], "T height z [m]")
         ),
-        *(speed if comparison.driven else ()),
     ]
+    if comparison.driven:
+        rotor = rrb.Vertical(
+            curves(f"{root}/plots/rotor_speed", "Rotor speed [rad/s]", False),
+            curves(f"{root}/plots/rotor_phase", "Rotor phase [deg]", False, (0.0, 360.0)),
+            curves(f"{root}/plots/rotor_lag", "Rotor of the twin ahead by [deg]", False),
+        )
+        columns.append(rotor)
+    return columns
 
 
-def _evidence(comparison: Comparison) -> list[rrb.View | rrb.Container]:
-    views: list[rrb.View | rrb.Container] = [_errors(comparison)]
+def _evidence(comparison: Comparison, root: str) -> list[rrb.View | rrb.Container]:
+    views: list[rrb.View | rrb.Container] = []
+    if len(comparison.real) and len(comparison.twin):
+        views.append(_errors(comparison, root))
     if comparison.supply is not None:
-        views.append(_curves("supply", "Supply [V, A]"))
-    views.append(rrb.TextDocumentView(origin="/notes", name="Notes"))
-    if comparison.log or comparison.warnings:
+        volts = [f"{root}/plots/supply/{name}" for name in ("set_voltage_V", "voltage_V")]
+        supply = f"{root}/plots/supply"
+        amps = [f"{supply}/current_A"]
+        views.append(
+            rrb.Vertical(
+                curves(supply, "Supply [V]", contents=volts),
+                curves(supply, "Supply [A]", False, contents=amps),
+            )
+        )
+    views.append(_words(comparison, root))
+    if journal_lines(comparison):
         hidden = TimelineColumn(TIMELINE, visible=False)
         columns = rrb.TextLogColumns(
             timeline_columns=[hidden], text_log_columns=["loglevel", "body"]
         )
-        views.append(rrb.TextLogView(origin="/log", name="Journal", columns=columns))
+        views.append(rrb.TextLogView(origin=f"{root}/log", name="Journal", columns=columns))
     return views
 
 
-def _errors(comparison: Comparison) -> rrb.View | rrb.Container:
+def _words(comparison: Comparison, root: str) -> rrb.View | rrb.Container:
+    """Return the notes and, behind a tab, the protocol as it was given."""
+    notes = rrb.TextDocumentView(origin=f"{root}/notes", name="Notes")
+    if not comparison.protocol:
+        return notes
+    asked = rrb.TextDocumentView(origin=f"{root}/protocol", name="Protocol file")
+    return rrb.Tabs(notes, asked, active_tab=0)
+
+
+def _errors(comparison: Comparison, root: str) -> rrb.View | rrb.Container:
     """Return the distances to the twin and, on the same axis, to the extended one below."""
     error, extended = comparison.error(), comparison.extended_error()
     name = "Distance from real to {} [mm]"
+    plots = f"{root}/plots"
     if extended is None:
-        return _curves("error_mm", name.format("twin"))
+        return curves(f"{plots}/error_mm", name.format("twin"))
     both = [one.values[one.valid] for one in (error, extended)]
     top = _AIR * max((float(part.max()) for part in both if part.size), default=1.0)
     return rrb.Vertical(
-        _curves("error_mm", name.format("twin"), span=(0.0, top)),
-        _curves("extended_error_mm", name.format("extended twin"), False, (0.0, top)),
+        curves(f"{plots}/error_mm", name.format("twin"), span=(0.0, top)),
+        curves(f"{plots}/extended_error_mm", name.format("extended twin"), False, (0.0, top)),
     )
 
 
-def _phases(comparison: Comparison) -> list[rrb.View]:
-    view = rrb.StateTimelineView(origin="/phase", name="Protocol")
+def _phases(comparison: Comparison, root: str) -> list[rrb.View]:
+    view = rrb.StateTimelineView(origin=f"{root}/phase", name="Protocol")
     return [view] if comparison.phases else []
 
 
-def _curves(
-    plot: str, name: str, legend: bool = True, span: tuple[float, float] | None = None
+def curves(
+    origin: str,
+    name: str,
+    legend: bool = True,
+    span: tuple[float, float] | None = None,
+    contents: Sequence[str] = ("$origin/**",),
+    overrides: Overrides | None = None,
 ) -> rrb.TimeSeriesView:
+    """Return a view of curves; without a span the viewer takes its own, which includes zero."""
     return rrb.TimeSeriesView(
-        origin=f"/plots/{plot}",
+        origin=origin,
+        contents=contents,
         name=name,
         axis_y=rrb.ScalarAxis(range=span) if span is not None else None,
         plot_legend=rrb.PlotLegend(corner=rrb.Corner2D.LeftTop, visible=legend),
+        overrides=overrides,
     )
 
 

@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from workbench.motion import CORNER_FORCES
 from workbench.review.comparison import Comparison
-from workbench.review.headline import HEADINGS, headline, misfit_rows
+from workbench.review.headline import HEADINGS, headline, largest_rows, misfit_rows
 
-__all__ = ["notes"]
+__all__ = ["labels", "notes", "overview"]
 
 _UNSEEN = (
     "The thin orange line from the foot to T stands for the real beam; "
     "the beam between them was not measured."
+)
+_FORCES = (
+    "Red arrows: what the ground does to each corner of the twin's foot, 50 mm for each newton. "
+    "Nobody measures it on the robot."
+)
+_PICK = (
+    "A tab shows one robot beside its twin. In the tree on the left the eye beside `real` or `sim` "
+    "of a run hides or shows that robot in this view."
 )
 
 
@@ -20,17 +29,58 @@ def notes(comparison: Comparison) -> str:
     """Return the headline table with the errors, warnings, facts and what was not measured."""
     parts = [
         f"**{comparison.title}**",
+        f"**{comparison.mark}**" if comparison.mark else "",
         _numbers(comparison, HEADINGS),
         _extended(comparison),
         "\n".join(f"- **Warning:** {warning}" for warning in comparison.warnings),
         _UNSEEN,
+        _FORCES if any(CORNER_FORCES[0][0] in motion for motion in comparison.motions) else "",
+        _noise(comparison),
         _table(("Fact", ""), comparison.facts.items()),
     ]
     return "\n\n".join(part for part in parts if part)
 
 
+def overview(title: str, comparisons: Sequence[Comparison]) -> str:
+    """Return a table of several runs beside their twins."""
+    rows = [
+        (
+            f"{number}",
+            label + (f" **{comparison.mark}**" if comparison.mark else ""),
+            headline(comparison)[0].real,
+            headline(comparison)[0].twin,
+            misfit_rows(comparison.misfit)[-1][1],
+        )
+        for number, (label, comparison) in enumerate(
+            zip(labels(comparisons), comparisons, strict=True), start=1
+        )
+    ]
+    what = " / ".join(dict.fromkeys(headline(one)[0].quantity for one in comparisons))
+    heads = ("Run", "", f"{what}, real", "Twin", "Error")
+    return "\n\n".join([f"**{title}**", _table(heads, rows), _PICK])
+
+
+def labels(comparisons: Sequence[Comparison]) -> list[str]:
+    """Return what tells each run from the others; what is the same of all is left out."""
+    every = [comparison.label for comparison in comparisons]
+    same = set.intersection(*map(set, every)) if len(every) > 1 else set()
+    short = [", ".join(part for part in label if part not in same) for label in every]
+    return [name or comparison.called for name, comparison in zip(short, comparisons, strict=True)]
+
+
+def _noise(comparison: Comparison) -> str:
+    told = [f"{name} {rms:.2f} mm" for name, rms in comparison.error_noise().items()]
+    if not told:
+        return ""
+    return (
+        f"Thin grey lines: the measured curve and twice its noise at rest to either side. Noise "
+        f"alone puts real and twin apart by {' and '.join(told)} (root mean square)."
+    )
+
+
 def _numbers(comparison: Comparison, heads: Sequence[str]) -> str:
     errors = [(f"Error, {name}", "", "", rms) for name, rms in misfit_rows(comparison.misfit)]
+    errors += largest_rows(comparison) if heads is HEADINGS else []
     return _table(heads, [*headline(comparison), *errors])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from markupsafe import Markup
 
 from workbench.review import palette
 
-__all__ = ["figure", "heat_table", "table", "warning_list", "write_page"]
+__all__ = ["code", "figure", "heat_table", "picture", "table", "warning_list", "write_page"]
 
 _DEEPEST = 0.6  # opacity of the strongest cell: the number in it stays readable
 
@@ -50,13 +51,29 @@ def figure(svg: str, caption: str) -> Markup:
     return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(svg), caption)
 
 
+def picture(jpeg: bytes | None, caption: str) -> Markup:
+    """Return a picture, kept in the page itself, with its caption; nothing of None."""
+    if jpeg is None:
+        return Markup()
+    source = f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
+    return Markup('<figure><img src="{}" alt="{}"><figcaption>{}</figcaption></figure>').format(
+        source, caption, caption
+    )
+
+
+def code(text: str) -> Markup:
+    """Return text as it is typed, such as a command."""
+    return Markup("<pre>{}</pre>").format(text)
+
+
 def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "numbers") -> Markup:
     """Return a table; the first cell of a row is its heading.
 
     Args:
         rows: cells as text.
         heads: of the columns.
-        css: `numbers` aligns right, `facts` left; `compared` adds the inks of real and twin.
+        css: `numbers` aligns right, `facts` and `runs` left; `compared` adds the inks of real and
+            twin to the second and third column, `spreads` leaves the second one left.
     """
     head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
     body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)

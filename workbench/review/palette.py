@@ -5,7 +5,7 @@ Orange and blue differ in lightness too, so that they survive a grey print and c
 
 from __future__ import annotations
 
-__all__ = ["EXTENDED", "PHASES", "REAL", "SHADES", "TWIN", "rgb"]
+__all__ = ["EXTENDED", "PHASES", "REAL", "RUNS", "SHADES", "TWIN", "rgb", "run_color"]
 
 REAL = "#e8710a"
 TWIN = "#2b7be4"
@@ -15,6 +15,8 @@ SHADES = {
     "grid": "#d4d9df",
     "scale": "#7d8794",
     "marks": "#ffffff",
+    "force": "#c2185b",
+    "noise": "#b9c1cb",
     "foot": "#14a08c",
     "top": "#9b6ad6",
     "set_volts": "#8f99a5",
@@ -23,6 +25,14 @@ SHADES = {
 }
 PHASES = ("#aeb9c7", "#f0c36a", "#7fbf95", "#9bb3e0", "#d79bb4", "#b6a6d9", "#9ecad1", "#cfb99a")
 """One colour a phase name in the order of first use; after eight they repeat."""
+
+RUNS = ("#0b6e99", "#d1495b", "#6a994e", "#8f5fbf", "#c98a1b", "#3d5a80", "#b5179e", "#7f5539")
+"""One colour a run where several are drawn together; after eight they repeat."""
+
+
+def run_color(number: int) -> str:
+    """Return the colour of a run by its number, from 1."""
+    return RUNS[(number - 1) % len(RUNS)]
 
 
 def rgb(color: str) -> tuple[int, int, int]:

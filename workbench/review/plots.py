@@ -11,11 +11,21 @@ from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR_SPEED, TOP
 from workbench.review import palette
-from workbench.review.comparison import FOOT_ERROR, TOP_ERROR, Comparison
+from workbench.review.comparison import FOOT_ERROR, NOISE_WIDTH, TOP_ERROR, Comparison
 from workbench.review.drawing import as_svg, drawn, legend
 from workbench.timeseries import TimeSeries
 
-__all__ = ["error_plot", "motion_plot", "speed_plot", "supply_plot", "trajectory_plot"]
+__all__ = [
+    "error_plot",
+    "motion_plot",
+    "phase_plot",
+    "seen",
+    "speed_plot",
+    "supply_plot",
+    "trajectory_plot",
+]
+
+_BAND = 0.3  # opacity of a noise band
 
 
 def trajectory_plot(comparison: Comparison) -> str:
@@ -29,7 +39,7 @@ def trajectory_plot(comparison: Comparison) -> str:
         axes = figure.subplots(2, 1, sharex=True, sharey=True)
         for ax, motion, name, color in zip(axes, *_pair(comparison), strict=True):
             moving = motion.between(0.0, comparison.duration_s)
-            ax.plot(_seen(moving, x), _seen(moving, z), color=color)
+            ax.plot(seen(moving, x), seen(moving, z), color=color)
             ax.set(title=name, ylabel="z [m]")
         axes[1].set_xlabel("x [m]")
 
@@ -63,6 +73,19 @@ def speed_plot(comparison: Comparison) -> str:
     return as_svg(drawn(draw, 2.2), "speed")
 
 
+def phase_plot(comparison: Comparison) -> str:
+    """Draw by how much the twin's rotor leads the robot's, over time."""
+    lag = comparison.rotor_lag()
+
+    def draw(figure: Figure) -> None:
+        ax = figure.subplots()
+        ax.plot(lag.times, seen(lag, "lag_deg"), color=palette.TWIN)
+        ax.set(ylabel="twin ahead by [deg]")
+        _time_axis(ax, comparison.time_zero)
+
+    return as_svg(drawn(draw, 1.8), "phase")
+
+
 def error_plot(comparison: Comparison) -> str:
     """Draw the distance between robot and twin over time."""
     error = comparison.error()
@@ -72,7 +95,9 @@ def error_plot(comparison: Comparison) -> str:
         lines = {"foot": (FOOT_ERROR, "foot"), "T": (TOP_ERROR, "top")}
         for name, (column, shade) in lines.items():
             color = palette.SHADES[shade]
-            ax.plot(error.times, _seen(error, column), color=color, label=name)
+            ax.plot(error.times, seen(error, column), color=color, label=name)
+        noise = max(comparison.error_noise().values(), default=0.0)
+        ax.axhspan(0, NOISE_WIDTH * noise, color=palette.SHADES["noise"], alpha=_BAND, lw=0)
         ax.set(ylabel="distance [mm]", ylim=(0, None))
         legend(ax)
         _time_axis(ax, comparison.time_zero)
@@ -100,7 +125,7 @@ def supply_plot(supply: TimeSeries, time_zero: str) -> str:
 
 def _supply_panel(ax: Axes, supply: TimeSeries, lines: Mapping[str, tuple[str, str]]) -> None:
     for name, (column, shade) in lines.items():
-        ax.plot(supply.times, _seen(supply, column), color=palette.SHADES[shade], label=name)
+        ax.plot(supply.times, seen(supply, column), color=palette.SHADES[shade], label=name)
 
 
 def _pair(
@@ -114,16 +139,17 @@ def _pair(
 
 
 def _both(ax: Axes, comparison: Comparison, channel: str, label: str) -> None:
-    ax.plot(
-        comparison.real.times, _seen(comparison.real, channel), color=palette.REAL, label="real"
-    )
-    ax.plot(
-        comparison.twin.times, _seen(comparison.twin, channel), color=palette.TWIN, label="twin"
-    )
+    real, sigma = seen(comparison.real, channel), comparison.noise.get(channel)
+    if sigma is not None:
+        edges = (real - NOISE_WIDTH * sigma, real + NOISE_WIDTH * sigma)
+        ax.fill_between(comparison.real.times, *edges, color=palette.REAL, alpha=_BAND, lw=0)
+    ax.plot(comparison.real.times, real, color=palette.REAL, label="real")
+    ax.plot(comparison.twin.times, seen(comparison.twin, channel), color=palette.TWIN, label="twin")
     ax.set_ylabel(label)
 
 
-def _seen(series: TimeSeries, name: str) -> NDArray[np.float64]:
+def seen(series: TimeSeries, name: str) -> NDArray[np.float64]:
+    """Return a channel, NaN where it was not seen."""
     return np.where(series.validity(name), series[name], np.nan)
 
 

@@ -6,18 +6,23 @@ from pathlib import Path
 
 from workbench.review.comparison import Comparison
 from workbench.review.headline import verdict
-from workbench.review.page import write_page
-from workbench.review.sections import SECTIONS
+from workbench.review.page import picture, write_page
+from workbench.review.sections import RECORDING, SECTIONS
 
 __all__ = ["write_report"]
 
 
-def write_report(comparison: Comparison, path: Path) -> None:
+def write_report(comparison: Comparison, path: Path, jpeg: bytes | None = None) -> None:
     """Write the report to `path`; the same comparison gives the same bytes.
 
     Args:
         comparison: the run and its twin.
         path: the `.html` file; one that is there is replaced.
+        jpeg: of its recording in the viewer, where one was taken.
     """
-    bodies = [(section.title, section.body(comparison)) for section in SECTIONS]
-    write_page(path, comparison.title, comparison.run, verdict(comparison), bodies)
+    shown = picture(jpeg, "The recording in the viewer.")
+    bodies = [
+        (section.title, section.body(comparison) + (shown if section is RECORDING else ""))
+        for section in SECTIONS
+    ]
+    write_page(path, comparison.headline, comparison.run, verdict(comparison), bodies)

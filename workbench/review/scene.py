@@ -10,16 +10,23 @@ from workbench.motion import FOOT, ROTOR, TOP, position
 from workbench.review import palette
 from workbench.review.columns import TIMELINE, send_seen
 from workbench.review.comparison import Comparison, Figure
-from workbench.review.geometry import beam_points, beam_root, foot_pitch, pitch_quaternions
+from workbench.review.geometry import (
+    beam_points,
+    beam_root,
+    foot_pitch,
+    ground_forces,
+    pitch_quaternions,
+)
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["draw_extended", "draw_floor", "draw_real", "draw_twin", "floor_height"]
+__all__ = ["FORCE_M_PER_N", "draw_floor", "draw_real", "draw_simulated", "floor_height"]
 
 _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
+FORCE_M_PER_N = 0.05  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
 
 
 def floor_height(comparison: Comparison) -> float:
@@ -27,7 +34,7 @@ def floor_height(comparison: Comparison) -> float:
     return comparison.floor_m - _FOOT_THICKNESS / 2
 
 
-def draw_floor(stream: rr.RecordingStream, comparison: Comparison) -> None:
+def draw_floor(stream: rr.RecordingStream, comparison: Comparison, root: str = "") -> None:
     """Draw a scale along the track, a tick every 0.1 m; the grid itself belongs to the views."""
     z = floor_height(comparison)
     y = -0.5 * comparison.figure.foot_width - 0.04
@@ -42,52 +49,57 @@ def draw_floor(stream: rr.RecordingStream, comparison: Comparison) -> None:
         radii=0.0001,
         colors=rgb(palette.SHADES["marks"]),
     )
-    stream.log("floor/scale", lines, static=True)
-    stream.log("floor/marks", marks, static=True)
+    stream.log(f"{root}floor/scale", lines, static=True)
+    stream.log(f"{root}floor/marks", marks, static=True)
 
 
-def draw_real(stream: rr.RecordingStream, real: TimeSeries, figure: Figure) -> None:
+def draw_real(stream: rr.RecordingStream, path: str, real: TimeSeries, figure: Figure) -> None:
     """Draw what the cameras saw; between root and T only a thin line, for nobody measured it."""
-    _draw_parts(stream, "real", real, figure, palette.REAL)
+    _draw_parts(stream, path, real, figure, palette.REAL)
     link = np.stack([beam_root(real, figure), position(real, TOP)], axis=1)
-    _send_strips(stream, "real/link", real.times, link)
+    _send_strips(stream, f"{path}/link", real.times, link)
     stream.log(
-        "real/link",
+        f"{path}/link",
         rr.LineStrips3D.from_fields(radii=_THIN_RADIUS, colors=rgb(palette.REAL)),
         rr.AnyValues(note="the beam between foot and T was not measured"),
         static=True,
     )
 
 
-def draw_twin(stream: rr.RecordingStream, twin: TimeSeries, figure: Figure) -> None:
-    """Draw the twin with its whole beam, a chain of straight increments.
-
-    Raises:
-        ValueError: when the twin carries no hinge angles.
-    """
-    _draw_simulated(stream, "sim", twin, figure, palette.TWIN)
-
-
-def draw_extended(stream: rr.RecordingStream, motion: TimeSeries, figure: Figure) -> None:
-    """Draw the extended twin like the twin, in its own colour.
-
-    Raises:
-        ValueError: when it carries no hinge angles.
-    """
-    _draw_simulated(stream, "extended", motion, figure, palette.EXTENDED)
-
-
-def _draw_simulated(
-    stream: rr.RecordingStream, root: str, motion: TimeSeries, figure: Figure, color: str
+def draw_simulated(
+    stream: rr.RecordingStream, path: str, motion: TimeSeries, figure: Figure, color: str
 ) -> None:
-    """Draw a simulated robot, whose beam is known, under `root`."""
-    _draw_parts(stream, root, motion, figure, color)
-    _send_strips(stream, f"{root}/beam", motion.times, beam_points(motion, figure))
+    """Draw a simulated robot with its whole beam, a chain of straight increments.
+
+    The ground's force on each corner of its foot is an arrow, 50 mm for each newton.
+
+    Raises:
+        ValueError: when the motion carries no hinge angles.
+    """
+    _draw_parts(stream, path, motion, figure, color)
+    _send_strips(stream, f"{path}/beam", motion.times, beam_points(motion, figure))
     stream.log(
-        f"{root}/beam",
+        f"{path}/beam",
         rr.LineStrips3D.from_fields(radii=_LINE_RADIUS, colors=rgb(color)),
         static=True,
     )
+    _draw_forces(stream, f"{path}/ground", motion, figure)
+
+
+def _draw_forces(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure: Figure) -> None:
+    """Draw the ground's forces on the corners, nothing while the foot is in the air."""
+    pushed = ground_forces(motion, figure)
+    if pushed is None:
+        return
+    places, forces = pushed
+    seen = (forces != 0).any(axis=(1, 2)) & _seen(places)
+    arrows = rr.Arrows3D.columns(
+        origins=places[seen].reshape(-1, 3),
+        vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3),
+    )
+    send_seen(stream, path, motion.times, seen, arrows, each=places.shape[1])
+    look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.SHADES["force"]))
+    stream.log(path, look, rr.AnyValues(metres_per_newton=FORCE_M_PER_N), static=True)
 
 
 def _draw_parts(
@@ -115,13 +127,14 @@ def _send_foot(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure
     place = position(motion, FOOT)
     seen = _seen(place)
     size = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS / 2]
-    stream.send_columns(
-        path,
-        [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
-        rr.Transform3D.columns(
-            translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
-        ),
-    )
+    if seen.any():
+        stream.send_columns(
+            path,
+            [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
+            rr.Transform3D.columns(
+                translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
+            ),
+        )
     boxes = rr.Boxes3D.columns(half_sizes=np.tile(size, (len(place[seen]), 1)))
     send_seen(stream, path, motion.times, seen, boxes)
 
@@ -150,4 +163,4 @@ def _send_strips(
 
 
 def _seen(places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(places).reshape(len(places), -1).all(axis=1))
+    return np.asarray(np.isfinite(places).all(axis=tuple(range(1, places.ndim))))

@@ -14,16 +14,17 @@ from markupsafe import Markup
 from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
 from workbench.review.headline import HEADINGS, headline, misfit_rows
-from workbench.review.page import figure, table, warning_list
+from workbench.review.page import code, figure, table, warning_list
 from workbench.review.plots import (
     error_plot,
     motion_plot,
+    phase_plot,
     speed_plot,
     supply_plot,
     trajectory_plot,
 )
 
-__all__ = ["SECTIONS", "Section"]
+__all__ = ["RECORDING", "SECTIONS", "Section"]
 
 
 class Section(NamedTuple):
@@ -39,7 +40,8 @@ class Section(NamedTuple):
 
 
 def _warnings(comparison: Comparison) -> Markup:
-    return warning_list(comparison.warnings)
+    mark = () if comparison.mark is None else (comparison.mark,)
+    return warning_list((*mark, *comparison.warnings))
 
 
 def _headline(comparison: Comparison) -> Markup:
@@ -47,16 +49,28 @@ def _headline(comparison: Comparison) -> Markup:
 
 
 def _misfit(comparison: Comparison) -> Markup:
-    rows = [(name[0].upper() + name[1:], rms) for name, rms in misfit_rows(comparison.misfit)]
-    return table(rows, ("", "Root mean square")) + figure(
+    largest, noise = comparison.largest_error(), comparison.error_noise()
+    rows = [
+        (
+            name[0].upper() + name[1:],
+            rms,
+            f"{largest[name].mm:.1f} mm at {largest[name].time_s:.2f} s" if name in largest else "",
+            f"{noise[name]:.2f} mm" if name in noise else "",
+        )
+        for name, rms in misfit_rows(comparison.misfit)
+    ]
+    return table(rows, ("", "Root mean square", "Largest", "Of noise alone")) + figure(
         error_plot(comparison),
-        "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing.",
+        "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing. "
+        "Grey: up to twice what noise alone would make.",
     )
 
 
 def _trajectory(comparison: Comparison) -> Markup:
     who = "the foot's centre" if comparison.mover == FOOT else "T, the tip of the beam,"
     when = "of drive" if comparison.driven else "after the release"
+    if not any(len(motion) for motion in comparison.motions):
+        return Markup()
     return figure(
         trajectory_plot(comparison),
         f"Path of {who} during the {comparison.duration_s:g} s {when}. The height is stretched.",
@@ -64,7 +78,10 @@ def _trajectory(comparison: Comparison) -> Markup:
 
 
 def _motion(comparison: Comparison) -> Markup:
-    return figure(motion_plot(comparison), "Foot and T, the tip of the beam, over time.")
+    return figure(
+        motion_plot(comparison),
+        "Foot and T, the tip of the beam, over time. Bands: twice the noise at rest.",
+    )
 
 
 def _speed(comparison: Comparison) -> Markup:
@@ -72,6 +89,8 @@ def _speed(comparison: Comparison) -> Markup:
         return Markup()
     return figure(
         speed_plot(comparison), "Speed of the rotor, as measured and as the twin was driven."
+    ) + figure(
+        phase_plot(comparison), "By how much the twin's rotor is ahead of the robot's; turns count."
     )
 
 
@@ -94,14 +113,16 @@ def _journal(comparison: Comparison) -> Markup:
 
 
 def _recording(comparison: Comparison) -> Markup:
-    return Markup(
-        "<p>Both robots move side by side in the recording. "
-        "Open it with</p>"
-        "<pre>workbench review {}</pre>"
-        "<p>or, without a window on this computer, in the browser with <code>--web</code>.</p>"
-    ).format(comparison.run)
+    words = "<p>Both robots move side by side in the recording. Open it with</p>"
+    elsewhere = (
+        "<p>or, without a window on this computer, in the browser with <code>--web</code>. "
+        "Where the runs do not lie in <code>runs</code>, name their folder with "
+        "<code>--runs</code>. <code>--video run.mp4</code> films it.</p>"
+    )
+    return Markup(words) + code(f"workbench review {comparison.run}") + Markup(elsewhere)
 
 
+RECORDING = Section("Recording", _recording)
 SECTIONS = (
     Section("Warnings", _warnings),
     Section("Result", _headline),
@@ -110,7 +131,7 @@ SECTIONS = (
     Section("Motion over time", _motion),
     Section("Rotor speed", _speed),
     Section("Supply", _supply),
-    Section("Recording", _recording),
+    RECORDING,
     Section("Journal", _journal),
     Section("Facts", _facts),
 )

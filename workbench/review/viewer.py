@@ -78,14 +78,19 @@ class HeadlessViewer:
 
         Raises:
             InputError: when there is no such recording.
-            WorkbenchError: when it is not loaded within `deadline_s`.
+            WorkbenchError: when it is not loaded within `deadline_s`, or the viewer ends over it.
         """
         self._client.open(str(_existing(path).resolve()))
-        return _until(
-            lambda: _loaded(self._client.get_state()),
-            deadline_s,
-            f"{path.name} was not loaded within {deadline_s:g} s",
-        )
+        try:
+            return _until(
+                lambda: _loaded(self._client.get_state()),
+                deadline_s,
+                f"{path.name} was not loaded within {deadline_s:g} s",
+            )
+        except _ANSWERS as error:
+            raise WorkbenchError(
+                f"rerun's viewer ended while it opened {path.name}: {self._last_words()}"
+            ) from error
 
     def set_time(self, seconds: float, timeline: str = "t") -> None:
         """Move the time cursor."""

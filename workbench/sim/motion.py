@@ -9,7 +9,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
+from workbench.motion import CORNER_FORCES, FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
 from workbench.motion import rotor_speed as speed_of
 from workbench.sim.ground import CORNER_FIELDS, UNLOCKED, corner_records
@@ -110,10 +110,15 @@ def _hinges(
 
 
 def _ground(corners: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Return the sums over the corners, how many touch and how many of these slide."""
-    forces = {
-        f"ground_{axis}_N": corners[:, :, CORNER_FIELDS.index(f"force_{axis}_N")].sum(axis=1)
-        for axis in "xyz"
+    """Return each corner's force, their sums, how many touch and how many of these slide."""
+    fields = {axis: CORNER_FIELDS.index(f"force_{axis}_N") for axis in "xyz"}
+    each = {
+        name: corners[:, k, field]
+        for k, names in enumerate(CORNER_FORCES)
+        for name, field in zip(names, fields.values(), strict=True)
+    }
+    forces = each | {
+        f"ground_{axis}_N": corners[:, :, field].sum(axis=1) for axis, field in fields.items()
     }
     touching = corners[:, :, CORNER_FIELDS.index("force_z_N")] > 0
     sliding = touching & (corners[:, :, 0] == UNLOCKED)

@@ -1,0 +1,191 @@
+"""What a bundle keeps is enough to show its run again, and what is left of a broken one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.bench import BUILT_IN, load_bench, make_bench
+from workbench.bundle import Bundle
+from workbench.cli.output import QuietOperator
+from workbench.engine import carry_out
+from workbench.errors import InputError
+from workbench.experiment import read_experiment
+from workbench.recall import recall, recall_damaged, recall_whatever, runs_named
+from workbench.review import write_recording, write_report
+
+SHORT = """
+schema: workbench/protocol-1
+title: A short hop
+model: thesis
+shape: thesis-initial
+steps:
+  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, ramp: 0.5 s, duration: 3 s}
+  - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s}
+"""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of runs: a hop and a ring-down of one experiment."""
+    folder = tmp_path_factory.mktemp("lab")
+    (folder / "short.yaml").write_text(SHORT, encoding="utf-8")
+    bench = load_bench("virtual")
+    device = make_bench(bench.content)
+    experiment = read_experiment(folder / "short.yaml", bench, device.voltage_step)
+    assert bench.path == BUILT_IN
+    list(carry_out(experiment, device, folder / "runs", QuietOperator(), lambda text: None))
+    return folder / "runs"
+
+
+@pytest.fixture
+def hop(lab: Path, tmp_path: Path) -> Bundle:
+    """A copy of the hop, to be broken."""
+    (path,) = lab.glob("*_hop-*")
+    return Bundle.open(Path(shutil.copytree(path, tmp_path / "runs" / path.name)))
+
+
+def cut_off(bundle: Bundle) -> Bundle:
+    """Leave what a run has that was killed while the motor turned."""
+    for name in ("track", "twin", "raw", "supply"):
+        (bundle.path / f"{name}.parquet").unlink()
+    for name in ("compare.rrd", "report.html", "checksums.txt"):
+        (bundle.path / name).unlink()
+    shutil.rmtree(bundle.path / "take")
+    later = ("sent", "output_off", "cameras", "release", "command", "real", "twin", "error_mm",
+             "error_foot_mm", "error_top_mm", "track", "warnings", "noise_mm", "noise_rad",
+             "rotor_speed_rad_s", "floor", "alignment")  # fmt: skip
+    facts = {key: value for key, value in bundle.manifest.items() if key not in later}
+    text = json.dumps(facts | {"status": "failed"})
+    (bundle.path / "manifest.json").write_text(text, encoding="utf-8")
+    journal = bundle.path / "journal.jsonl"
+    lines = journal.read_text(encoding="utf-8").splitlines()
+    journal.write_text("\n".join(lines[:12]) + '\n{"time_s": 2.', encoding="utf-8")
+    return Bundle.open(bundle.path)
+
+
+def test_every_run_is_shown_again_as_its_report_tells_it(lab: Path, tmp_path: Path) -> None:
+    for path in sorted(lab.iterdir()):
+        if path.is_dir():
+            bundle = Bundle.open(path)
+            write_report(recall(bundle), tmp_path / "again.html")
+            again = (tmp_path / "again.html").read_text(encoding="utf-8")
+            told = bundle.view("report").read_text(encoding="utf-8")
+            ends = ("<h2>Journal", "<h2>Facts")  # the journal went on after the report was made
+            assert again.partition(ends[0])[0] == told.partition(ends[0])[0]
+            assert again.partition(ends[1])[2] == told.partition(ends[1])[2]
+
+
+def test_a_whole_run_is_not_marked(hop: Bundle) -> None:
+    found = recall_whatever(hop)
+    assert found.mark is None
+    assert found.label == ("hop", "17 rad/s", "thesis-initial", "repeat 1")
+    assert [state.name for state in found.phases] == ["rest", "ramp", "hold", "off"]
+    assert found.protocol == hop.document("protocol").read_text(encoding="utf-8")
+    rest = hop.manifest["noise_mm"]["foot_z_m"]["rest"]
+    assert found.noise["foot_z_m"] == pytest.approx(rest / 1000)
+
+
+def test_the_twin_s_corners_carry_it(lab: Path) -> None:
+    (path,) = lab.glob("*_hop-*")
+    twin = Bundle.open(path).read_series("twin")
+    corners = np.sum([twin[f"corner_{k}_z_N"] for k in range(4)], axis=0)
+    np.testing.assert_allclose(corners, twin["ground_z_N"], atol=1e-9)
+    assert corners[0] == pytest.approx(0.2574 * 9.81, rel=0.01)  # the robot's weight at rest
+
+
+def test_views_that_were_damaged_do_not_mark_a_run(hop: Bundle) -> None:
+    for name in ("compare.rrd", "report.html"):
+        (hop.path / name).write_bytes(b"broken")
+    assert recall_whatever(hop).mark is None
+
+
+@pytest.mark.parametrize("kind", ["track", "twin", "supply"])
+@pytest.mark.parametrize("spoil", [lambda data: data[: len(data) // 2], lambda data: b""])
+def test_a_series_that_was_damaged_is_named_and_the_rest_is_shown(
+    hop: Bundle, tmp_path: Path, kind: str, spoil: Callable[[bytes], bytes]
+) -> None:
+    file = hop.path / f"{kind}.parquet"
+    file.write_bytes(spoil(file.read_bytes()))
+    found = recall_whatever(hop)
+    assert found.mark is not None
+    assert found.mark.startswith("DAMAGED")
+    assert any(f"{kind}.parquet" in warning for warning in found.warnings)
+    left = {"track": found.real, "twin": found.twin, "supply": found.supply or ()}
+    assert {name: len(series) > 0 for name, series in left.items()} == {
+        name: name != kind for name in left
+    }
+    write_recording(found, tmp_path / "left.rrd")
+    write_report(found, tmp_path / "left.html")
+    assert "DAMAGED - A short hop" in (tmp_path / "left.html").read_text(encoding="utf-8")
+
+
+def test_one_byte_of_a_take_marks_the_run(hop: Bundle) -> None:
+    take = hop.take()
+    data = bytearray(take.read_bytes())
+    data[len(data) // 2] ^= 1
+    take.write_bytes(bytes(data))
+    found = recall_whatever(hop)
+    assert found.mark == "DAMAGED, 1 of its files are not as they were written"
+    assert any(take.name in warning for warning in found.warnings)
+    assert len(found.real) > 100
+
+
+def test_a_run_that_was_killed_shows_what_was_sent(hop: Bundle, tmp_path: Path) -> None:
+    cut = cut_off(hop)
+    with pytest.raises(InputError, match="was never compared with its twin"):
+        recall(cut)
+    found = recall_whatever(cut)
+    assert found.mark == "ABORTED, the program was killed or the computer stopped"
+    assert len(found.real) == len(found.twin) == 0
+    assert found.phases[0].name == "rest"
+    assert found.phases[1].time_s == pytest.approx(0.0)
+    assert any("output on" in text for _, text in found.log)
+    write_recording(found, tmp_path / "cut.rrd")
+    write_report(found, tmp_path / "cut.html")
+    page = (tmp_path / "cut.html").read_text(encoding="utf-8")
+    assert "What is left of it is shown" in page
+    assert ">nan" not in page
+
+
+def test_an_error_that_ended_a_run_is_its_mark(hop: Bundle) -> None:
+    cut = cut_off(hop)
+    cut.finish("safety-stop", error="9 A at the motor, 1 A allowed\nmore of it")
+    assert recall_damaged(cut).mark == "ABORTED (safety-stop): 9 A at the motor, 1 A allowed"
+
+
+def test_a_protocol_stands_for_its_newest_runs(lab: Path) -> None:
+    every = sorted(path for path in lab.iterdir() if path.is_dir())
+    for word in ("short", "short.yaml", "somewhere/short.yaml"):
+        assert [bundle.path for bundle in runs_named([Path(word)], lab)] == every
+    identity = Bundle.open(every[0]).manifest["experiment"]
+    assert [bundle.path for bundle in runs_named([Path(identity)], lab)] == every
+    assert [one.path for one in runs_named([Path(every[1].name)], lab)] == [every[1]]
+
+
+def test_the_protocol_s_own_file_stands_for_its_runs_too(lab: Path) -> None:
+    asked = lab.parent / "short.yaml"
+    assert asked.is_file()
+    assert len(runs_named([asked], lab)) == 2
+
+
+def test_damaged_folders_do_not_hide_an_experiment(hop: Bundle) -> None:
+    root = hop.path.parent
+    for name, text in {"broken": "{", "empty": None, "file": ""}.items():
+        if name == "file":
+            (root / name).write_text("", encoding="utf-8")
+            continue
+        (root / name).mkdir()
+        if text is not None:
+            (root / name / "manifest.json").write_text(text, encoding="utf-8")
+    assert [bundle.path for bundle in runs_named([Path("short")], root)] == [hop.path]
+
+
+def test_a_name_that_is_none_is_answered_with_the_protocols(lab: Path) -> None:
+    with pytest.raises(InputError, match=r"shrt: no run.*did you mean 'short'\?"):
+        runs_named([Path("shrt")], lab)

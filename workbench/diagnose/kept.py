@@ -1,0 +1,59 @@
+"""The answer of a diagnosis as a file, and the diagnosis that knows a run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from workbench.bundle import sha256
+from workbench.diagnose.diagnosis import Diagnosis
+
+__all__ = ["extended_model_of", "write_answer"]
+
+_SCHEMA = "workbench/diagnosis-1"
+
+
+def write_answer(path: Path, found: Diagnosis, files: Mapping[str, Path]) -> None:
+    """Write an answer with the files that it rests on.
+
+    Args:
+        path: of the `.json` file; one that is there is replaced.
+        found: the diagnosis.
+        files: what it was made from; a run's take stands under the name of its bundle.
+    """
+    rests_on = {name: sha256(file) for name, file in files.items()}
+    answer = {"schema": _SCHEMA, **found.as_json(), "files": rests_on}
+    text = json.dumps(answer, indent=2, ensure_ascii=False, default=str) + "\n"
+    path.write_text(text, encoding="utf-8")
+
+
+def extended_model_of(run: str, take: Path, folder: Path) -> Path | None:
+    """Return the extended model of the newest diagnosis of a run, None where there is none.
+
+    Args:
+        run: name of its bundle.
+        take: its export; a diagnosis of another one under that name does not count.
+        folder: of all diagnoses, each in a folder of its own.
+    """
+    digest = sha256(take)
+    newest_first = sorted(
+        folder.glob("*/*.json"), key=lambda path: path.stat().st_mtime, reverse=True
+    )
+    for path in newest_first:
+        answer = _read(path)
+        if answer.get("files", {}).get(run) != digest:
+            continue
+        model = answer.get("extended_model")
+        return path.parent / Path(model).name if model else None
+    return None
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Return an answer, nothing of a file that is none."""
+    try:
+        answer = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return answer if isinstance(answer, dict) and answer.get("schema") == _SCHEMA else {}

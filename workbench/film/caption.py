@@ -1,0 +1,76 @@
+"""The words on a picture: what ran, when, how fast it is shown, and which robot is which."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from workbench.review import Comparison
+from workbench.review.palette import EXTENDED, REAL, TWIN
+
+__all__ = ["Caption", "pace"]
+
+_INK, _QUIET, _ALERT = "#1b2430", "#5b6675", "#b3261e"
+_MARGIN = 1 / 36  # of the picture's height
+_SIZES = {"title": 1 / 24, "text": 1 / 34}  # of the letters, of the picture's height
+
+
+class Caption:
+    """Writes on the pictures of a run.
+
+    Args:
+        comparison: the run.
+        slow: how many times slower than life it is shown.
+        height: of the pictures [px].
+    """
+
+    def __init__(self, comparison: Comparison, slow: float, height: int) -> None:
+        """Prepare the letters and the words that stay."""
+        self._margin = round(_MARGIN * height)
+        self._title = _letters("DejaVuSans-Bold.ttf", round(_SIZES["title"] * height))
+        self._text = _letters("DejaVuSans.ttf", round(_SIZES["text"] * height))
+        self._about = " \N{MIDDLE DOT} ".join(comparison.label) or comparison.run
+        self._name, self._mark = comparison.title, comparison.mark
+        self._pace = pace(slow)
+        self._robots = [("robot (ghost)", REAL)] if len(comparison.real) else []
+        self._robots += [("twin", TWIN)] if len(comparison.twin) else []
+        self._robots += [("extended twin", EXTENDED)] if comparison.extended else []
+
+    def on(self, picture: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
+        """Return the picture with its caption for a time [s]."""
+        image = Image.fromarray(picture)
+        draw, edge = ImageDraw.Draw(image), self._margin
+        right, line = image.width - edge, round(1.5 * self._text.size)
+        draw.text((edge, edge), self._name, _INK, self._title)
+        below = edge + round(1.4 * self._title.size)
+        draw.text((edge, below), self._about, _QUIET, self._text)
+        if self._mark:
+            draw.text((edge, below + line), self._mark, _ALERT, self._text)
+        draw.text((right, edge), f"{time:.2f} s", _INK, self._title, anchor="ra")
+        draw.text((right, below), self._pace, _QUIET, self._text, anchor="ra")
+        self._legend(draw, image.height - edge)
+        return np.asarray(image)
+
+    def _legend(self, draw: ImageDraw.ImageDraw, bottom: int) -> None:
+        left = float(self._margin)
+        for name, color in self._robots:
+            draw.text((left, bottom), name, color, self._text, anchor="ls")
+            left += draw.textlength(name, self._text) + 1.5 * self._text.size
+        scale = "a square is 0.1 m"
+        draw.text((left, bottom), scale, _QUIET, self._text, anchor="ls")
+
+
+def pace(slow: float) -> str:
+    """Return in words how much slower than life a film is; nothing where it is not."""
+    if slow == 1:
+        return ""
+    return f"{slow:g} times slower than life" if slow > 1 else f"{1 / slow:g} times faster"
+
+
+def _letters(name: str, size: int) -> ImageFont.FreeTypeFont:
+    """Return a face that comes with matplotlib, so that it is there on every computer."""
+    return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)

@@ -1,0 +1,180 @@
+"""Floor, light and camera, and the robots as they stand on it at an instant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.motion import FOOT, ROTOR, TOP, position
+from workbench.review import Comparison, Figure
+from workbench.review.geometry import (
+    beam_points,
+    beam_root,
+    foot_corners,
+    foot_pitch,
+    ground_forces,
+)
+from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN, rgb
+from workbench.review.scene import FORCE_M_PER_N
+from workbench.timeseries import TimeSeries
+
+__all__ = ["Stage"]
+
+_FOOT_THICKNESS_M = 0.008
+_BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
+_TOP_M, _ROTOR_M = 0.011, 0.012
+_GHOST = 0.6  # opacity of what was measured
+_HEIGHT_M = 0.5  # of the picture at least: the robot and a little air
+_ASPECT = 16 / 9
+_AHEAD_M = 0.25  # shown before and behind the way
+_EYE_DEG = (97.0, -18.0)  # azimuth and elevation: from the right and a little above
+_MOST_GEOMS = 500
+_XML = """
+<mujoco>
+  <visual>
+    <global offwidth="{width}" offheight="{height}" fovy="{fovy}"/>
+    <headlight ambient="0.45 0.45 0.45" diffuse="0.35 0.35 0.35" specular="0 0 0"/>
+    <quality shadowsize="2048"/><map znear="0.01" shadowclip="1.5"/>
+  </visual>
+  <statistic extent="1"/>
+  <asset>
+    <texture type="skybox" builtin="gradient" rgb1="1 1 1" rgb2="0.93 0.95 0.97" width="64"
+             height="64"/>
+    <texture name="squares" type="2d" builtin="checker" width="256" height="256"
+             rgb1="0.97 0.975 0.98" rgb2="0.915 0.925 0.935"/>
+    <material name="floor" texture="squares" texrepeat="5 5" texuniform="true"/>
+  </asset>
+  <worldbody>
+    <light pos="{light} -0.6 1.6" dir="0 0.35 -1" directional="true" diffuse="0.45 0.45 0.45"/>
+    <geom type="plane" size="6 6 0.01" pos="0 0 {floor}" material="floor"/>
+  </worldbody>
+</mujoco>
+"""
+_FOVY_DEG = 24.0  # a long lens: little distortion towards the edges
+
+
+class Stage:
+    """Where a run is shown: a floor of squares of 0.1 m and a camera that sees the whole way.
+
+    Args:
+        comparison: the run.
+        width: of the picture [px].
+        height: of the picture [px].
+    """
+
+    def __init__(self, comparison: Comparison, width: int, height: int) -> None:
+        """Build floor and light, and aim the camera."""
+        self._comparison = comparison
+        start, end = comparison.reach()
+        floor = comparison.floor_m - _FOOT_THICKNESS_M / 2
+        self.model = mujoco.MjModel.from_xml_string(
+            _XML.format(
+                width=width, height=height, fovy=_FOVY_DEG, light=(start + end) / 2, floor=floor
+            )
+        )
+        self._data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self._data)
+        self._scene = mujoco.MjvScene(self.model, maxgeom=_MOST_GEOMS)
+        self._camera = _camera(start - _AHEAD_M, end + _AHEAD_M, comparison.floor_m)
+        self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
+
+    def at(self, time: float) -> mujoco.MjvScene:
+        """Return the scene at a time [s]; what was not seen then is not there."""
+        everything = mujoco.mjtCatBit.mjCAT_ALL.value
+        mujoco.mjv_updateScene(
+            self.model, self._data, self._option, self._perturb, self._camera, everything,
+            self._scene,
+        )  # fmt: skip
+        run, instant = self._comparison, np.array([time])
+        self._add_measured(run.real.at(instant), run.figure)
+        if run.extended is not None and len(run.extended.motion):
+            self._add_simulated(run.extended.motion.at(instant), run.figure, EXTENDED)
+        if len(run.twin):
+            self._add_simulated(run.twin.at(instant), run.figure, TWIN)
+        return self._scene
+
+    def _add_simulated(self, motion: TimeSeries, figure: Figure, color: str) -> None:
+        half = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS_M / 2]
+        foot = position(motion, FOOT)[0]
+        self._add_foot(foot, foot_pitch(motion)[0], half, _ink(color))
+        self._add_top(motion, _ink(color))
+        beam = beam_points(motion, figure)[0]
+        for begin, end in pairwise(beam):
+            self._line(begin, end, _BEAM_M, _ink(color))
+        pushed = ground_forces(motion, figure)
+        if pushed is not None:
+            for place, force in zip(pushed[0][0], pushed[1][0], strict=True):
+                if np.isfinite(force).all() and force.any():
+                    tip = place + FORCE_M_PER_N * force
+                    self._line(place, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
+
+    def _add_measured(self, motion: TimeSeries, figure: Figure) -> None:
+        """Add the real robot as a ghost; a thin line stands for the beam that nobody measured."""
+        ink = _ink(REAL, _GHOST)
+        self._add_top(motion, ink)
+        x, y = figure.foot_length / 2, figure.foot_width / 2
+        edges = [[x, y], [x, -y], [-x, -y], [-x, y], [x, y]]
+        for begin, end in pairwise(foot_corners(motion, edges)[0]):
+            self._line(begin, end, _LINK_M, ink)  # a solid foot would hide the twin's
+        self._line(beam_root(motion, figure)[0], position(motion, TOP)[0], _LINK_M, ink)
+
+    def _add_top(self, motion: TimeSeries, ink: NDArray[np.float32]) -> None:
+        """Add T, rotor and the arm between them."""
+        top, rotor = position(motion, TOP)[0], position(motion, ROTOR)[0]
+        for place, radius in ((top, _TOP_M), (rotor, _ROTOR_M)):
+            if np.isfinite(place).all():
+                kind, level = mujoco.mjtGeom.mjGEOM_SPHERE, np.eye(3).ravel()
+                mujoco.mjv_initGeom(self._next(), kind, np.full(3, radius), place, level, ink)
+        self._line(top, rotor, _ARM_M, ink)
+
+    def _add_foot(
+        self,
+        place: NDArray[np.float64],
+        pitch: float,
+        half: Sequence[float],
+        ink: NDArray[np.float32],
+    ) -> None:
+        if np.isfinite(place).all():
+            c, s = np.cos(pitch), np.sin(pitch)
+            turned, kind = np.array([c, 0, s, 0, 1, 0, -s, 0, c]), mujoco.mjtGeom.mjGEOM_BOX
+            mujoco.mjv_initGeom(self._next(), kind, np.array(half), place, turned, ink)
+
+    def _line(
+        self,
+        begin: NDArray[np.float64],
+        end: NDArray[np.float64],
+        radius: float,
+        ink: NDArray[np.float32],
+        arrow: bool = False,
+    ) -> None:
+        if not np.isfinite([*begin, *end]).all():
+            return
+        kind = mujoco.mjtGeom.mjGEOM_ARROW if arrow else mujoco.mjtGeom.mjGEOM_CAPSULE
+        geom = self._next()
+        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), ink)
+        mujoco.mjv_connector(geom, kind, radius, begin, end)
+
+    def _next(self) -> mujoco.MjvGeom:
+        """Return the scene's next free geom, which casts a shadow as a body does."""
+        geom = self._scene.geoms[self._scene.ngeom]
+        self._scene.ngeom += 1
+        geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC.value
+        return geom
+
+
+def _camera(left: float, right: float, floor: float) -> mujoco.MjvCamera:
+    """Return a camera that sees the way from left to right [m]."""
+    height = max(_HEIGHT_M, (right - left) / _ASPECT)
+    camera = mujoco.MjvCamera()
+    camera.azimuth, camera.elevation = _EYE_DEG
+    camera.lookat[:] = [(left + right) / 2, 0.0, floor + 0.3 * _HEIGHT_M]
+    camera.distance = 1.06 * height / (2 * np.tan(np.radians(_FOVY_DEG / 2)))
+    return camera
+
+
+def _ink(color: str, opacity: float = 1.0) -> NDArray[np.float32]:
+    return np.array([*(part / 255 for part in rgb(color)), opacity], np.float32)

@@ -1,0 +1,189 @@
+"""One page for all runs of a protocol: numbers with intervals, paths, every run with its link."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup
+
+from workbench.quantities import QUANTITIES, Quantity
+from workbench.review.comparison import Comparison
+from workbench.review.notes import labels
+from workbench.review.page import code, figure, picture, table, warning_list, write_page
+from workbench.review.repeats import CONFIDENCE, Condition, Spread, conditions
+from workbench.review.together_plots import bars, paths, thumbnail
+
+__all__ = ["ExperimentPage", "write_experiment_page"]
+
+
+@dataclass(frozen=True)
+class ExperimentPage:
+    """What a page of an experiment is made from.
+
+    Args:
+        title: of the protocol.
+        about: which experiment it is.
+        runs: in the order of the experiment.
+        reports: of each run, the link to its report; empty where it has none.
+        command: that opens the recording of all runs.
+        picture: JPEG of that recording in the viewer, None where none could be taken.
+    """
+
+    title: str
+    about: str
+    runs: tuple[Comparison, ...]
+    reports: tuple[str, ...]
+    command: str
+    picture: bytes | None = None
+
+
+def write_experiment_page(page: ExperimentPage, path: Path) -> None:
+    """Write the page to `path`; the same runs give the same bytes.
+
+    Args:
+        page: what it tells.
+        path: the `.html` file; one that is there is replaced.
+    """
+    grouped = conditions(page.runs)
+    sections = [
+        ("Warnings", warning_list(_warnings(page.runs))),
+        ("Results", _results(grouped)),
+        ("Paths", _paths(grouped)),
+        ("Runs", _runs(page)),
+        ("Recording", _recording(page)),
+        ("Protocol", _protocol(page.runs)),
+    ]
+    write_page(path, page.title, page.about, _verdict(page.runs, grouped), sections)
+
+
+def _verdict(runs: Sequence[Comparison], grouped: Sequence[Condition]) -> str:
+    whole = [run for run in runs if run.mark is None]
+    told = f"{_counted(len(runs), 'run')} of {_counted(len(grouped), 'condition')}"
+    if len(whole) < len(runs):
+        told += f", {len(runs) - len(whole)} of them not whole and left out of the numbers"
+    errors = [run.misfit.both_mm for run in whole if math.isfinite(run.misfit.both_mm)]
+    if errors:
+        told += f". Robot and twin were {min(errors):.1f} to {max(errors):.1f} mm apart"
+        told += " (root mean square of foot and T)"
+    return f"{told}."
+
+
+def _warnings(runs: Sequence[Comparison]) -> list[str]:
+    """Return marks and warnings, each with the runs that it is told of."""
+    by_text: dict[str, list[int]] = {}
+    for number, run in enumerate(runs, start=1):
+        for text in (*([run.mark] if run.mark else ()), *run.warnings):
+            by_text.setdefault(text, []).append(number)
+    return [
+        f"{'Runs' if len(found) > 1 else 'Run'} {', '.join(map(str, found))}: {text}"
+        for text, found in by_text.items()
+    ]
+
+
+def _results(grouped: Sequence[Condition]) -> Markup:
+    """Return mean and interval of every number of robot and twin, and the figure of the first."""
+    names = dict.fromkeys(
+        name for one in grouped for run in one.runs for name in run.real_summary.as_json()
+    )
+    told = [name for name in QUANTITIES if name in names]
+    rows = [
+        (condition.name if name == told[0] else "", _named(name), *_compared(condition, name))
+        for condition in grouped
+        for name in told
+    ]
+    heads = ("Condition", "Quantity", "Runs", "Real", "Twin", "Twin - real")
+    percent = f"{100 * CONFIDENCE:.0f} %"
+    about = f"Bars: mean of the repeats; whiskers: its {percent} interval; points: the runs."
+    return table(rows, heads, css="numbers spreads") + figure(bars(grouped, told[0]), about)
+
+
+def _compared(condition: Condition, name: str) -> tuple[str, str, str, str]:
+    """Return how many runs tell, then robot, twin and their difference, each with its interval."""
+    shown = QUANTITIES[name]
+
+    def of(who: str, run: Comparison) -> float:
+        summary = run.real_summary if who == "real" else run.twin_summary
+        return shown.factor * summary.as_json().get(name, math.nan)
+
+    real = condition.spread(lambda run: of("real", run))
+    twin = condition.spread(lambda run: of("twin", run))
+    apart = condition.spread(lambda run: of("twin", run) - of("real", run))
+    return str(real.known), _told(real, shown), _told(twin, shown), _told(apart, shown, sign="+")
+
+
+def _told(found: Spread, shown: Quantity, sign: str = "") -> str:
+    if not math.isfinite(found.mean):
+        return "not measured"
+    mean = f"{found.mean:{sign}.{shown.digits}f}"
+    half = f" \N{PLUS-MINUS SIGN} {found.half:.{shown.digits}f}" if found.known > 1 else ""
+    return mean + half
+
+
+def _named(name: str) -> str:
+    shown = QUANTITIES[name]
+    return f"{shown.name} [{shown.unit}]" if shown.unit else shown.name
+
+
+def _paths(grouped: Sequence[Condition]) -> Markup:
+    moving = [one for one in grouped if any(len(run.real) or len(run.twin) for run in one.runs)]
+    if not moving:
+        return Markup()
+    return figure(
+        paths(moving),
+        "Path of the foot, or of T where the foot is clamped, all repeats in one panel; the height "
+        "is stretched.",
+    )
+
+
+def _runs(page: ExperimentPage) -> Markup:
+    """Return a row for each run: its number, picture, condition, numbers and report."""
+    name = next(iter(page.runs[0].real_summary.as_json()))
+    told = labels(page.runs)
+    rows = [
+        (
+            f"{number}",
+            Markup(thumbnail(run)),
+            told[number - 1] or run.title,
+            _number(run.real_summary.as_json(), name),
+            _number(run.twin_summary.as_json(), name),
+            f"{run.misfit.both_mm:.1f} mm" if math.isfinite(run.misfit.both_mm) else "-",
+            _link(run, report),
+        )
+        for number, (run, report) in enumerate(zip(page.runs, page.reports, strict=True), start=1)
+    ]
+    quantity = QUANTITIES[name].name
+    heads = ("Run", "", "Condition", f"{quantity}, real", "Twin", "Error", "Report")
+    return table(rows, heads, css="runs")
+
+
+def _number(summary: dict[str, float], name: str) -> str:
+    shown, value = QUANTITIES[name], summary.get(name, math.nan)
+    if not math.isfinite(value):
+        return "-"
+    return f"{shown.factor * value:.{shown.digits}f} {shown.unit}".rstrip()
+
+
+def _link(run: Comparison, report: str) -> Markup:
+    mark = Markup() if run.mark is None else Markup("<br><strong>{}</strong>").format(run.mark)
+    name = run.run.split("_", 2)[-1]
+    if not report:
+        return Markup("{}").format(name) + mark
+    return Markup('<a href="{}" title="{}">{}</a>').format(report, run.run, name) + mark
+
+
+def _recording(page: ExperimentPage) -> Markup:
+    shown = picture(page.picture, "The recording of all runs in the viewer.")
+    words = "<p>All robots start together, each pair in a lane and under a tab. Open it with</p>"
+    return shown + Markup(words) + code(page.command)
+
+
+def _protocol(runs: Sequence[Comparison]) -> Markup:
+    text = next((run.protocol for run in runs if run.protocol), "")
+    return code(text.rstrip()) if text else Markup()
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,0 +1,69 @@
+"""Runs of one condition together: what robot and twin did, with intervals over the repeats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from workbench.review.comparison import Comparison
+
+__all__ = ["CONFIDENCE", "Condition", "Spread", "conditions", "spread"]
+
+CONFIDENCE = 0.90
+
+
+class Spread(NamedTuple):
+    """The mean of repeats.
+
+    Args:
+        mean: of those that are known; NaN of none.
+        half: half the width of its interval; NaN where fewer than two are known.
+        known: how many are known.
+    """
+
+    mean: float
+    half: float
+    known: int
+
+
+class Condition(NamedTuple):
+    """Runs that differ in their repeat only.
+
+    Args:
+        name: what they have in common and other conditions have not.
+        runs: in the order of the experiment.
+    """
+
+    name: str
+    runs: tuple[Comparison, ...]
+
+    def spread(self, value: Callable[[Comparison], float]) -> Spread:
+        """Return the spread of a number over the whole runs; marked ones do not count."""
+        return spread([value(run) for run in self.runs if run.mark is None])
+
+
+def conditions(comparisons: Sequence[Comparison]) -> list[Condition]:
+    """Return the conditions in order of their first run."""
+    found: dict[tuple[str, ...], list[Comparison]] = {}
+    for run in comparisons:
+        told = tuple(part for part in run.label if not part.startswith("repeat "))
+        found.setdefault(told or (run.title,), []).append(run)
+    same = set.intersection(*map(set, found)) if len(found) > 1 else set()
+    return [
+        Condition(", ".join(part for part in told if part not in same), tuple(runs))
+        for told, runs in found.items()
+    ]
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Return mean and interval of repeats, by Student's t; what is not finite does not count."""
+    known = [value for value in values if math.isfinite(value)]
+    if len(known) < 2:
+        return Spread(known[0] if known else math.nan, math.nan, len(known))
+    factor = float(student.ppf((1 + CONFIDENCE) / 2, len(known) - 1))
+    half = factor * float(np.std(known, ddof=1)) / math.sqrt(len(known))
+    return Spread(float(np.mean(known)), half, len(known))
