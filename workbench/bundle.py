@@ -33,7 +33,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from workbench.errors import InputError, RecordError
+from workbench.errors import InputError, RecordError, did_you_mean
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
@@ -101,8 +101,10 @@ class Bundle:
         """
         try:
             manifest = json.loads((path / _MANIFEST).read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise InputError(f"{path}: not a bundle, it has no {_MANIFEST}") from None
+        except (FileNotFoundError, NotADirectoryError):
+            raise InputError(f"{path}: {_no_bundle(path)}") from None
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{path / _MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
@@ -117,7 +119,14 @@ class Bundle:
             InputError: when there is none.
         """
         named = root / run
-        return cls.open(named if not run.exists() and named.exists() else run)
+        if not run.exists() and not named.exists():
+            there = sorted(path.parent.name for path in root.glob(f"*/{_MANIFEST}"))
+            raise InputError(
+                f"{run}: no such bundle, neither a folder nor a name in {root}"
+                f"{did_you_mean(run.name, there)}; `workbench runs list --runs {root}` shows those "
+                "that are there"
+            )
+        return cls.open(run if run.exists() else named)
 
     @classmethod
     def find_all(cls, runs: Iterable[Path], root: Path) -> list[Bundle]:
@@ -344,3 +353,14 @@ def _told(path: Path) -> Iterator[None]:
             f"{path}: cannot be written ({error.strerror}); free the disk or choose another "
             "folder with --runs"
         ) from error
+
+
+def _no_bundle(path: Path) -> str:
+    """Return what a place is that holds no manifest, and what was perhaps meant."""
+    if path.is_file():
+        return "a file, not a bundle; name the folder of a run"
+    hint = f"; did you mean {path.parent}?" if (path.parent / _MANIFEST).exists() else ""
+    return (
+        f"not a bundle, it has no {_MANIFEST}{hint}; name the folder of a run, "
+        "`workbench runs list` shows them"
+    )

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle import Bundle, verify
-from workbench.engine import Progress
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.pairing import pair
+from workbench.progress import Progress, counted
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -47,7 +47,7 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
     _check(sheet)
     check_twin(model.content, shape.content, (run.mode for run in sheet.content.runs))
     for number, run in enumerate(sheet.content.runs, start=1):
-        progress(f"{run.take}")
+        progress(counted(str(run.take), number, len(sheet.content.runs)))
         bundle = Bundle.create(
             root, _name(run), datetime.now().astimezone(), _facts(sheet, run, number)
         )

@@ -9,16 +9,17 @@ from types import FrameType
 import typer
 from rich.console import Console
 
-import workbench
 from workbench.cli.calibrate import calibrate
 from workbench.cli.diagnose import diagnose
 from workbench.cli.doctor import doctor
+from workbench.cli.everywhere import NoColorFlag, QuietFlag, VersionFlag, moved_to_front, obey
 from workbench.cli.identify import identify
 from workbench.cli.ingest import ingest
 from workbench.cli.investigate import investigate
 from workbench.cli.live import live
 from workbench.cli.modes import modes
 from workbench.cli.optimize import optimize
+from workbench.cli.output import tell
 from workbench.cli.resonances import resonances
 from workbench.cli.review import review
 from workbench.cli.run import run
@@ -63,19 +64,12 @@ app.add_typer(supply)
 app.add_typer(template)
 
 
-def _version(asked: bool) -> None:
-    if asked:
-        print(f"workbench {workbench.__version__}")
-        raise typer.Exit
-
-
 @app.callback()
 def _top(
-    version: bool = typer.Option(  # typer's own form
-        False, "--version", callback=_version, is_eager=True, help="Print the version and end."
-    ),
+    version: VersionFlag = False, quiet: QuietFlag = False, no_color: NoColorFlag = False
 ) -> None:
     """Run the hopping robot, pair every run with its MuJoCo twin, show both side by side."""
+    obey(quiet, no_color)
 
 
 def main() -> None:
@@ -84,7 +78,7 @@ def main() -> None:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _stop)
     try:
-        app()
+        _call(moved_to_front(sys.argv[1:]))
     except WorkbenchError as error:
         Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(
             f"workbench: {error}", style="red" if sys.stderr.isatty() else ""
@@ -93,6 +87,14 @@ def main() -> None:
     except KeyboardInterrupt:
         print("workbench: stopped; no supply was in use", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
+
+
+def _call(words: list[str]) -> None:
+    """Call the verb; however it ends, the line of progress leaves the terminal."""
+    try:
+        app(args=words)
+    finally:
+        tell.pause()
 
 
 def _stop(number: int, frame: FrameType | None) -> None:

@@ -78,6 +78,7 @@ def identify(
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     made = made_from(bundles, stated, written)
+    tell("draw the report")
     report = report_fit(page, found.fit, measured, robot, validation, made)
     files = {"model": str(written.path), "report": None if report is None else str(report)}
     if as_json:

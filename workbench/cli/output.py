@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from workbench.cli.progress import Phases
 from workbench.errors import InputError
 from workbench.review import QUANTITIES
 
@@ -38,10 +39,8 @@ NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap
 people = Console(stderr=True, highlight=False, soft_wrap=True)
 """Where text for people goes, so that stdout stays clean for results."""
 
-
-def tell(text: str) -> None:
-    """Tell the phase that begins."""
-    people.print(f"  {text}", style="dim", markup=False)
+tell = Phases(people)
+"""Is told each phase as it begins; the one way in which the verbs show progress."""
 
 
 def emit(result: Mapping[str, Any]) -> None:
@@ -111,12 +110,14 @@ class TerminalOperator:
     def confirm(self, text: str) -> None:
         """Wait for Enter."""
         self._require_terminal(text)
+        tell.pause()
         people.print(text, style="bold", markup=False, end="  (Enter) ")
         _line(text)
 
     def ask(self, text: str, default: str) -> str:
         """Read a line; empty takes the default."""
         self._require_terminal(text)
+        tell.pause()
         offered = f" [{default}]" if default else ""
         people.print(text, style="bold", markup=False, end=f"{offered}: ")
         return _line(text).strip() or default

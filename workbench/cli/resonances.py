@@ -33,11 +33,12 @@ def resonances(
     Example: workbench resonances runs --report resonances.html
     """
     bundles = _bundles(runs, folder)
+    tell(f"look at {len(bundles)} runs")
     measured = [measured_run(bundle) for bundle in bundles]
-    tell(f"looking at {len(measured)} runs")
     found = find_resonances(measured)
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:
+        tell("draw the report")
         title = bundles[0].manifest["title"] if len(measured) == 1 else "Resonances of the robot"
         write_resonances(report, title, measured, found, modes)
     if as_json:

@@ -44,6 +44,7 @@ def review(
         shutil.copyfile(recording, save)
         people.print(f"saved {save}", markup=False)
         return
+    tell("open the recording in the viewer")
     open_viewer(recording, web=web)
 
 

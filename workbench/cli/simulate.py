@@ -11,7 +11,7 @@ from typing import Annotated, cast, get_args
 import numpy as np
 import typer
 
-from workbench.cli.output import JsonFlag, emit, show_table, summary_rows
+from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, Mode, summarize
 from workbench.protocol import load_model, load_shape
@@ -65,6 +65,7 @@ def simulate(
     condition = Condition(
         cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000
     )
+    tell(f"simulate {duration:g} s")
     result = simulate_robot(robot, condition)
     found = _numbers(condition.mode, result, duration)
     end = {

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from workbench.cli.output import JsonFlag, emit, show_table
+from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape, parse_quantity
 from workbench.template import (
@@ -85,6 +85,7 @@ def draw(
     document = load_shape(shape, Path())
     robot = load_model(model, Path()).content
     loaded = document.content.state == "loaded"
+    tell("draw the template")
     strip = make_strip(
         document,
         _quantity(thickness, "length", "--thickness"),

@@ -71,7 +71,8 @@ def thesis(
     if quick:
         settings, seeds, speeds = replace(settings, **_QUICK), _QUICK_SEEDS, _QUICK_SPEEDS
     goal = goal_named(settings.goals[0])
-    with Fanout(scheduler) as fanout, SearchProgress(goal, settings.evaluations) as progress:
+    progress = SearchProgress(goal, tell)
+    with Fanout(scheduler) as fanout:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         folder = out or searches / "thesis"
         lab = Lab(folder, settings, stated, start, fanout, progress, tell)
