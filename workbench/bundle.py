@@ -33,7 +33,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from workbench.errors import InputError, RecordError, did_you_mean
+from workbench.errors import InputError, RecordError, did_you_mean, what_to_do
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Bundle", "Document", "Series", "Status", "View", "sha256", "verify"]
@@ -104,7 +104,7 @@ class Bundle:
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(f"{path}: {_no_bundle(path)}") from None
         except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+            raise InputError(f"{path}: cannot be read: {what_to_do(error)}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{path / _MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
@@ -249,7 +249,10 @@ class Bundle:
         """
         files = sorted(self.take_folder.iterdir())
         if not files:
-            raise InputError(f"{self.path}: holds no take")
+            raise InputError(
+                f"{self.path}: holds no take (status {self.manifest.get('status')}); leave it out, "
+                "or add its export with `workbench ingest TAKE --into RUN`"
+            )
         return files[0]
 
     def write_series(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:

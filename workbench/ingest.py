@@ -109,7 +109,10 @@ def _wanted(bundle: Bundle) -> CameraTime:
             f"(kind {bundle.manifest['kind']}, status {bundle.manifest['status']})"
         )
     if bundle.has_take():
-        raise InputError(f"{bundle.path}: holds a take already, {bundle.take().name}")
+        raise InputError(
+            f"{bundle.path}: holds a take already, {bundle.take().name}, and a take is never "
+            "replaced; make a new bundle of the other with a sheet"
+        )
     problems = verify(bundle.path) if bundle.is_closed() else []
     if problems:
         raise InputError(f"{bundle.path}: changed since the run: {'; '.join(problems)}")

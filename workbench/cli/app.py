@@ -29,7 +29,7 @@ from workbench.cli.simulate import simulate
 from workbench.cli.supply import supply
 from workbench.cli.template_photo import template
 from workbench.cli.thesis import thesis
-from workbench.errors import Interrupted, WorkbenchError
+from workbench.errors import InputError, Interrupted, WorkbenchError, what_to_do
 
 __all__ = ["app", "main"]
 
@@ -84,6 +84,11 @@ def main() -> None:
             f"workbench: {error}", style="red" if sys.stderr.isatty() else ""
         )
         sys.exit(error.exit_code)
+    except OSError as error:
+        if error.filename is None:
+            raise  # no file that a user could do something about
+        print(f"workbench: {error.filename}: {what_to_do(error)}", file=sys.stderr)
+        sys.exit(InputError.exit_code)
     except KeyboardInterrupt:
         print("workbench: stopped; no supply was in use", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
@@ -92,7 +97,7 @@ def main() -> None:
 def _call(words: list[str]) -> None:
     """Call the verb; however it ends, the line of progress leaves the terminal."""
     try:
-        app(args=words)
+        app(args=words, prog_name="workbench")
     finally:
         tell.pause()
 

@@ -137,7 +137,9 @@ def read(
 def _free(shape: str, model: ModelFile) -> ShapeFile:
     """Return the target as the free strip has it."""
     if not shape:
-        raise InputError("--shape is needed: the shape that the strip was bent to")
+        raise InputError(
+            "--shape is needed: what the strip was bent to, for example --shape thesis-initial"
+        )
     target = load_shape(shape, Path()).content
     free = free_angles(target, model)
     return target.model_copy(update={"angles": tuple(free), "state": "unloaded"})

@@ -55,7 +55,13 @@ def with_calibration(bench: Document[BenchFile], file: Path | None = None) -> Do
     named = bench.content.calibration
     if not isinstance(named, str):
         return bench
-    line = load(file or bench.path.parent / named, CalibrationFile).content
+    path = file or bench.path.parent / named
+    if not path.exists():
+        raise InputError(
+            f"{path}: no such file, but {bench.path} names it as its calibration; make one with "
+            "`workbench calibrate RUNS`, or correct the name"
+        )
+    line = load(path, CalibrationFile).content
     return replace(bench, content=bench.content.model_copy(update={"calibration": line}))
 
 
