@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import sys
 from types import FrameType
@@ -85,9 +86,10 @@ def main() -> None:
         )
         sys.exit(error.exit_code)
     except OSError as error:
-        if error.filename is None:
+        if error.filename is None and error.errno != errno.ENOSPC:
             raise  # no file that a user could do something about
-        print(f"workbench: {error.filename}: {what_to_do(error)}", file=sys.stderr)
+        place = "" if error.filename is None else f"{error.filename}: "
+        print(f"workbench: {place}{what_to_do(error)}", file=sys.stderr)
         sys.exit(InputError.exit_code)
     except KeyboardInterrupt:
         print("workbench: stopped; no supply was in use", file=sys.stderr)
