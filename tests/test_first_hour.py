@@ -1,4 +1,4 @@
-"""A new user's first hour: a clone, README and tutorial, nothing else; to a diagnosis and a template.
+"""A new user's first hour: from a clone, by README and tutorial alone, to a printed template.
 
 Packages are not installed again: a `.venv` with the present interpreter's stands for what
 `make install` makes, which then finds nothing left to do. `tests/test_wheel.py` covers packaging.
@@ -89,12 +89,12 @@ def test_from_a_clone_to_a_diagnosis_and_a_template(beginner: Beginner) -> None:
     for quoted in [*start, *hour]:
         beginner.types(quoted)
     (page,) = beginner.clone.glob("diagnoses/*/*.html")
-    assert "pivot_coulomb_friction" in page.read_text("utf-8")
+    assert "rubs dry with 0.00150 N m" in page.read_text("utf-8")
     (pdf,) = beginner.clone.glob("templates/*.pdf")
     told = _poppler("pdfinfo", pdf)
     assert re.search(r"Pages:\s+3\n", told)
-    assert re.search(r"Page size:\s+595\.\d+ x 841\.\d+ pts \(A4\)", told)
-    assert "must be 100 mm" in " ".join(_poppler("pdftotext", "-layout", pdf, "-").split())
+    assert re.search(r"Page size:\s+841\.\d+ x 595\.\d+ pts \(A4\)", told)
+    assert "it must be 100 mm" in " ".join(_poppler("pdftotext", "-layout", pdf, "-").split())
 
 
 def _poppler(program: str, *words: str | Path) -> str:

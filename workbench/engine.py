@@ -21,7 +21,7 @@ from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchErro
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.pairing import pair
-from workbench.progress import Phase, Progress, within
+from workbench.progress import Progress, Stage, within
 from workbench.prompting import Answered, ask
 from workbench.protocol import (
     CalibrationFile,
@@ -87,7 +87,7 @@ def carry_out(
 
 def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
     """Wait with the output off."""
-    progress(Phase(f"{pause.why}: {pause.seconds:g} s", seconds=pause.seconds))
+    progress(Stage(f"{pause.why}: {pause.seconds:g} s", seconds=pause.seconds))
     bench.clock.sleep(pause.seconds)
 
 
@@ -339,7 +339,7 @@ class _Conductor:
         self.bundle.write_series("supply", TimeSeries.of(times, columns), {})
 
     def _tell(self, words: str, seconds: float) -> None:
-        self.progress(Phase(words, seconds=seconds))
+        self.progress(Stage(words, seconds=seconds))
 
     def _journal(self, event: str, **facts: Any) -> None:
         self.bundle.journal(event, self.bench.clock.now() - self.start, **facts)

@@ -13,8 +13,8 @@ import pytest
 from rich.console import Console
 
 from tests.conftest import Command
-from workbench.cli.progress import Phases
-from workbench.progress import Phase, counted, within
+from workbench.cli.progress import ProgressLine
+from workbench.progress import Stage, counted, within
 
 MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
 
@@ -30,35 +30,35 @@ class Terminal:
             highlight=False,
         )  # fmt: skip
         self._console = Console(width=100)
-        self.phases = Phases(console, lambda: self.now)
+        self.stages = ProgressLine(console, lambda: self.now)
 
     def shown(self) -> str:
         with self._console.capture() as seen:
-            self._console.print(self.phases.line())
+            self._console.print(self.stages.line())
         return " ".join(seen.get().split())
 
 
 def test_off_a_terminal_every_phase_is_one_plain_line() -> None:
     pipe = Terminal(interactive=False)
     for number in (1, 2):
-        pipe.phases(counted("read", number, 2))
-        pipe.phases.update(Phase("not told", 0.9))
+        pipe.stages(counted("read", number, 2))
+        pipe.stages.update(Stage("not told", 0.9))
         pipe.now += 60
-    pipe.phases.pause()
+    pipe.stages.pause()
     assert pipe.file.getvalue() == "  read (1 of 2)\n  read (2 of 2)\n"
 
 
 def test_a_line_appears_after_two_seconds_with_the_time_gone_and_what_a_phase_lasts() -> None:
     terminal = Terminal()
-    terminal.phases(Phase("drive 10 s: 17 rad/s", seconds=10.0))
+    terminal.stages(Stage("drive 10 s: 17 rad/s", seconds=10.0))
     terminal.now += 1.9
     assert terminal.shown() == ""
     terminal.now += 1.1
     assert terminal.shown() == "drive 10 s: 17 rad/s 0:03 0:07 left"
-    terminal.phases("track, twin, views")
+    terminal.stages("track, twin, views")
     terminal.now += 5
     assert terminal.shown() == "track, twin, views 0:05"
-    terminal.phases.pause()
+    terminal.stages.pause()
     assert terminal.shown() == ""
     kept = terminal.file.getvalue()
     assert "drive 10 s: 17 rad/s  0:03" in kept  # what is over stays to be read
@@ -67,7 +67,7 @@ def test_a_line_appears_after_two_seconds_with_the_time_gone_and_what_a_phase_la
 
 def test_time_left_follows_the_share_that_is_done() -> None:
     terminal = Terminal()
-    told = [within(terminal.phases, f"run {k + 1} of 4: ", k / 4) for k in range(4)]
+    told = [within(terminal.stages, f"run {k + 1} of 4: ", k / 4) for k in range(4)]
     told[0]("rest")
     terminal.now += 10
     told[1]("rest")  # a quarter took 10 s, so the rest takes 30 s
@@ -77,19 +77,19 @@ def test_time_left_follows_the_share_that_is_done() -> None:
     assert line.endswith("25% 0:04 0:26 left")
     told[1]("drive")
     assert terminal.shown().endswith("25% 0:00 0:26 left"), "no part was done since"
-    terminal.phases(counted("another piece", 1, 9))
+    terminal.stages(counted("another piece", 1, 9))
     terminal.now += 3
     assert "left" not in terminal.shown(), "of a piece that only begins nobody knows it"
 
 
 def test_a_search_that_goes_on_is_not_credited_with_what_was_done_before() -> None:
     terminal = Terminal()
-    terminal.phases("search")
+    terminal.stages("search")
     terminal.now += 1
-    terminal.phases.update(Phase("half was done", 0.5))
+    terminal.stages.update(Stage("half was done", 0.5))
     terminal.now += 5
-    terminal.phases.update(Phase("a quarter in 5 s", 0.75))
-    assert terminal.phases.left() == pytest.approx(5.0)
+    terminal.stages.update(Stage("a quarter in 5 s", 0.75))
+    assert terminal.stages.left() == pytest.approx(5.0)
 
 
 def test_quiet_is_silent_about_progress_only(workbench: Command, root: Path) -> None:

@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle, sha256
+from workbench.cli.completing import run_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import (
@@ -38,7 +39,10 @@ __all__ = ["identify", "same_robot"]
 
 def identify(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some.")
+        list[Path],
+        typer.Argument(
+            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
+        ),
     ],
     fit: Annotated[
         str, typer.Option(help="Parameters of the model file, separated by commas.")

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from workbench.cli.progress import Phases
+from workbench.cli.progress import ProgressLine
 from workbench.errors import InputError
 from workbench.review import QUANTITIES
 
@@ -39,8 +39,8 @@ NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap
 people = Console(stderr=True, highlight=False, soft_wrap=True)
 """Where text for people goes, so that stdout stays clean for results."""
 
-tell = Phases(people)
-"""Is told each phase as it begins; the one way in which the verbs show progress."""
+tell = ProgressLine(people)
+"""Is told each stage as it begins; the one way in which the verbs show progress."""
 
 
 def emit(result: Mapping[str, Any]) -> None:
@@ -104,7 +104,7 @@ class TerminalOperator:
         return sys.stdin.isatty()
 
     def tell(self, text: str) -> None:
-        """Show it among the phases, but not to be overlooked."""
+        """Show it among the stages, but not to be overlooked."""
         people.print(text, style="bold", markup=False)
 
     def confirm(self, text: str) -> None:

@@ -1,4 +1,4 @@
-"""The one line that tells what takes long: phase, share and time left, on the terminal only."""
+"""The one line that tells what takes long: stage, share and time left, on the terminal only."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rich.text import Text
 
 from workbench.design import Goal
 from workbench.optimize import History
-from workbench.progress import Phase
+from workbench.progress import Stage
 
-__all__ = ["Phases", "SearchProgress"]
+__all__ = ["ProgressLine", "SearchProgress"]
 
 _QUIET_S = 2.0  # what ends sooner needs no line
 _BAR_CELLS = 24
@@ -24,12 +24,12 @@ _REDRAWN_HZ = 4.0
 _RECENT = 5  # generations that the rate is taken over
 
 
-class Phases:
-    """Is told each phase of a verb as it begins.
+class ProgressLine:
+    """Is told each stage of a verb as it begins.
 
-    On a terminal the phase that lasts is one line that stays in place, with its share and the time
+    On a terminal the stage that lasts is one line that stays in place, with its share and the time
     left where they are known; when it is over its words stay, with the time that it took. Anywhere
-    else each phase is one plain line.
+    else each stage is one plain line.
 
     Args:
         console: of the text for people; never stdout.
@@ -39,46 +39,46 @@ class Phases:
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
         self.quiet = False
         self._console, self._clock = console, clock
-        self._phase = Phase("")
+        self._stage = Stage("")
         self._began = 0.0
         self._first = self._last = (0.0, 0.0)  # times [s] and shares, of one piece of work
         self._live: Live | None = None
 
-    def __call__(self, phase: str) -> None:
-        """Tell that a phase begins."""
+    def __call__(self, stage: str) -> None:
+        """Tell that a stage begins."""
         if self.quiet:
             return
         if not self._console.is_interactive:
-            self._print(phase)
+            self._print(stage)
             return
         self._leave()
-        self._enter(phase if isinstance(phase, Phase) else Phase(phase))
+        self._enter(stage if isinstance(stage, Stage) else Stage(stage))
         if self._live is None:
             self._live = self._started()
 
-    def update(self, phase: Phase) -> None:
-        """Change words and share of the phase that lasts; off a terminal nothing is told."""
+    def update(self, stage: Stage) -> None:
+        """Change words and share of the stage that lasts; off a terminal nothing is told."""
         if self._live is not None:
-            self._follow(phase)
+            self._follow(stage)
 
     def pause(self) -> None:
-        """Leave the terminal to others; the next phase takes it again."""
+        """Leave the terminal to others; the next stage takes it again."""
         if self._live is not None:
             self._live.stop()
             self._live = None
             self._leave()
-            self._phase = Phase("")
+            self._stage = Stage("")
 
     def line(self) -> Table | Text:
         """Return the line as it is now; empty as long as nothing has lasted."""
         now = self._clock()
-        if not self._phase or now - self._first[0] < _QUIET_S:
+        if not self._stage or now - self._first[0] < _QUIET_S:
             return Text("")
         row = Table.grid(padding=(0, 1))
-        cells: list[Text | ProgressBar] = [Text(f"  {self._phase}")]
-        if self._phase.share is not None:
-            cells.append(ProgressBar(1.0, self._phase.share, _BAR_CELLS))
-            cells.append(Text(f"{self._phase.share:.0%}"))
+        cells: list[Text | ProgressBar] = [Text(f"  {self._stage}")]
+        if self._stage.share is not None:
+            cells.append(ProgressBar(1.0, self._stage.share, _BAR_CELLS))
+            cells.append(Text(f"{self._stage.share:.0%}"))
         cells.append(Text(_minutes(now - self._began), style="dim"))
         if (left := self.left()) is not None:
             cells.append(Text(f"{_minutes(left)} left"))
@@ -86,33 +86,33 @@ class Phases:
         return row
 
     def left(self) -> float | None:
-        """Return the time left [s], as the work went so far or of this phase; None if unknown."""
-        now, phase = self._clock(), self._phase
+        """Return the time left [s], as the work went so far or of this stage; None if unknown."""
+        now, stage = self._clock(), self._stage
         (first, none), (last, done) = self._first, self._last
-        if phase.share is not None and done > none:
+        if stage.share is not None and done > none:
             return max(0.0, (1 - done) * (last - first) / (done - none) - (now - last))
-        if phase.seconds is not None:
-            return max(0.0, phase.seconds - (now - self._began))
+        if stage.seconds is not None:
+            return max(0.0, stage.seconds - (now - self._began))
         return None
 
-    def _enter(self, phase: Phase) -> None:
+    def _enter(self, stage: Stage) -> None:
         self._began = self._clock()
-        self._follow(phase)
+        self._follow(stage)
 
-    def _follow(self, phase: Phase) -> None:
-        """Keep a phase; one that is less far than the last begins another piece of work."""
-        before, share = self._phase.share, phase.share
+    def _follow(self, stage: Stage) -> None:
+        """Keep a stage; one that is less far than the last begins another piece of work."""
+        before, share = self._stage.share, stage.share
         if share is None or before is None or share < before:
             self._first = self._last = (self._clock(), share or 0.0)
         elif share > before:
             self._last = (self._clock(), share)
-        self._phase = phase
+        self._stage = stage
 
     def _leave(self) -> None:
-        """Keep the words of the phase that ends, and how long it took if it took long."""
-        if self._phase:
+        """Keep the words of the stage that ends, and how long it took if it took long."""
+        if self._stage:
             took = self._clock() - self._began
-            self._print(self._phase + (f"  {_minutes(took)}" if took >= _QUIET_S else ""))
+            self._print(self._stage + (f"  {_minutes(took)}" if took >= _QUIET_S else ""))
 
     def _print(self, words: str) -> None:
         self._console.print(f"  {words}", style="dim", markup=False)
@@ -138,12 +138,12 @@ class SearchProgress:
         tell: where the line is shown.
     """
 
-    def __init__(self, goal: Goal, tell: Phases) -> None:
+    def __init__(self, goal: Goal, tell: ProgressLine) -> None:
         self._goal, self._tell = goal, tell
 
     def __call__(self, history: History, total: int) -> None:
         """Show where the search stands."""
-        self._tell.update(Phase(self.words(history, total), history.asked / max(total, 1)))
+        self._tell.update(Stage(self.words(history, total), history.asked / max(total, 1)))
 
     def words(self, history: History, total: int) -> str:
         """Return candidates, best, mean and rate in one line."""

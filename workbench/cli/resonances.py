@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle
+from workbench.cli.completing import run_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import ModeDamping, Resonances, damping, measured_run, write_resonances
@@ -20,7 +21,10 @@ __all__ = ["resonances"]
 def resonances(
     runs: Annotated[
         list[Path],
-        typer.Argument(help="Bundles by folder or name, or folders that hold bundles."),
+        typer.Argument(
+            help="Bundles, or folders that hold some.",
+            autocompletion=run_names,
+        ),
     ],
     folder: RunsFolder = Path("runs"),
     report: Annotated[

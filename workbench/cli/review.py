@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle
+from workbench.cli.completing import run_names
 from workbench.cli.output import RunsFolder, people, show_table, tell
 from workbench.errors import InputError
 from workbench.pairing import pair_extended
@@ -20,7 +21,9 @@ __all__ = ["review"]
 
 
 def review(
-    run: Annotated[Path, typer.Argument(help="Bundle: its folder or name.")],
+    run: Annotated[
+        Path, typer.Argument(help="Bundle: its folder or name.", autocompletion=run_names)
+    ],
     web: Annotated[bool, typer.Option(help="Open in the browser instead of a window.")] = False,
     save: Annotated[Path | None, typer.Option(help="Copy the recording here instead.")] = None,
     model: Annotated[

@@ -9,6 +9,7 @@ import typer
 
 from workbench.bench import Operator, load_bench, make_bench
 from workbench.bundle import Bundle
+from workbench.cli.completing import bench_names, protocol_files, run_names
 from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
     JsonFlag,
@@ -28,13 +29,19 @@ __all__ = ["describe", "operator_of", "run"]
 
 
 def run(
-    protocol: Annotated[Path, typer.Argument(help="Protocol file.")],
-    bench: Annotated[str, typer.Option(help="Bench file, or `virtual`.")] = "virtual",
+    protocol: Annotated[Path, typer.Argument(help="Protocol file.", autocompletion=protocol_files)],
+    bench: Annotated[
+        str, typer.Option(help="Bench file, or `virtual`.", autocompletion=bench_names)
+    ] = "virtual",
     dry_run: Annotated[
         bool, typer.Option(help="Rehearse on a simulated supply and print every step.")
     ] = False,
     resume: Annotated[
-        Path | None, typer.Option(help="A run of the experiment that was cut off; goes on with it.")
+        Path | None,
+        typer.Option(
+            help="A run of the experiment that was cut off; goes on with it.",
+            autocompletion=run_names,
+        ),
     ] = None,
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,

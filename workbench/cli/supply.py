@@ -14,6 +14,7 @@ import typer
 from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
+from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
@@ -38,7 +39,10 @@ FAMILY_NAMES = ", ".join(FAMILIES)
 
 supply = typer.Typer(name="supply", help="The motor's supply by hand.", no_args_is_help=True)
 
-BenchOption = Annotated[str, typer.Option("--bench", help="Bench file that names the supply.")]
+BenchOption = Annotated[
+    str,
+    typer.Option("--bench", help="Bench file that names the supply.", autocompletion=bench_names),
+]
 
 
 @supply.command()

@@ -13,7 +13,7 @@ from workbench.review.comparison import Comparison, Extended, Figure, Phase
 from workbench.review.headline import QUANTITIES
 from workbench.review.recording import write_recording
 from workbench.review.report import write_report
-from workbench.review.viewer import HeadlessViewer, open_viewer
+from workbench.review.viewer import HeadlessViewer, open_viewer, viewer_version
 
 __all__ = [
     "QUANTITIES",
@@ -23,6 +23,7 @@ __all__ = [
     "HeadlessViewer",
     "Phase",
     "open_viewer",
+    "viewer_version",
     "write_recording",
     "write_report",
 ]
