@@ -18,9 +18,13 @@ from workbench.doctor import clock, disk, examine, packages, ports, viewer
 from workbench.errors import WorkbenchError
 from workbench.hw import SystemClock
 from workbench.hw.simulated import SimulatedSupply, serve, simulated
+from workbench.hw.simulated.device import Answer, Wire
 from workbench.virtual import draw_current
 
 LAB = (ROOT / "docs" / "examples" / "lab-bench.yaml").read_text("utf-8")
+
+
+READ_REGISTERS = 3  # function code of Modbus
 
 
 def silent(_: str) -> None:
@@ -51,24 +55,43 @@ def test_this_computer_is_ready(tmp_path: Path) -> None:
     assert not (tmp_path / "runs").exists()
 
 
-def test_the_supply_is_asked_for_its_model_and_not_switched(
+class Overheard(Wire):
+    """A conversation that is written down.
+
+    Args:
+        wire: the device's own.
+        heard: takes what came in.
+    """
+
+    def __init__(self, wire: Wire, heard: list[bytes]) -> None:
+        self._wire, self._heard = wire, heard
+
+    def receive(self, data: bytes) -> list[Answer]:
+        self._heard.append(data)
+        return self._wire.receive(data)
+
+
+def test_the_supply_is_asked_for_its_model_and_goes_on_as_it_was(
     supply: SimulatedSupply, bench: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wire: list[bytes] = []
-    answer = supply.answer
-    monkeypatch.setattr(supply, "answer", lambda frame: wire.append(frame) or answer(frame))
+    heard: list[bytes] = []
+    wire = supply.wire
+    monkeypatch.setattr(supply, "wire", lambda framing: Overheard(wire(framing), heard))
+    supply.switch(True)
+    before = supply.output
     found = ports.supply(str(bench))
-    assert found.state == "ok"
+    assert found.state == "ok", found.found
     assert found.found.startswith("RD6006 answers, serial number ")
-    functions = {frame[1] for frame in wire}
-    assert functions <= {3, 4}, "only registers were read"
+    assert heard
+    assert {frame[1] for frame in heard} == {READ_REGISTERS}
+    assert supply.output == before
 
 
 def test_another_supply_than_the_bench_names_is_a_failure(bench: Path) -> None:
     bench.write_text(bench.read_text().replace("model: RD6006", "model: RD6012"))
     found = ports.supply(str(bench))
     assert found.state == "failed"
-    assert "the bench names RD6012" in found.found or "RD6006" in found.found
+    assert found.found.endswith("; the bench names RD6012")
 
 
 def test_a_supply_that_is_not_there_says_how_to_look_for_one(tmp_path: Path) -> None:
@@ -137,8 +160,6 @@ def test_a_folder_that_cannot_be_written_and_a_disk_that_is_full_fail(
     assert found.state == "failed"
     assert "Permission denied; this user may not" in found.found
     assert "WORKBENCH_RUNS" in found.to_do
-    monkeypatch.setattr(disk.shutil, "disk_usage", lambda place: os.terminal_size((1, 1)))
-    monkeypatch.setattr(disk, "LEAST_FREE_GB", 1e9)
     monkeypatch.undo()
     monkeypatch.setattr(disk, "LEAST_FREE_GB", 1e9)
     assert "GB free, at least 1e+09 GB are needed" in disk.disk_space(tmp_path).found
