@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import socket
 import sys
@@ -10,9 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+import serial
 
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle
+from workbench.hw.connection import port_trouble
 from workbench.protocol import SCHEMAS
 from workbench.protocol.files import KINDS
 
@@ -77,6 +80,7 @@ MISTAKES = [
     Mistake("run hop.yaml --bench no-line.yaml", "no-line.yaml names it", "workbench calibrate"),
     Mistake("run hop.yaml --bench lab.yaml", "there is no such port", "is the cable in", 3),
     Mistake("supply read --bench lab.yaml", "there is no such port", "Ports present", 3),
+    Mistake("supply read --bench file-port.yaml", "the port does not open", "holding it", 3),
     Mistake("supply read --bench virtual", "no real supply", "workbench supply simulate"),
     Mistake("supply probe --port /dev/nothing", "answers at /dev/nothing", "is it on", 3),
     Mistake("supply simulate riden --tcp 5020", "'5020' is not host:port", "127.0.0.1:5020"),
@@ -151,6 +155,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "odd-supply.yaml": lab.replace("RD6006", "RD9999"),
         "no-line.yaml": f"{lab[: lab.index('calibration:')]}calibration: day.yaml\n"
         f"{lab[lab.index('tracking:') :]}",
+        "file-port.yaml": re.sub(r"port: \S+,", "port: take.csv,", lab),
         "short.yaml": SHAPE.read_text("utf-8").replace("-2.558,", ""),
         "sheet.yaml": SHEET,
         "take.csv": take,
@@ -186,6 +191,31 @@ def test_the_answer_says_what_is_wrong_and_what_to_do(workbench: Command, mistak
     assert mistake.helps in told
     assert "Traceback" not in told
     assert answer.out == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
+def test_a_port_that_another_program_holds_is_named(workbench: Command, desk: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    bench = desk / "held.yaml"
+    bench.write_text(re.sub(r"port: \S+,", f"port: {os.ttyname(theirs)},", LAB.read_text("utf-8")))
+    with serial.Serial(os.ttyname(theirs), exclusive=True):
+        answer = workbench("supply", "read", "--bench", bench)
+    os.close(ours)
+    os.close(theirs)
+    assert answer.code == 3
+    assert "is another program holding it" in answer.err
+    assert "Close that program, or name another port" in answer.err
+
+
+def test_a_port_that_this_user_may_not_open_says_which_group_to_join(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "ttyUSB0").touch()
+    monkeypatch.setattr(os, "access", lambda place, mode: False)
+    if sys.platform != "win32":
+        assert "sudo usermod -aG dialout" in port_trouble(str(tmp_path / "ttyUSB0"))
 
 
 def test_every_kind_of_file_is_known_by_its_name() -> None:
