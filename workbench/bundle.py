@@ -104,7 +104,7 @@ class Bundle:
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(f"{path}: {_no_bundle(path)}") from None
         except OSError as error:
-            raise InputError(f"{path}: cannot be read: {what_to_do(error)}") from None
+            raise InputError(f"{path / _MANIFEST}: cannot be read: {what_to_do(error)}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{path / _MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
