@@ -83,7 +83,9 @@ def beginner(tmp_path: Path) -> Beginner:
 @pytest.mark.check
 @pytest.mark.skipif(sys.platform == "win32", reason="the page's lines for Windows are its own")
 def test_from_a_clone_to_a_diagnosis_and_a_template(beginner: Beginner) -> None:
-    start = list(commands(section(beginner.clone / "README.md", "Start")))
+    readme = beginner.clone / "README.md"
+    start = list(commands(section(readme, "Start")))
+    assert start == list(commands(readme.read_text("utf-8"))), "others would never be typed"
     hour = list(commands((beginner.clone / "docs" / "tutorial.md").read_text("utf-8")))
     assert start[0].line == "make install"
     for quoted in [*start, *hour]:

@@ -34,7 +34,7 @@ def packages() -> Finding:
 
 def tested_versions() -> dict[str, str]:
     """Return name -> version of constraints.txt, which a wheel has inside and a checkout beside."""
-    package = Path(workbench.__file__).parent
+    package = Path(workbench.__file__).resolve().parent
     inside = package / "constraints.txt"
     text = (inside if inside.exists() else package.parent / "constraints.txt").read_text("utf-8")
     return dict(re.findall(r"^([\w.-]+)==(\S+)$", text, re.MULTILINE))
