@@ -1,9 +1,9 @@
 """What the documentation quotes is run or compared; what it shows exists.
 
 A block of a page is one of these: `console` and `sh`, which are typed (those of README and tutorial
-by `tests/test_first_hour.py`); any other below a comment `<!-- file: PATH -->`, whose text stands in
-that file; below `<!-- part of: KIND -->`, some keys of such a file, which are checked in one; or
-below `<!-- not run: WHY -->`.
+by `tests/test_first_hour.py`); any other below a comment `<!-- file: PATH -->`, whose text stands
+in that file; below `<!-- part of: KIND -->`, some keys of such a file, which are checked in one;
+or below `<!-- not run: WHY -->`.
 """
 
 from __future__ import annotations

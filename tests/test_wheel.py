@@ -21,6 +21,7 @@ def test_a_run_works_from_the_wheel_alone(tmp_path: Path) -> None:
     (wheel,) = tmp_path.glob("*.whl")
     site = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(site)
+    assert (site / "workbench" / "constraints.txt").is_file()  # for `workbench doctor`
     protocol = tmp_path / "p.yaml"
     protocol.write_text(
         "schema: workbench/protocol-1\ntitle: From the wheel\nsteps:\n"
