@@ -78,7 +78,9 @@ MISTAKES = [
     Mistake("run hop.yaml --bench lab", "no bench named 'lab'", "a path must end in .yaml"),
     Mistake("run hop.yaml --bench hop.yaml", "this is a protocol", "a bench is needed here"),
     Mistake("run hop.yaml --bench odd-supply.yaml", "no supply model 'RD9999'", "there are RD6006"),
-    Mistake("run hop.yaml --bench no-line.yaml", "no-line.yaml names it", "workbench calibrate"),
+    Mistake(
+        "run hop.yaml --bench no-line.yaml", "names it as its calibration", "workbench calibrate"
+    ),
     Mistake("run hop.yaml --bench lab.yaml", "there is no such port", "is the cable in", 3),
     Mistake("supply read --bench lab.yaml", "there is no such port", "Ports present", 3),
     Mistake("supply read --bench file-port.yaml", "the port does not open", "holding it", 3),

@@ -67,9 +67,10 @@ def with_calibration(bench: Document[BenchFile], file: Path | None = None) -> Do
         return bench
     path = file or bench.path.parent / named
     if not path.exists():
+        near = [other.name for other in path.parent.glob("*.yaml")]
         raise InputError(
-            f"{path}: no such file, but {bench.path} names it as its calibration; make one with "
-            "`workbench calibrate RUNS`, or correct the name"
+            f"{path}: no such file{did_you_mean(path.name, near)}; "
+            f"{bench.path} names it as its calibration; `workbench calibrate RUNS` makes one"
         )
     line = load(path, CalibrationFile).content
     return replace(bench, content=bench.content.model_copy(update={"calibration": line}))
