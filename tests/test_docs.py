@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import click
 import pytest
 import typer.main
 from ruamel.yaml import YAML
@@ -171,7 +170,7 @@ def test_the_mistake_of_the_tutorial_is_answered_as_it_shows(desk: Path, workben
 
 def _require_known(words: list[str]) -> None:
     """Require that a command's verbs and options exist."""
-    command: click.Command = typer.main.get_command(app)
+    command = typer.main.get_command(app)
     for word in words:
         inner = getattr(command, "commands", {})
         if word in inner:
