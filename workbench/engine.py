@@ -359,7 +359,7 @@ class _Conductor:
             try:
                 latch.trip(f"{reason}; see {self.bundle.path}", "run")
             except OSError as error:
-                self.progress(f"{latch.path} cannot be written ({error})")
+                self.operator.tell(f"{latch.path} cannot be written ({error})")
 
     def _told(self, reason: str) -> str:
         state = self.bundle.manifest.get("output_off")

@@ -138,7 +138,7 @@ def searching(
             yield fanout, progress
     except KeyboardInterrupt:
         if study.checkpoint.exists():
-            tell(f"go on with: workbench optimize --resume {study.folder}")
+            people.print(f"go on with: workbench optimize --resume {study.folder}", markup=False)
         raise
     except InputError:
         raise

@@ -10,7 +10,7 @@ import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
+from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import ModeDamping, Resonances, damping, measured_run, write_resonances
 from workbench.identify import resonances as find_resonances
@@ -104,7 +104,7 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
     for jump in found.jumps:
         print(jump)
     for warning in found.warnings:
-        tell(f"warning: {warning}")
+        people.print(f"note: {warning}", markup=False)
 
 
 def _show_lines(found: Resonances) -> None:

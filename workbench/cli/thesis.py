@@ -80,7 +80,7 @@ def thesis(
             parts = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:
             if not isinstance(error, InputError):
-                tell("the same command goes on where this was stopped")
+                people.print("the same command goes on where this was stopped")
             raise
     page = folder / f"{experiment}.html"
     hops = f"{settings.evaluations} hops of {settings.duration:g} s"
