@@ -26,6 +26,7 @@ An effect is one named cause by which a robot differs from its model. In a model
 a list of such names with their quantities; one that is not given is zero, and zero is absence. A
 name means the same for a virtual bench, a simulation and a diagnosis.
 
+<!-- part of: model -->
 ```yaml
 effects:
   - name: hinge_cubic_stiffness

@@ -46,7 +46,7 @@ def test_a_quantity_is_asked_until_it_is_one_and_kept_in_si(tmp_path: Path) -> N
     assert one.journal() == told
     assert operator.heard[0] == "Tell me. [far: length in m or cm or mm from 0 m to 2 m]"
     assert operator.heard[1] == "not taken: '' is not a number with a unit; known units: m, cm, mm"
-    assert operator.heard[3] == "not taken: 12 has no unit; write for example '12 m'"
+    assert operator.heard[3] == "not taken: 12 has no unit; write for example '12 mm'"
     assert operator.heard[5] == (
         "not taken: 3 m is not allowed; it must be at least 0 m, at most 2 m"
     )

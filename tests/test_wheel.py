@@ -23,6 +23,7 @@ def test_a_run_works_from_the_wheel_alone(tmp_path: Path) -> None:
     zipfile.ZipFile(wheel).extractall(site)
     page = site / "workbench" / "panel" / "page"
     assert {path.name for path in page.iterdir()} >= {"index.html", "panel.css", "panel.js"}
+    assert (site / "workbench" / "constraints.txt").is_file()  # for `workbench doctor`
     protocol = tmp_path / "p.yaml"
     protocol.write_text(
         "schema: workbench/protocol-1\ntitle: From the wheel\nsteps:\n"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from datetime import datetime
@@ -22,6 +22,7 @@ from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.operator_name import operator_name
 from workbench.pairing import pair
+from workbench.progress import Progress, Stage, within
 from workbench.prompting import Answered, ask
 from workbench.protocol import (
     CalibrationFile,
@@ -36,9 +37,7 @@ from workbench.resume import Course, begin
 from workbench.timeseries import TimeSeries
 from workbench.versions import versions
 
-__all__ = ["Progress", "carry_out"]
-
-Progress = Callable[[str], None]
+__all__ = ["carry_out"]
 
 _POLL_S = 0.2
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two on some systems only
@@ -72,21 +71,24 @@ def carry_out(
     _refuse_when_latched(experiment, bench, root)
     course = course or begin(experiment.inputs(), datetime.now())
     answers: list[Answered] = []
-    for item in experiment.plan.without(course.done).items:
+    left, busy = experiment.plan.without(course.done), 0.0
+    for item in left.items:
         match item:
             case PlannedPrompt():
                 answers.append(ask(operator, item))
             case PlannedPause():
                 _wait(bench, item, progress)
             case PlannedRun():
-                run = _Conductor(experiment, bench, root, operator, progress, item, course)
+                words = f"run {item.number} of {len(experiment.plan.runs)}: "
+                told = within(progress, words, busy / left.seconds)
+                run = _Conductor(experiment, bench, root, operator, told, item, course)
                 yield run.conduct(answers)
-                answers = []
+                answers, busy = [], busy + item.rest + item.duration
 
 
 def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
     """Wait with the output off."""
-    progress(f"{pause.why}: {pause.seconds:g} s")
+    progress(Stage(f"{pause.why}: {pause.seconds:g} s", seconds=pause.seconds))
     bench.clock.sleep(pause.seconds)
 
 
@@ -246,7 +248,7 @@ class _Conductor:
         self._rest()
         asked = self.bench.clock.now()
         self._ask([PlannedPrompt(release.now)])
-        self.progress(f"{self.run.duration:g} s after the release")
+        self._tell(f"{self.run.duration:g} s after the release", self.run.duration)
         self.bench.clock.sleep(self.run.duration + _HAND_S)
         return Window(self.start, self.bench.clock.now(), began, asked)
 
@@ -270,7 +272,7 @@ class _Conductor:
         return began
 
     def _rest(self) -> None:
-        self.progress(f"rest {self.run.rest:g} s")
+        self._tell(f"rest {self.run.rest:g} s", self.run.rest)
         self.bench.clock.sleep(self.run.rest)
 
     def _prepare(self, supply: Supply) -> None:
@@ -290,7 +292,7 @@ class _Conductor:
         self._rest()
         on, first = clock.now(), drive.steps[0][1]
         self._journal("output_on", volts=first)
-        self.progress(f"drive {self.run.duration:g} s: {drive.asked}")
+        self._tell(f"drive {self.run.duration:g} s: {drive.asked}", self.run.duration)
         self._note_reading(switch_on(supply, first))
         sent = [(on - self.start, float(first))]
         for after, volts in drive.steps[1:]:
@@ -341,6 +343,9 @@ class _Conductor:
         columns = {name: [getattr(unique[t], name) for t in times] for name in names}
         self.bundle.write_series("supply", TimeSeries.of(times, columns), {})
 
+    def _tell(self, words: str, seconds: float) -> None:
+        self.progress(Stage(words, seconds=seconds))
+
     def _journal(self, event: str, **facts: Any) -> None:
         self.bundle.journal(event, self.bench.clock.now() - self.start, **facts)
 
@@ -359,7 +364,7 @@ class _Conductor:
             try:
                 latch.trip(f"{reason}; see {self.bundle.path}", "run")
             except OSError as error:
-                self.progress(f"{latch.path} cannot be written ({error})")
+                self.operator.tell(f"{latch.path} cannot be written ({error})")
 
     def _told(self, reason: str) -> str:
         state = self.bundle.manifest.get("output_off")

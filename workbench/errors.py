@@ -18,6 +18,7 @@ Every message says who, what was found with its unit, what is allowed and where.
 from __future__ import annotations
 
 import difflib
+import errno
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -35,7 +36,20 @@ __all__ = [
     "TakeError",
     "WorkbenchError",
     "did_you_mean",
+    "what_to_do",
 ]
+
+_TO_DO = {
+    errno.ENOENT: "see that the name is right; it counts from the folder of the command",
+    errno.EEXIST: "something of this name is there already; name another",
+    errno.EISDIR: "it is a folder; name a file in it",
+    errno.ENOTDIR: "a file stands where a folder is needed; name another folder",
+    errno.EACCES: "this user may not; have its rights changed, or name another place",
+    errno.EPERM: "this user may not; have its rights changed, or name another place",
+    errno.EROFS: "nothing can be written there; name another place",
+    errno.ENOSPC: "the disk is full; make room, or name a folder on another one",
+    errno.EDQUOT: "this user's share of the disk is full; make room, or name another place",
+}
 
 
 def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
@@ -49,6 +63,12 @@ def did_you_mean(word: str, known: Iterable[str], likeness: float = 0.6) -> str:
     folded = {name.casefold(): name for name in known}
     close = difflib.get_close_matches(word.casefold(), list(folded), n=1, cutoff=likeness)
     return f"; did you mean {folded[close[0]]!r}?" if close else ""
+
+
+def what_to_do(error: OSError) -> str:
+    """Return what the system says of a file in words, with what helps where that is known."""
+    said = error.strerror or type(error).__name__
+    return f"{said}; {_TO_DO[error.errno]}" if error.errno in _TO_DO else said
 
 
 class WorkbenchError(Exception):

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle import Bundle, verify
-from workbench.engine import Progress
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.operator_name import operator_name
 from workbench.pairing import pair
+from workbench.progress import Progress, counted
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -48,7 +48,7 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
     _check(sheet)
     check_twin(model.content, shape.content, (run.mode for run in sheet.content.runs))
     for number, run in enumerate(sheet.content.runs, start=1):
-        progress(f"{run.take}")
+        progress(counted(str(run.take), number, len(sheet.content.runs)))
         bundle = Bundle.create(
             root,
             _name(run),
@@ -113,7 +113,10 @@ def _wanted(bundle: Bundle) -> CameraTime:
             f"(kind {bundle.manifest['kind']}, status {bundle.manifest['status']})"
         )
     if bundle.has_take():
-        raise InputError(f"{bundle.path}: holds a take already, {bundle.take().name}")
+        raise InputError(
+            f"{bundle.path}: holds a take already, {bundle.take().name}, and a take is never "
+            "replaced; make a new bundle of the other with a sheet"
+        )
     problems = verify(bundle.path) if bundle.is_closed() else []
     if problems:
         raise InputError(f"{bundle.path}: changed since the run: {'; '.join(problems)}")

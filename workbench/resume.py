@@ -79,7 +79,10 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
     one = Bundle.find(run, root)
     name = one.manifest.get("experiment")
     if name is None:
-        raise InputError(f"{one.path}: belongs to no experiment, so there is nothing to resume")
+        raise InputError(
+            f"{one.path}: belongs to no experiment, so there is nothing to resume; start anew "
+            "without --resume"
+        )
     _require_same(one, inputs)
     begun = [b for b in _readable(one.path.parent) if b.manifest.get("experiment") == name]
     _require_free(one.path.parent, name, begun[-1])

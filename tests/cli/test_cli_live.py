@@ -34,7 +34,7 @@ def test_a_stream_is_recorded_told_and_written(
     assert len(read_take(out)) == 40
     again = workbench("live", *words)
     assert again.code == 2
-    assert "take.csv: exists; a take is never overwritten" in again.err
+    assert "take.csv: exists, and a take is never overwritten; give another --out" in again.err
 
 
 def test_people_get_the_quality_of_the_stream(workbench: Command, sent: list[bytes]) -> None:

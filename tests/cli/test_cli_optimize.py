@@ -10,13 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from tests.conftest import Command
-from workbench.cli import progress
-from workbench.cli.progress import SearchProgress
-from workbench.design import GOALS
-from workbench.optimize import History
 from workbench.protocol import load_shape
 
 MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
@@ -115,12 +110,3 @@ def test_searches_of_other_settings_are_not_mixed(workbench: Command, tmp_path: 
     answer = workbench("thesis", "increase", "--quick", "--bounds", "appendix-e", "--out", tmp_path)
     assert answer.code == 2
     assert "holds a search with other settings; give another --out" in answer.err
-
-
-def test_the_bar_is_for_terminals_and_for_long_searches(monkeypatch: pytest.MonkeyPatch) -> None:
-    with SearchProgress(GOALS["distance"], 24) as told:
-        told(History(("x",)), 24)
-        assert told._bar is None  # not a terminal
-        monkeypatch.setattr(progress, "people", Console(force_terminal=True, quiet=True))
-        told(History(("x",)), 24)
-        assert told._bar is None  # not yet two seconds

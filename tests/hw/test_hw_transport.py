@@ -191,7 +191,7 @@ def test_a_closed_port_is_not_reachable_with_advice(open_link: Open) -> None:
 
 
 def test_a_missing_serial_port_is_not_reachable_with_the_ports_present(open_link: Open) -> None:
-    with pytest.raises(HardwareError, match=r"no-such-port not reachable: .*ports present: "):
+    with pytest.raises(HardwareError, match=r"no-such-port not reachable: .*Ports present: "):
         open_link(Connection("serial", "no-such-port"))
 
 

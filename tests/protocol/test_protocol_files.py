@@ -73,7 +73,7 @@ def test_the_caret_stands_under_the_offending_key(tmp_path: Path) -> None:
         ("- a\n", "1:1: the file must be a mapping, found seq"),
         ("a: [1\n", "2:1: not valid YAML: while parsing a flow sequence expected ',' or ']'"),
         (GOOD + "title: Again\n", '5:1: repeated key "title"'),
-        (GOOD.replace("protocol-1", "bench-1"), "1:1: schema: 'workbench/bench-1' is not one of"),
+        (GOOD.replace("protocol-1", "bench-1"), "1:1: this is a bench, and a protocol is needed"),
         (GOOD.replace("title: Hop\n", ""), "1:1: missing key 'title'"),
         (GOOD.replace("speed: 17 rad/s", "speed: 17"), "4:22: speed: 17 has no unit; write for"),
         (GOOD.replace("17 rad/s", "fast"), "4:22: speed: 'fast' is not a number with a unit"),
@@ -119,7 +119,7 @@ def test_a_shape_needs_sixteen_angles(tmp_path: Path) -> None:
         "state: unloaded\nsource: none\n"
     )
     assert any(
-        "angles: tuple should have at least 16" in f for f in faults(tmp_path, text, ShapeFile)
+        "angles: 2 values, at least 16 are needed" in f for f in faults(tmp_path, text, ShapeFile)
     )
 
 

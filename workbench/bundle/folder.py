@@ -16,7 +16,7 @@ from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE,
 from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
 from workbench.bundle.writing import replaced, told
-from workbench.errors import InputError, RecordError
+from workbench.errors import InputError, RecordError, what_to_do
 
 if TYPE_CHECKING:
     from workbench.timeseries import TimeSeries
@@ -76,8 +76,10 @@ class Bundle:
         """
         try:
             manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            raise InputError(f"{path}: not a bundle, it has no {MANIFEST}") from None
+        except (FileNotFoundError, NotADirectoryError):
+            raise InputError(f"{path}: {_no_bundle(path)}") from None
+        except OSError as error:
+            raise InputError(f"{path / MANIFEST}: cannot be read: {what_to_do(error)}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{path / MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
@@ -269,7 +271,10 @@ class Bundle:
         """
         files = self._takes()
         if not files:
-            raise InputError(f"{self.path}: holds no take")
+            raise InputError(
+                f"{self.path}: holds no take (status {self.manifest.get('status')}); leave it out, "
+                "or add its export with `workbench ingest TAKE --into RUN`"
+            )
         return files[0]
 
     def write_series(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:
@@ -338,3 +343,14 @@ def _events(path: Path) -> list[dict[str, Any]]:
         if isinstance(event, dict):
             events.append(event)
     return events
+
+
+def _no_bundle(path: Path) -> str:
+    """Return what a place is that holds no manifest, and what was perhaps meant."""
+    if path.is_file():
+        return "a file, not a bundle; name the folder of a run"
+    hint = f"; did you mean {path.parent}?" if (path.parent / MANIFEST).exists() else ""
+    return (
+        f"not a bundle, it has no {MANIFEST}{hint}; name the folder of a run, "
+        "`workbench runs list` shows them"
+    )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import sys
 from types import FrameType
 
 import typer
 
-import workbench
+from workbench.cli.everywhere import NoColorFlag, QuietFlag, VersionFlag, moved_to_front, obey
 from workbench.cli.lazy import Verb, lazy_group
-from workbench.errors import Interrupted, WorkbenchError
+from workbench.errors import InputError, Interrupted, WorkbenchError, what_to_do
 
 __all__ = ["VERBS", "app", "main"]
 
@@ -87,19 +88,12 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
-    if asked:
-        print(f"workbench {workbench.__version__}")
-        raise typer.Exit
-
-
 @app.callback()
 def _top(
-    version: bool = typer.Option(  # typer's own form
-        False, "--version", callback=_version, is_eager=True, help="Print the version and end."
-    ),
+    version: VersionFlag = False, quiet: QuietFlag = False, no_color: NoColorFlag = False
 ) -> None:
     """Run the hopping robot, pair every run with its MuJoCo twin, show both side by side."""
+    obey(quiet, no_color)
 
 
 def main() -> None:
@@ -108,7 +102,7 @@ def main() -> None:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _stop)
     try:
-        app()
+        _call(moved_to_front(sys.argv[1:]))
     except WorkbenchError as error:
         from rich.console import Console  # only now: most commands print no error
 
@@ -116,9 +110,24 @@ def main() -> None:
             f"workbench: {error}", style="red" if sys.stderr.isatty() else ""
         )
         sys.exit(error.exit_code)
+    except OSError as error:
+        if error.filename is None and error.errno != errno.ENOSPC:
+            raise  # no file that a user could do something about
+        place = "" if error.filename is None else f"{error.filename}: "
+        print(f"workbench: {place}{what_to_do(error)}", file=sys.stderr)
+        sys.exit(InputError.exit_code)
     except KeyboardInterrupt:
         print("workbench: stopped; no supply was in use", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
+
+
+def _call(words: list[str]) -> None:
+    """Call the verb; however it ends, the line of progress leaves the terminal."""
+    try:
+        app(args=words, prog_name="workbench")
+    finally:
+        if output := sys.modules.get("workbench.cli.output"):  # else nothing was told
+            output.tell.pause()
 
 
 def _stop(number: int, frame: FrameType | None) -> None:

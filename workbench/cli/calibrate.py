@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle
+from workbench.cli.completing import run_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import (
@@ -28,7 +29,10 @@ __all__ = ["calibrate"]
 
 def calibrate(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some.")
+        list[Path],
+        typer.Argument(
+            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
+        ),
     ],
     out: Annotated[
         Path | None,

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bundle import Bundle
+from workbench.cli.completing import run_names
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.diagnose import (
@@ -34,7 +35,9 @@ __all__ = ["diagnose", "next_object", "robot_of", "show_diagnosis", "show_next",
 def diagnose(
     runs: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some."),
+        typer.Argument(
+            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
+        ),
     ] = None,
     rig: Annotated[
         Path | None, typer.Option(help="Rig file of another system; it names its own runs.")

@@ -2,61 +2,55 @@
 
 from __future__ import annotations
 
-import shutil
-import sys
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import typer
-from serial.tools.list_ports import comports
 
-from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table
-from workbench.sim import install_force_laws
-from workbench.versions import versions
+from workbench.cli.completing import bench_names
+from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
+from workbench.doctor import Finding, examine
 
 __all__ = ["doctor"]
 
-_LEAST_FREE_GB = 1.0
 
+def doctor(
+    bench: Annotated[
+        str | None,
+        typer.Option(
+            help="Bench file: its supply is asked for its model, and not switched.",
+            autocompletion=bench_names,
+        ),
+    ] = None,
+    folder: RunsFolder = Path("runs"),
+    as_json: JsonFlag = False,
+) -> None:
+    """Check packages, viewer, ports and who may open them, disk and clocks; change nothing.
 
-def doctor(folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None:
-    """Check packages, the compiled ground law, serial ports and disk.
-
-    Example: workbench doctor
+    Example: workbench doctor --bench lab.yaml
     """
-    checks: dict[str, Callable[[], str]] = {
-        "python": lambda: sys.version.split()[0],
-        "packages": lambda: ", ".join(f"{k} {v}" for k, v in versions().items()),
-        "ground law": _ground_law,
-        "serial ports": lambda: ", ".join(p.device for p in comports()) or "none found",
-        "disk": lambda: _disk(folder),
-    }
-    found = {name: _tried(check) for name, check in checks.items()}
+    found = list(examine(folder, bench, tell))
+    well = all(one.state != "failed" for one in found)
     if as_json:
-        shown = {name: {"ok": ok, "found": text} for name, (ok, text) in found.items()}
-        emit({"ok": all(ok for ok, _ in found.values()), "checks": shown})
+        checks = {
+            one.name: {
+                "ok": one.state != "failed", "state": one.state, "found": one.found,
+                "to_do": one.to_do,
+            }
+            for one in found
+        }  # fmt: skip
+        emit({"ok": well, "checks": checks})
     else:
-        rows = [[name, "ok" if ok else "FAILED", text] for name, (ok, text) in found.items()]
-        show_table("This computer", ["", "", ""], rows)
-    if not all(ok for ok, _ in found.values()):
+        _show(found)
+    if not well:
         raise typer.Exit(1)
 
 
-def _tried(check: Callable[[], str]) -> tuple[bool, str]:
-    try:
-        return True, check()
-    except Exception as error:
-        return False, f"{type(error).__name__}: {error}"
-
-
-def _ground_law() -> str:
-    install_force_laws()
-    return "compiled and installed"
-
-
-def _disk(folder: Path) -> str:
-    place = folder if folder.exists() else Path()
-    free = shutil.disk_usage(place).free / 1e9
-    if free < _LEAST_FREE_GB:
-        raise OSError(f"{free:.1f} GB free, at least {_LEAST_FREE_GB:g} GB are needed")
-    return f"{free:.0f} GB free"
+def _show(found: Sequence[Finding]) -> None:
+    marks = {"ok": "ok", "note": "note", "failed": "FAILED"}
+    rows = [[one.name, marks[one.state], one.found] for one in found]
+    show_table("This computer", ["", "", ""], rows)
+    for one in found:
+        if one.to_do:
+            print(f"{one.name}: {one.to_do}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from workbench.cli.output import emit, show_table
+from workbench.cli.output import emit, show_table, tell
 from workbench.experiment import Experiment
 from workbench.protocol import (
     Calibration,
@@ -23,6 +23,7 @@ __all__ = ["show_dry_run"]
 
 def show_dry_run(experiment: Experiment, as_json: bool) -> None:
     """Rehearse an experiment and print it."""
+    tell(f"rehearse {len(experiment.plan.runs)} runs on a simulated supply")
     told = rehearse(experiment)
     if as_json:
         emit(_object(experiment, told))

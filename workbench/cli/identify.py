@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle, sha256
+from workbench.cli.completing import run_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import (
@@ -38,7 +39,10 @@ __all__ = ["identify", "same_robot"]
 
 def identify(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUNS...", help="Bundles, or folders that hold some.")
+        list[Path],
+        typer.Argument(
+            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
+        ),
     ],
     fit: Annotated[
         str, typer.Option(help="Parameters of the model file, separated by commas.")
@@ -78,6 +82,7 @@ def identify(
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     made = made_from(bundles, stated, written)
+    tell("draw the report")
     report = report_fit(page, found.fit, measured, robot, validation, made)
     files = {"model": str(written.path), "report": None if report is None else str(report)}
     if as_json:

@@ -48,6 +48,7 @@ def ingest(
     if sheet:
         _ingest_sheet(source, runs, as_json)
         return
+    tell(f"read {source.name}")
     take = read_take(source)
     report, guess = quality(take), guess_bodies(take)
     if as_json:

@@ -12,6 +12,7 @@ import typer
 from workbench.bench import Bench, load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.cli.attended import carry_out_at_desk
+from workbench.cli.completing import bench_names, protocol_files
 from workbench.cli.diagnose import (
     next_object,
     robot_of,
@@ -31,8 +32,12 @@ __all__ = ["investigate"]
 
 
 def investigate(
-    protocol: Annotated[Path, typer.Argument(help="Protocol file of the first runs.")],
-    bench: Annotated[str, typer.Option(help="Bench file, or `virtual`.")] = "virtual",
+    protocol: Annotated[
+        Path, typer.Argument(help="Protocol file of the first runs.", autocompletion=protocol_files)
+    ],
+    bench: Annotated[
+        str, typer.Option(help="Bench file, or `virtual`.", autocompletion=bench_names)
+    ] = "virtual",
     budget: Annotated[
         str, typer.Option(help="Bench time that may be spent, handling included.")
     ] = "30 min",

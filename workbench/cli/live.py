@@ -48,7 +48,7 @@ def live(
     Example: workbench live --server 192.168.1.10 --seconds 10 --out take.csv
     """
     if out is not None and out.exists():
-        raise InputError(f"{out}: exists; a take is never overwritten")
+        raise InputError(f"{out}: exists, and a take is never overwritten; give another --out")
     stream = replace(
         DEFAULT,
         server=server,

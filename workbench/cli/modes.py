@@ -11,6 +11,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.protocol import load_model, load_shape
 from workbench.sim import (
@@ -31,8 +32,12 @@ _STEADY = 0.05  # relative change of the amplitude from five turns to the next f
 
 
 def modes(
-    model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
-    shape: Annotated[str, typer.Option(help="Shape name or file.")] = "thesis-initial",
+    model: Annotated[
+        str, typer.Option(help="Model name or file.", autocompletion=model_names)
+    ] = "thesis",
+    shape: Annotated[
+        str, typer.Option(help="Shape name or file.", autocompletion=shape_names)
+    ] = "thesis-initial",
     rotor_angle: Annotated[
         float | None,
         typer.Option(

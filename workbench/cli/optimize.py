@@ -113,6 +113,7 @@ def optimize(
         study = Study.begin(folder, settings, stated, start)
     with searching(study, scheduler, patience) as (fanout, progress):
         history = study.run(fanout, progress)
+    tell("write the report")
     write_history(study.folder / "history.csv", study, history)
     found = found_by(study, history, datetime.now().date())
     page = study.folder / "report.html"
@@ -130,16 +131,14 @@ def searching(
     study: Study, scheduler: str | None, patience: float
 ) -> Iterator[tuple[Fanout, SearchProgress]]:
     """Yield what simulates and what tells of it; where that ends early, say how to go on."""
-    goal = study.problem.goals[0]
+    progress = SearchProgress(study.problem.goals[0], tell)
+    tell(f"search by {study.settings.algorithm}, {study.settings.evaluations} candidates")
     try:
-        with (
-            Fanout(scheduler, patience=patience) as fanout,
-            SearchProgress(goal, study.settings.evaluations) as progress,
-        ):
+        with Fanout(scheduler, patience=patience) as fanout:
             yield fanout, progress
     except KeyboardInterrupt:
         if study.checkpoint.exists():
-            tell(f"go on with: workbench optimize --resume {study.folder}")
+            people.print(f"go on with: workbench optimize --resume {study.folder}", markup=False)
         raise
     except InputError:
         raise

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from workbench.cli.keyboard import Keyboard
 from workbench.cli.plain import JsonFlag, RunsFolder, emit
+from workbench.cli.progress import ProgressLine
 from workbench.desk import Desk, Question, Reply
 from workbench.errors import InputError
 from workbench.quantities import QUANTITIES
@@ -39,10 +40,8 @@ NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap
 people = Console(stderr=True, highlight=False, soft_wrap=True)
 """Where text for people goes, so that stdout stays clean for results."""
 
-
-def tell(text: str) -> None:
-    """Tell the phase that begins."""
-    people.print(f"  {text}", style="dim", markup=False)
+tell = ProgressLine(people)
+"""Is told each stage as it begins; the one way in which the verbs show progress."""
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -104,7 +103,7 @@ class TerminalOperator:
         return self._keyboard.present or self._desk.attended
 
     def tell(self, text: str) -> None:
-        """Show it among the phases, but not to be overlooked."""
+        """Show it among the stages, but not to be overlooked."""
         self._desk.show_notice(text)
         people.print(text, style="bold", markup=False)
 
@@ -128,6 +127,7 @@ class TerminalOperator:
 
     def _answer(self, question: Question, end: str) -> str:
         """Wait for the first answer, and note where it came from."""
+        tell.pause()
         people.print(question.text, style="bold", markup=False, end=end)
         with self._keyboard.lines_to(lambda line: question.offer(Reply(line, "terminal"))):
             reply = self._first(question)

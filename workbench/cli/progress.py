@@ -1,73 +1,162 @@
-"""The live line of a search: best, mean, evaluations a second, time left."""
+"""The one line that tells what takes long: stage, share and time left, on the terminal only."""
 
 from __future__ import annotations
 
+import sys
 import time
-from types import TracebackType
+from collections.abc import Callable
 
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.console import Console
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
 
-from workbench.cli.output import people
 from workbench.design import Goal
 from workbench.optimize import History
+from workbench.progress import Stage
 
-__all__ = ["SearchProgress"]
+__all__ = ["ProgressLine", "SearchProgress"]
 
-_QUIET_S = 2.0  # what ends sooner needs no bar
+_QUIET_S = 2.0  # what ends sooner needs no line
+_BAR_CELLS = 24
+_REDRAWN_HZ = 4.0
 _RECENT = 5  # generations that the rate is taken over
 
 
+class ProgressLine:
+    """Is told each stage of a verb as it begins.
+
+    On a terminal the stage that lasts is one line that stays in place, with its share and the time
+    left where they are known; when it is over its words stay, with the time that it took. Anywhere
+    else each stage is one plain line.
+
+    Args:
+        console: of the text for people; never stdout.
+        clock: monotonic [s].
+    """
+
+    def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
+        self.quiet = False
+        self._console, self._clock = console, clock
+        self._stage = Stage("")
+        self._began = 0.0
+        self._first = self._last = (0.0, 0.0)  # times [s] and shares, of one piece of work
+        self._live: Live | None = None
+
+    def __call__(self, stage: str) -> None:
+        """Tell that a stage begins."""
+        if self.quiet:
+            return
+        if not self._console.is_interactive:
+            self._print(stage)
+            return
+        self._leave()
+        self._enter(stage if isinstance(stage, Stage) else Stage(stage))
+        if self._live is None:
+            self._live = self._started()
+
+    def update(self, stage: Stage) -> None:
+        """Change words and share of the stage that lasts; off a terminal nothing is told."""
+        if self._live is not None:
+            self._follow(stage)
+
+    def pause(self) -> None:
+        """Leave the terminal to others; the next stage takes it again."""
+        if self._live is not None:
+            self._live.stop()
+            self._live = None
+            self._leave()
+            self._stage = Stage("")
+
+    def line(self) -> Table | Text:
+        """Return the line as it is now; empty as long as nothing has lasted."""
+        now = self._clock()
+        if not self._stage or now - self._first[0] < _QUIET_S:
+            return Text("")
+        row = Table.grid(padding=(0, 1))
+        cells: list[Text | ProgressBar] = [Text(f"  {self._stage}")]
+        if self._stage.share is not None:
+            cells.append(ProgressBar(1.0, self._stage.share, _BAR_CELLS))
+            cells.append(Text(f"{self._stage.share:.0%}"))
+        cells.append(Text(_minutes(now - self._began), style="dim"))
+        if (left := self.left()) is not None:
+            cells.append(Text(f"{_minutes(left)} left"))
+        row.add_row(*cells)
+        return row
+
+    def left(self) -> float | None:
+        """Return the time left [s], as the work went so far or of this stage; None if unknown."""
+        now, stage = self._clock(), self._stage
+        (first, none), (last, done) = self._first, self._last
+        if stage.share is not None and done > none:
+            return max(0.0, (1 - done) * (last - first) / (done - none) - (now - last))
+        if stage.seconds is not None:
+            return max(0.0, stage.seconds - (now - self._began))
+        return None
+
+    def _enter(self, stage: Stage) -> None:
+        self._began = self._clock()
+        self._follow(stage)
+
+    def _follow(self, stage: Stage) -> None:
+        """Keep a stage; one that is less far than the last begins another piece of work."""
+        before, share = self._stage.share, stage.share
+        if share is None or before is None or share < before:
+            self._first = self._last = (self._clock(), share or 0.0)
+        elif share > before:
+            self._last = (self._clock(), share)
+        self._stage = stage
+
+    def _leave(self) -> None:
+        """Keep the words of the stage that ends, and how long it took if it took long."""
+        if self._stage:
+            took = self._clock() - self._began
+            self._print(self._stage + (f"  {_minutes(took)}" if took >= _QUIET_S else ""))
+
+    def _print(self, words: str) -> None:
+        self._console.print(f"  {words}", style="dim", markup=False)
+
+    def _started(self) -> Live:
+        """Return the line on the terminal; what is printed meanwhile appears above it."""
+        live = Live(
+            console=self._console,
+            get_renderable=self.line,
+            refresh_per_second=_REDRAWN_HZ,
+            transient=True,
+            redirect_stdout=sys.stdout.isatty(),  # a file on stdout must not be written to stderr
+        )
+        live.start()
+        return live
+
+
 class SearchProgress:
-    """Told of each generation; draws on a terminal only, and only when the search takes long.
+    """Told of each generation of a search: best, mean and rate.
 
     Args:
         goal: the first one, whose values are shown.
-        total: evaluations of the whole search.
+        tell: where the line is shown.
     """
 
-    def __init__(self, goal: Goal, total: int) -> None:
-        self._goal = goal
-        self._total = total
-        self._begin = time.monotonic()
-        self._bar: Progress | None = None
-
-    def __enter__(self) -> SearchProgress:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
-    ) -> None:
-        """Leave the last line on the screen."""
-        if self._bar is not None:
-            self._bar.stop()
+    def __init__(self, goal: Goal, tell: ProgressLine) -> None:
+        self._goal, self._tell = goal, tell
 
     def __call__(self, history: History, total: int) -> None:
         """Show where the search stands."""
-        if not people.is_terminal or time.monotonic() - self._begin < _QUIET_S:
-            return
-        if self._bar is None:
-            columns = (
-                TextColumn("{task.description}"),
-                BarColumn(24),
-                TextColumn("{task.fields[told]}"),
-            )
-            self._bar = Progress(*columns, console=people)
-            self._bar.start()
-            self._bar.add_task("searching", total=self._total, told="")
-        self._bar.update(self._bar.task_ids[0], completed=history.asked, told=self.line(history))
+        self._tell.update(Stage(self.words(history, total), history.asked / max(total, 1)))
 
-    def line(self, history: History) -> str:
-        """Return best, mean, rate and time left in one line."""
+    def words(self, history: History, total: int) -> str:
+        """Return candidates, best, mean and rate in one line."""
         recent = history.generations[-_RECENT:]
         seconds = sum(generation.seconds for generation in recent)
         rate = sum(len(generation.trials) for generation in recent) / max(seconds, 1e-9)
-        left = max(0, self._total - history.asked) / max(rate, 1e-9)
         best, mean = (
             self._goal.value_of(fitness)
             for fitness in (history.best.evaluation.fitness[0], history.generations[-1].mean)
         )
-        return (
-            f"{history.asked}/{self._total}  best {best:.3g}  mean {mean:.3g}  "
-            f"{rate:.1f}/s  {left / 60:.0f}:{left % 60:02.0f} left"
-        )
+        return f"{history.asked}/{total}  best {best:.3g}  mean {mean:.3g}  {rate:.1f}/s"
+
+
+def _minutes(seconds: float) -> str:
+    whole = round(seconds)
+    return f"{whole // 60}:{whole % 60:02}"

@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle
-from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
+from workbench.cli.completing import run_names
+from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import ModeDamping, Resonances, damping, measured_run, write_resonances
 from workbench.identify import resonances as find_resonances
@@ -20,7 +21,10 @@ __all__ = ["resonances"]
 def resonances(
     runs: Annotated[
         list[Path],
-        typer.Argument(help="Bundles by folder or name, or folders that hold bundles."),
+        typer.Argument(
+            help="Bundles, or folders that hold some.",
+            autocompletion=run_names,
+        ),
     ],
     folder: RunsFolder = Path("runs"),
     report: Annotated[
@@ -33,11 +37,12 @@ def resonances(
     Example: workbench resonances runs --report resonances.html
     """
     bundles = _bundles(runs, folder)
+    tell(f"look at {len(bundles)} runs")
     measured = [measured_run(bundle) for bundle in bundles]
-    tell(f"looking at {len(measured)} runs")
     found = find_resonances(measured)
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:
+        tell("draw the report")
         title = bundles[0].manifest["title"] if len(measured) == 1 else "Resonances of the robot"
         write_resonances(report, title, measured, found, modes)
     if as_json:
@@ -99,7 +104,7 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
     for jump in found.jumps:
         print(jump)
     for warning in found.warnings:
-        tell(f"warning: {warning}")
+        people.print(f"note: {warning}", markup=False)
 
 
 def _show_lines(found: Resonances) -> None:

@@ -10,6 +10,7 @@ import typer
 from PIL.Image import Image
 
 from workbench.bundle import Bundle
+from workbench.cli.completing import run_names
 from workbench.cli.output import RunsFolder, people, show_table, tell
 from workbench.diagnose import extended_model_of
 from workbench.errors import WorkbenchError
@@ -29,7 +30,9 @@ def review(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RUNS...", help="Bundles, a folder of them, or a protocol: its newest runs."
+            metavar="RUNS...",
+            help="Bundles, a folder of them, or a protocol: its newest runs.",
+            autocompletion=run_names,
         ),
     ],
     web: Annotated[bool, typer.Option(help="Open in the browser instead of a window.")] = False,

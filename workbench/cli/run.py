@@ -11,6 +11,7 @@ from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.catalogue import describe
 from workbench.cli.attended import carry_out_at_desk
+from workbench.cli.completing import bench_names, protocol_files, run_names
 from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
     JsonFlag,
@@ -26,13 +27,19 @@ __all__ = ["run"]
 
 
 def run(
-    protocol: Annotated[Path, typer.Argument(help="Protocol file.")],
-    bench: Annotated[str, typer.Option(help="Bench file, or `virtual`.")] = "virtual",
+    protocol: Annotated[Path, typer.Argument(help="Protocol file.", autocompletion=protocol_files)],
+    bench: Annotated[
+        str, typer.Option(help="Bench file, or `virtual`.", autocompletion=bench_names)
+    ] = "virtual",
     dry_run: Annotated[
         bool, typer.Option(help="Rehearse on a simulated supply and print every step.")
     ] = False,
     resume: Annotated[
-        Path | None, typer.Option(help="A run of the experiment that was cut off; goes on with it.")
+        Path | None,
+        typer.Option(
+            help="A run of the experiment that was cut off; goes on with it.",
+            autocompletion=run_names,
+        ),
     ] = None,
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,

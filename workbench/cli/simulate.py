@@ -11,7 +11,8 @@ from typing import Annotated, cast, get_args
 import numpy as np
 import typer
 
-from workbench.cli.output import JsonFlag, emit, show_table, summary_rows
+from workbench.cli.completing import model_names, shape_names
+from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, Mode, summarize
 from workbench.protocol import load_model, load_shape
@@ -29,8 +30,12 @@ _REST_S = 0.6
 def simulate(
     omega: Annotated[float, typer.Option(help="Rotor speed [rad/s]; negative turns back.")] = 17.0,
     duration: Annotated[float, typer.Option(help="From time zero [s].", min=0.1, max=600)] = 10.0,
-    model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
-    shape: Annotated[str, typer.Option(help="Shape name or file.")] = "thesis-initial",
+    model: Annotated[
+        str, typer.Option(help="Model name or file.", autocompletion=model_names)
+    ] = "thesis",
+    shape: Annotated[
+        str, typer.Option(help="Shape name or file.", autocompletion=shape_names)
+    ] = "thesis-initial",
     mode: Annotated[str, typer.Option(help=f"One of {', '.join(MODES)}.")] = "hop",
     start_angle: Annotated[
         float, typer.Option(help="Rotor at rest [deg] from forward, 90 is down.")
@@ -65,6 +70,7 @@ def simulate(
     condition = Condition(
         cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000
     )
+    tell(f"simulate {duration:g} s")
     result = simulate_robot(robot, condition)
     found = _numbers(condition.mode, result, duration)
     end = {

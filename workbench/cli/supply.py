@@ -14,6 +14,7 @@ import typer
 from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
+from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
@@ -33,11 +34,15 @@ from workbench.virtual import draw_current
 __all__ = ["supply"]
 
 POLL_S = 0.1
+_SERVED_AT = "127.0.0.1:5020"
 FAMILY_NAMES = ", ".join(FAMILIES)
 
 supply = typer.Typer(name="supply", help="The motor's supply by hand.", no_args_is_help=True)
 
-BenchOption = Annotated[str, typer.Option("--bench", help="Bench file that names the supply.")]
+BenchOption = Annotated[
+    str,
+    typer.Option("--bench", help="Bench file that names the supply.", autocompletion=bench_names),
+]
 
 
 @supply.command()
@@ -179,7 +184,7 @@ def acknowledge(
 def simulate(
     family: Annotated[str, typer.Argument(help=f"Supply family: {FAMILY_NAMES}.")] = "riden",
     model: Annotated[str, typer.Option(help="Model name; the family's first when left out.")] = "",
-    tcp: Annotated[str, typer.Option(help="host:port to serve on.")] = "127.0.0.1:5020",
+    tcp: Annotated[str, typer.Option(help="host:port to serve on.")] = _SERVED_AT,
     rtu_over_tcp: Annotated[bool, typer.Option(help="RTU frames instead of Modbus TCP.")] = False,
     pty: Annotated[bool, typer.Option(help="Serve on a pseudo terminal instead.")] = False,
     fault: Annotated[str, typer.Option(help="NAME or NAME:SECONDS: what is to go wrong.")] = "",
@@ -194,7 +199,7 @@ def simulate(
     coming, after = delayed_fault(fault) if fault else (None, 0.0)
     host, _, port = tcp.rpartition(":")
     if not host or not port.isdecimal():
-        raise InputError(f"{tcp!r} is not host:port")
+        raise InputError(f"--tcp {tcp!r} is not host:port; write for example {_SERVED_AT}")
     clock = SystemClock()
     device = simulated(row.name, clock=clock, load=draw_current)
     ended = threading.Event()

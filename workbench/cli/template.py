@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from workbench.cli.output import JsonFlag, emit, show_table
+from workbench.cli.completing import shape_names
+from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape, parse_quantity
 from workbench.template import (
@@ -53,7 +54,7 @@ template = typer.Typer(
 
 @template.command(_DRAW)
 def draw(
-    shape: Annotated[str, typer.Argument(help="Shape name or file.")],
+    shape: Annotated[str, typer.Argument(help="Shape name or file.", autocompletion=shape_names)],
     paper: Annotated[
         str, typer.Option(help="A4, A3, Letter, Tabloid, roll, or a size such as 330x480mm.")
     ] = "A4",
@@ -85,6 +86,7 @@ def draw(
     document = load_shape(shape, Path())
     robot = load_model(model, Path()).content
     loaded = document.content.state == "loaded"
+    tell("draw the template")
     strip = make_strip(
         document,
         _quantity(thickness, "length", "--thickness"),

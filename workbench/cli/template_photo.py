@@ -107,7 +107,7 @@ def read(
     robot = load_model(model, Path())
     target = _free(shape, robot.content)
     if photo is not None and angles is None and points is None:
-        tell(f"reading {photo}")
+        tell(f"read {photo}")
         printed = _printed(horizontal, vertical)
         bent = read_photo(photo, target, tape=tape, foot_aligned=foot_aligned, printed=printed)
     elif photo is None and angles is not None and points is None:
@@ -119,8 +119,9 @@ def read(
     deviation = deviation_of(bent, target)
     cost = None
     if simulated:
-        tell(f"simulating target and beam at {omega:g} rad/s")
+        tell(f"simulate target and beam at {omega:g} rad/s")
         cost = simulate_cost(bent, target, robot.content, omega, duration, draws)
+    tell("draw the page")
     written = write_as_bent(out, bent, target)
     page = out.with_suffix(".html")
     digest = sha256(robot.text.encode()).hexdigest()
@@ -136,7 +137,9 @@ def read(
 def _free(shape: str, model: ModelFile) -> ShapeFile:
     """Return the target as the free strip has it."""
     if not shape:
-        raise InputError("--shape is needed: the shape that the strip was bent to")
+        raise InputError(
+            "--shape is needed: what the strip was bent to, for example --shape thesis-initial"
+        )
     target = load_shape(shape, Path()).content
     free = free_angles(target, model)
     return target.model_copy(update={"angles": tuple(free), "state": "unloaded"})

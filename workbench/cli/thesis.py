@@ -71,7 +71,8 @@ def thesis(
     if quick:
         settings, seeds, speeds = replace(settings, **_QUICK), _QUICK_SEEDS, _QUICK_SPEEDS
     goal = goal_named(settings.goals[0])
-    with Fanout(scheduler) as fanout, SearchProgress(goal, settings.evaluations) as progress:
+    progress = SearchProgress(goal, tell)
+    with Fanout(scheduler) as fanout:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         folder = out or searches / "thesis"
         lab = Lab(folder, settings, stated, start, fanout, progress, tell)
@@ -79,7 +80,7 @@ def thesis(
             parts = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:
             if not isinstance(error, InputError):
-                tell("the same command goes on where this was stopped")
+                people.print("the same command goes on where this was stopped")
             raise
     page = folder / f"{experiment}.html"
     hops = f"{settings.evaluations} hops of {settings.duration:g} s"

@@ -20,8 +20,10 @@ from workbench.design.appraisal import Appraisal, appraise
 from workbench.design.figures import path_figure, shape_figure
 from workbench.design.study import Settings, Study
 from workbench.errors import InputError
-from workbench.optimize import History, Progress
+from workbench.optimize import History
+from workbench.optimize import Progress as Generations
 from workbench.optimize.figures import draw_generations, draw_repeats
+from workbench.progress import Progress
 from workbench.protocol import Document, ModelFile, ShapeFile
 from workbench.review.drawing import drawn
 from workbench.sim import Fanout
@@ -115,8 +117,8 @@ class Lab:
     model: Document[ModelFile]
     start: Document[ShapeFile]
     fanout: Fanout
-    progress: Progress
-    tell: Callable[[str], None]
+    progress: Generations
+    tell: Progress
 
     def searched(self, omega: float, seed: int = 0) -> Searched:
         """Return the search for a speed; it is begun, gone on with, or read when it is done.

@@ -207,7 +207,10 @@ class Study:
         """
         folder = path if path.is_dir() else path.parent
         if not (folder / _SETTINGS).exists():
-            raise InputError(f"{path}: no search to go on with; its folder has no {_SETTINGS}")
+            raise InputError(
+                f"{path}: no search to go on with; its folder has no {_SETTINGS}. Name the folder "
+                "of a search, as `workbench optimize` makes them below searches"
+            )
         settings = _read(folder / _SETTINGS)
         model = load_model(str(folder / _MODEL), Path())
         return cls(folder, settings, model, load_shape(str(folder / _START), Path()))

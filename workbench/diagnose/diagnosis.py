@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import string
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
 from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
 from workbench.diagnose.wording import digits
+from workbench.progress import Progress
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
-Tell = Callable[[str], None]
 
 _WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
 
@@ -121,7 +121,7 @@ class Diagnosis:
 
 
 def diagnose(
-    rig: Rig, out: Path, name: str = "diagnosis", tell: Tell = lambda text: None, seed: int = 0
+    rig: Rig, out: Path, name: str = "diagnosis", tell: Progress = lambda text: None, seed: int = 0
 ) -> Diagnosis:
     """Find what a rig's model gets wrong.
 

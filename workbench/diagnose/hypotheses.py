@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, Prior, fit, prior_of, renewed
+from workbench.progress import Progress, counted
 
 __all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
 
-Tell = Callable[[str], None]
 
 _WINDOWS_S = (1.0, 2.5, 5.0)
 """How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
@@ -86,7 +86,7 @@ class Refits:
         return self.base.cost - hypothesis.cost
 
 
-def refit_all(problem: Problem, tell: Tell = lambda text: None, seed: int = 0) -> Refits:
+def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
     """Fit the base, score all causes, refit the promising ones and pairs of them."""
     tell("fit the base within its tolerances")
     base = _base(problem)
@@ -95,11 +95,11 @@ def refit_all(problem: Problem, tell: Tell = lambda text: None, seed: int = 0) -
     chosen = [s for s in scores[:_SINGLES] if s.worth > max(_BEHIND * best, _MORE)]
     search = _Search(problem, base)
     for k, score in enumerate(chosen):
-        tell(f"refit with {score.causes[0]} ({k + 1} of {len(chosen)})")
+        tell(counted(f"refit with {score.causes[0]}", k + 1, len(chosen)))
         search.refit(score)
     couples = _promising(base.near, search.found(1))
     for k, score in enumerate(couples):
-        tell(f"refit with {' and '.join(score.causes)} ({k + 1} of {len(couples)})")
+        tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(couples)))
         search.refit(score)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)

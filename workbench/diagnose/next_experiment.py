@@ -9,7 +9,7 @@ dismisses rivals, for each minute that it takes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import permutations, zip_longest
 from typing import Any
@@ -26,10 +26,10 @@ from workbench.diagnose.rig import Experimental, Observed, Rig, Trial
 from workbench.diagnose.screen import Neighbourhood
 from workbench.diagnose.solve import renewed
 from workbench.diagnose.standing import names_standing, still_standing
+from workbench.progress import Progress
 
 __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose"]
 
-Tell = Callable[[str], None]
 
 HANDLING_S = {"clamped": 60.0, "decay": 90.0, "hop": 90.0, "drop": 90.0}
 """Mode -> time that a run costs besides itself: export, weight or start line, until all is still.
@@ -104,7 +104,7 @@ def minutes_of(trials: Sequence[Trial]) -> float:
 
 
 def propose(
-    found: Diagnosis, menu: Sequence[Trial], tell: Tell = lambda text: None
+    found: Diagnosis, menu: Sequence[Trial], tell: Progress = lambda text: None
 ) -> Proposal | None:
     """Return the runs that tell best, each minute, what a diagnosis leaves standing.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.next_experiment import TIMES, Proposal, propose
 from workbench.diagnose.rig import Trial
 from workbench.errors import FileFaults, InputError
+from workbench.progress import Progress
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -89,7 +90,7 @@ class Following:
 
 
 def following(
-    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, tell: Callable[[str], None]
+    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, tell: Progress
 ) -> Following | None:
     """Propose what the bench of some runs should do next and write it as a protocol.
 

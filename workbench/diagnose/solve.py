@@ -6,7 +6,6 @@ what is expected of them, in deviations of their priors.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from scipy.optimize import lsq_linear
 
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.problem import Linear, Problem
+from workbench.progress import Progress
 
 __all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "renewed", "step_from"]
 
@@ -163,7 +163,7 @@ def fit(
     refresh: NDArray[np.int_] | None = None,
     enough: float = ENOUGH,
     rounds: int = _ROUNDS,
-    tell: Callable[[str], None] = lambda text: None,
+    tell: Progress = lambda text: None,
 ) -> Fit:
     """Find the minimum of the true problem near a place.
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from pymodbus import FramerType
@@ -13,7 +15,7 @@ from serial.tools.list_ports import comports
 
 from workbench.errors import InputError
 
-__all__ = ["Connection", "Kind", "new_client", "not_reachable"]
+__all__ = ["Connection", "Kind", "new_client", "not_reachable", "port_trouble"]
 
 # pymodbus reports every fault to logging as well as to us; without a handler Python would print it.
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -85,8 +87,20 @@ def not_reachable(connection: Connection) -> str:
             f"{connection.address} not reachable: nothing accepts a connection there; check the "
             "address, the network and that the bridge or simulated supply is running"
         )
-    present = ", ".join(port.device for port in comports()) or "none"
+    return f"{connection.address} not reachable: {port_trouble(connection.address)}"
+
+
+def port_trouble(port: str) -> str:
+    """Say why a serial port does not open, as far as the system tells, and what to do."""
+    present = ", ".join(found.device for found in comports()) or "none"
+    if os.name == "posix" and not Path(port).exists():
+        return f"there is no such port; is the cable in, the supply on? Ports present: {present}"
+    if os.name == "posix" and not os.access(port, os.R_OK | os.W_OK):
+        return (
+            "this user may not open the port; join the group that owns it with "
+            f"`sudo usermod -aG dialout $USER`, then log in anew. Ports present: {present}"
+        )
     return (
-        f"{connection.address} not reachable: the port is missing, held by another program, or "
-        f"this user may not open it; ports present: {present}"
+        "the port does not open; is another program holding it, or is it no serial port? Close "
+        f"that program, or name another port. Ports present: {present}"
     )

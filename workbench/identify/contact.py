@@ -9,7 +9,7 @@ about its start moves it by as much as the noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,7 @@ from workbench.identify.kinked import Minimum, minimum, redrawn
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import Solution
+from workbench.progress import Progress
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
@@ -45,7 +46,6 @@ _KEPT = 4  # valleys that are followed: a late slip of one level looks like an e
 _UNSETTLED = 0.05  # log share by which clouds disagree: this is no minimum
 _POOR = 1.5
 
-Progress = Callable[[str], None]
 _Known = dict[tuple[str, str], float]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import run_misfits
 from workbench.identify.solution import Solution
 from workbench.identify.solve import BOUND, Fit, fit_runs
+from workbench.progress import Progress
 from workbench.protocol import UNITS, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
@@ -28,8 +29,6 @@ BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 _NEAR_BOUND = 0.98
 _MODES = ("clamped", "decay")
 """Hopping is chaotic, and tells of the ground first."""
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ follow the runs at all, and whether the runs tell the parameters apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,7 @@ from workbench.identify.determinacy import Combination, undetermined
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import ROBUST, Solution
+from workbench.progress import Progress
 from workbench.sim import Robot
 
 __all__ = ["BOUND", "FINER", "Fit", "fit_runs"]
@@ -37,8 +38,6 @@ _PLACES = 64
 _POOR = 1.2  # times the noise, over the short window
 _WON = 0.9  # of the misfit: what a finer beam must reach to be taken
 _REACH = 8.0  # of a run's unknown, in deviations of its prior
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import InputError
+from workbench.errors import InputError, what_to_do
 from workbench.photo.fit import Points, fit_strip
 from workbench.photo.orient import oriented, rough_numbers
 from workbench.photo.reading import AsBent, as_bent
@@ -125,7 +125,7 @@ def _numbers(path: Path, widths: tuple[int, ...]) -> list[list[float]]:
     try:
         lines = list(csv.reader(path.read_text("utf-8-sig").splitlines()))
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {what_to_do(error)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a CSV file of text") from None
     rows = []
@@ -138,7 +138,9 @@ def _numbers(path: Path, widths: tuple[int, ...]) -> list[list[float]]:
         except ValueError:
             if not rows and number == 1:
                 continue
-            raise InputError(f"{path}:{number}: {','.join(cells)!r} is not numbers") from None
+            raise InputError(
+                f"{path}:{number}: {','.join(cells)!r} is not numbers; write {max(widths)} a line"
+            ) from None
         if len(row) not in widths or not np.isfinite(row).all():
             wanted = " or ".join(str(width) for width in widths)
             raise InputError(f"{path}:{number}: {len(row)} numbers, {wanted} are needed")

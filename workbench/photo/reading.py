@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import InputError
+from workbench.errors import InputError, what_to_do
 from workbench.photo.board import FOOT_TURN_RAD
 from workbench.photo.camera import Camera, calibrate
 from workbench.photo.edges import refined_points
@@ -157,7 +157,7 @@ def _load(path: Path) -> tuple[NDArray[np.uint8], str]:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {what_to_do(error)}") from None
     photo = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR) if data else None
     if photo is None:
         raise InputError(f"{path}: is not a picture that can be read; save it as JPEG or PNG")

@@ -9,7 +9,7 @@ from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSect
 from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
 from workbench.protocol.experiment import Mode, Part, Protocol, Role
 from workbench.protocol.files import Document, load, parse
-from workbench.protocol.library import load_model, load_shape, with_calibration
+from workbench.protocol.library import builtin_names, load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.parts import Parts, load_protocol
 from workbench.protocol.plan import (
@@ -98,6 +98,7 @@ __all__ = [
     "Sheet",
     "SheetRun",
     "VirtualSection",
+    "builtin_names",
     "calibration_text",
     "load",
     "load_model",

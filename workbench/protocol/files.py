@@ -17,12 +17,17 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from workbench.errors import FileFault, FileFaults, InputError, did_you_mean
+from workbench.errors import FileFault, FileFaults, InputError, did_you_mean, what_to_do
 
 __all__ = ["Document", "Location", "load", "parse"]
 
 Location = tuple[str | int, ...]
 """Path to a value of a file: keys and list indices from the top."""
+
+KINDS = ("protocol", "part", "bench", "sheet", "model", "shape", "calibration", "rig")
+"""All kinds of files, as their `schema` names them."""
+
+_NAMED = 5  # files of a folder that a message names
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -67,7 +72,12 @@ def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
     tree = _parse(path, text)
     if not isinstance(tree, CommentedMap):
         found = "nothing" if tree is None else type(tree).__name__.removeprefix("Commented").lower()
-        raise FileFaults([_fault(path, text, (0, 0), f"the file must be a mapping, found {found}")])
+        wanted = f"a {_kind(schema)} begins with `schema: {_name(schema)}`"
+        words = f"the file must be a mapping, found {found}; {wanted}"
+        raise FileFaults([_fault(path, text, (0, 0), words)])
+    if (other := _other(tree.get("schema"), schema)) is not None:
+        words = f"this is a {other}, and a {_kind(schema)} is needed here; name another file"
+        raise FileFaults([_fault(path, text, _place(tree, ("schema",)), words)])
     try:
         content = schema.model_validate(_plain(tree))
     except ValidationError as error:
@@ -85,12 +95,24 @@ def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
-        raise InputError(f"{path}: no such file{did_you_mean(path.name, near)}") from None
+        raise InputError(f"{path}: no such file; {_instead(path)}") from None
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a UTF-8 text file (byte {error.start})") from None
+        raise InputError(
+            f"{path}: not a UTF-8 text file (byte {error.start}); save it as text in UTF-8"
+        ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        raise InputError(f"{path}: cannot be read: {what_to_do(error)}") from None
+
+
+def _instead(path: Path) -> str:
+    """Return what is there instead of a file that is missing, the likeliest or all."""
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent}"
+    names = {near.stem: near.name for near in sorted(path.parent.glob("*.yaml"))}
+    if close := difflib.get_close_matches(path.stem, list(names), n=1):
+        return f"did you mean {names[close[0]]!r}?"
+    some = ", ".join(list(names.values())[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
+    return f"in {path.parent.resolve().name} there is {some or 'no YAML file'}"
 
 
 def _parse(path: Path, text: str) -> Any:
@@ -103,10 +125,33 @@ def _parse(path: Path, text: str) -> Any:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         said = " ".join(str(part) for part in (error.context, error.problem) if part)
-        raise FileFaults([_fault(path, text, _mark(mark), f"not valid YAML: {said}")]) from None
+        tab = "; indent with spaces, never with tabs" if "\\t" in said else ""
+        raise FileFaults(
+            [_fault(path, text, _mark(mark), f"not valid YAML: {said}{tab}")]
+        ) from None
     except YAMLError as error:
         first = str(error).splitlines()[0]
         raise FileFaults([_fault(path, text, (0, 0), f"not valid YAML: {first}")]) from None
+
+
+def _name(schema: type[BaseModel]) -> str:
+    """Return what a file of a schema says that it is, `workbench/protocol-1`."""
+    field = schema.model_fields.get("schema_")
+    return "" if field is None else str(typing.get_args(field.annotation)[0])
+
+
+def _kind(schema: type[BaseModel]) -> str:
+    return _word(_name(schema)) or "mapping"
+
+
+def _word(name: str) -> str:
+    return name.removeprefix("workbench/").rpartition("-")[0]
+
+
+def _other(said: object, schema: type[BaseModel]) -> str | None:
+    """Return the kind that a file says it is where another is needed; None where that may be."""
+    kind = _word(str(said))
+    return kind if kind in KINDS and kind != _kind(schema) else None
 
 
 def _mark(mark: Any) -> tuple[int, int]:
@@ -196,6 +241,10 @@ def _words(detail: ErrorDetails, schema: type[BaseModel]) -> str:
         return f"{key}: {value!r} is not one of {', '.join(allowed)}{hint}"
     if kind == "value_error":
         return f"{key}: {context['error']}" if key else str(context["error"])
+    if kind in ("too_short", "too_long"):
+        least, most = context.get("min_length"), context.get("max_length")
+        bound = f"at least {least}" if kind == "too_short" else f"at most {most}"
+        return f"{key}: {context['actual_length']} values, {bound} are needed"
     message = detail["msg"].replace("Input should", "must")
     message = message[0].lower() + message[1:]
     shown = "" if isinstance(value, (dict, list)) else f" (found {value!r})"

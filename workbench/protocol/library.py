@@ -12,7 +12,7 @@ from workbench.protocol.files import Document, load
 from workbench.protocol.model import ModelFile
 from workbench.protocol.shape import ShapeFile
 
-__all__ = ["builtin_folder", "load_model", "load_shape", "with_calibration"]
+__all__ = ["builtin_folder", "builtin_names", "load_model", "load_shape", "with_calibration"]
 
 
 def builtin_folder() -> Path:
@@ -20,6 +20,16 @@ def builtin_folder() -> Path:
     package = Path(__file__).resolve().parents[1]
     inside = package / "models"
     return inside if inside.is_dir() else package.parent / "models"
+
+
+def builtin_names(kind: str) -> list[str]:
+    """Return the names of all built-in models or shapes.
+
+    Args:
+        kind: `model` or `shape`.
+    """
+    files = sorted(builtin_folder().glob("*.yaml"))
+    return [f.stem for f in files if f"schema: workbench/{kind}-1" in f.read_text("utf-8")]
 
 
 def load_model(name: str, beside: Path) -> Document[ModelFile]:
@@ -55,15 +65,21 @@ def with_calibration(bench: Document[BenchFile], file: Path | None = None) -> Do
     named = bench.content.calibration
     if not isinstance(named, str):
         return bench
-    line = load(file or bench.path.parent / named, CalibrationFile).content
+    path = file or bench.path.parent / named
+    if not path.exists():
+        near = [other.name for other in path.parent.glob("*.yaml")]
+        raise InputError(
+            f"{path}: no such file{did_you_mean(path.name, near)}; "
+            f"{bench.path} names it as its calibration; `workbench calibrate RUNS` makes one"
+        )
+    line = load(path, CalibrationFile).content
     return replace(bench, content=bench.content.model_copy(update={"calibration": line}))
 
 
 def _find(name: str, beside: Path, kind: str) -> Path:
     if name.endswith((".yaml", ".yml")):
         return beside / name
-    files = sorted(builtin_folder().glob("*.yaml"))
-    names = [f.stem for f in files if f"schema: workbench/{kind}-1" in f.read_text("utf-8")]
+    names = builtin_names(kind)
     if name in names:
         return builtin_folder() / f"{name}.yaml"
     raise InputError(

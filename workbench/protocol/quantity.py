@@ -36,6 +36,9 @@ DIMENSIONS: dict[str, dict[str, float]] = {
 }
 """Dimension -> unit -> factor to SI; temperatures stay in degrees Celsius."""
 
+_USUAL = {"length": "mm", "stress": "MPa"}
+"""Units of the robot's size, for examples, where SI is not."""
+
 _TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 
@@ -46,15 +49,15 @@ def parse_quantity(text: object, dimension: str) -> tuple[float, str]:
         ValueError: with the units that the dimension knows.
     """
     units = DIMENSIONS[dimension]
-    known = ", ".join(units)
+    known, usual = ", ".join(units), _USUAL.get(dimension, next(iter(units)))
     if isinstance(text, (int, float)) and not isinstance(text, bool):
-        raise ValueError(f"{text} has no unit; write for example '{text} {next(iter(units))}'")
+        raise ValueError(f"{text} has no unit; write for example '{text} {usual}'")
     match = _TEXT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise ValueError(f"{text!r} is not a number with a unit; known units: {known}")
     number, unit = match.groups()
     if not unit:
-        raise ValueError(f"{number} has no unit; write for example '{number} {next(iter(units))}'")
+        raise ValueError(f"{number} has no unit; write for example '{number} {usual}'")
     if unit not in units:
         raise ValueError(f"unknown unit {unit!r} in {text!r}; known units: {known}{_hint(unit)}")
     value = float(number) * units[unit]

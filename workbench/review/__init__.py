@@ -15,7 +15,7 @@ from workbench.review.experiment_page import ExperimentPage, write_experiment_pa
 from workbench.review.picture import as_jpeg, picture_recording
 from workbench.review.recording import write_recording, write_together
 from workbench.review.report import write_report
-from workbench.review.viewer import HeadlessViewer, open_viewer
+from workbench.review.viewer import HeadlessViewer, open_viewer, viewer_version
 
 __all__ = [
     "Comparison",
@@ -27,6 +27,7 @@ __all__ = [
     "as_jpeg",
     "open_viewer",
     "picture_recording",
+    "viewer_version",
     "write_experiment_page",
     "write_recording",
     "write_report",

@@ -8,6 +8,7 @@ this process alone: nobody's own settings are touched.
 from __future__ import annotations
 
 import os
+import re
 import socket
 import subprocess
 import tempfile
@@ -22,7 +23,7 @@ from rerun.experimental import LogEntry, ViewerClient, ViewerState
 
 from workbench.errors import InputError, WorkbenchError
 
-__all__ = ["HeadlessViewer", "open_viewer"]
+__all__ = ["HeadlessViewer", "open_viewer", "viewer_version"]
 
 _T = TypeVar("_T")
 
@@ -31,6 +32,7 @@ _POLL_S = 0.1
 _STARTING_S = 20.0
 _LOADING_S = 60.0
 _STOPPING_S = 5.0
+_VERSION_S = 30.0
 _ANSWERS = (ConnectionError, RuntimeError)  # of a client whose viewer is not there (yet)
 
 
@@ -193,6 +195,25 @@ def _stop(process: subprocess.Popen[bytes]) -> None:
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
+
+
+def viewer_version() -> str:
+    """Start rerun's viewer for its version alone, and return it, such as `0.41.0`.
+
+    Raises:
+        WorkbenchError: when there is none, or it does not start.
+    """
+    program = _program()
+    try:
+        done = subprocess.run(
+            [program, "--version"], capture_output=True, text=True, timeout=_VERSION_S, check=True
+        )
+    except (OSError, subprocess.SubprocessError) as error:
+        raise WorkbenchError(f"rerun's viewer does not start: {error}") from None
+    found = re.search(r"\d+\.\d+\.\d+", done.stdout)
+    if found is None:
+        raise WorkbenchError(f"rerun's viewer tells no version but {done.stdout.strip()!r}")
+    return found.group()
 
 
 def _program() -> Path:

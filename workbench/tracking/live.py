@@ -281,7 +281,10 @@ def _local_address(stream: Stream) -> str:
         try:
             probe.connect((stream.server, stream.command_port))
         except OSError as error:
-            raise HardwareError(f"{stream}: no way to this server ({error})") from error
+            raise HardwareError(
+                f"{stream}: no way to this server ({error}); is its name right, is the network "
+                "connected? Its address, such as 192.168.1.10, does as well"
+            ) from error
         return str(probe.getsockname()[0])
 
 

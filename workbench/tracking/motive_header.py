@@ -108,7 +108,10 @@ def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[
         if cells[0].strip():
             raise source.fault(line, "data begin without the header row that starts with 'Frame'")
         above.append([cell.strip() for cell in cells])
-    raise source.fault(1, "the header ends without the row that starts with 'Frame'; file cut off?")
+    raise source.fault(
+        1,
+        "the header ends without the row that starts with 'Frame'; file cut off? Export it again",
+    )
 
 
 def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[str]]:

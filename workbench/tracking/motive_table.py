@@ -110,7 +110,9 @@ def _check_width(
     """
     if len(cells) < layout.width:
         raise source.fault(
-            line, f"the row is cut short: {len(cells)} cells, {layout.width} are needed"
+            line,
+            f"the row is cut short: {len(cells)} cells, {layout.width} are needed; export the take "
+            "again and copy it whole",
         )
     surplus = next((cell for cell in cells[layout.width :] if cell.strip()), None)
     if surplus is not None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from workbench.errors import TakeError
+from workbench.errors import TakeError, what_to_do
 from workbench.tracking.c3d import is_c3d, parse_c3d
 from workbench.tracking.motive import parse_motive
 from workbench.tracking.row_format import parse_row
@@ -51,8 +51,10 @@ def read_take(path: str | Path) -> Take:
 def _bytes(path: Path) -> bytes:
     try:
         data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise TakeError(f"{path}: cannot be read ({error})") from error
+    except OSError as error:
+        raise TakeError(f"{path}: cannot be read: {what_to_do(error)}") from error
+    except ValueError as error:
+        raise TakeError(f"{path}: cannot be read: {error}") from error
     if not data or data.isspace():
         raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
     return data

@@ -99,7 +99,7 @@ def read_careful(source: Source, version: str) -> RowTable:
 
 def _take_frame(rows: _Rows, line: int, cells: list[str], source: Source) -> None:
     if len(cells) <= POSE_START:
-        raise source.fault(line, f"the frame row is cut short: {len(cells)} cells")
+        raise source.fault(line, f"the frame row is cut short: {len(cells)} cells; export it again")
     frame = len(rows.indices)
     rows.lines.append(line)
     rows.indices.append(source.count(cells[1], line, "the frame index", lowest=-(10**9)))

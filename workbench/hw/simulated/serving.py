@@ -38,7 +38,9 @@ def serve(
     try:
         listener = socket.create_server((host, port))
     except OSError as error:
-        raise InputError(f"{host}:{port}: no simulated supply can listen there ({error})") from None
+        raise InputError(
+            f"{host}:{port}: no simulated supply can listen there ({error}); give another port"
+        ) from None
     stop = threading.Event()
     listener.settimeout(POLL_S)
     thread = threading.Thread(
