@@ -14,7 +14,8 @@ import tempfile
 import threading
 from pathlib import Path
 
-from docs.make_pictures import shrink
+from PIL import Image
+
 from tests.panel.chromium import Page, browser
 from workbench.panel import Panel, Watcher
 
@@ -40,7 +41,8 @@ def main() -> None:
             picture(found.open(panel.url, height=1000), runs, out / "panel.png")
             panel.stop()
             serving.join()
-    shrink(out / "panel.png")
+    with Image.open(out / "panel.png") as picture_of:
+        picture_of.convert("RGB").save(out / "panel.png", optimize=True)
 
 
 def picture(page: Page, runs: Path, png: Path) -> None:

@@ -248,7 +248,8 @@ class _Conductor:
         self._rest()
         asked = self.bench.clock.now()
         self._ask([PlannedPrompt(release.now)])
-        self._tell(f"{self.run.duration:g} s after the release", self.run.duration)
+        seconds = self.run.duration
+        self.progress(Stage(f"{seconds:g} s after the release", seconds=seconds))
         self.bench.clock.sleep(self.run.duration + _HAND_S)
         return Window(self.start, self.bench.clock.now(), began, asked)
 
@@ -272,7 +273,7 @@ class _Conductor:
         return began
 
     def _rest(self) -> None:
-        self._tell(f"rest {self.run.rest:g} s", self.run.rest)
+        self.progress(Stage(f"rest {self.run.rest:g} s", seconds=self.run.rest))
         self.bench.clock.sleep(self.run.rest)
 
     def _prepare(self, supply: Supply) -> None:
@@ -292,7 +293,8 @@ class _Conductor:
         self._rest()
         on, first = clock.now(), drive.steps[0][1]
         self._journal("output_on", volts=first)
-        self._tell(f"drive {self.run.duration:g} s: {drive.asked}", self.run.duration)
+        seconds = self.run.duration
+        self.progress(Stage(f"drive {seconds:g} s: {drive.asked}", seconds=seconds))
         self._note_reading(switch_on(supply, first))
         sent = [(on - self.start, float(first))]
         for after, volts in drive.steps[1:]:
@@ -343,9 +345,6 @@ class _Conductor:
         columns = {name: [getattr(unique[t], name) for t in times] for name in names}
         self.bundle.write_series("supply", TimeSeries.of(times, columns), {})
 
-    def _tell(self, words: str, seconds: float) -> None:
-        self.progress(Stage(words, seconds=seconds))
-
     def _journal(self, event: str, **facts: Any) -> None:
         self.bundle.journal(event, self.bench.clock.now() - self.start, **facts)
 
@@ -384,10 +383,7 @@ class _Conductor:
 
 @contextmanager
 def _signals_held_back() -> Iterator[list[signal.Signals]]:
-    """Hold back Ctrl-C and its kin until the block is done; yield those that came meanwhile.
-
-    Only a main thread gets them anyway.
-    """
+    """Hold back Ctrl-C and its kin in a main thread, which alone gets them; yield what came."""
     held_back: list[signal.Signals] = []
     if threading.current_thread() is not threading.main_thread():
         yield held_back

@@ -131,7 +131,7 @@ def _of_experiment(word: Path, root: Path) -> list[Bundle]:
     there = f"; there are the protocols {', '.join(known)}" if known else ""
     raise InputError(
         f"{word}: no run, folder of runs, protocol or experiment of that name in {root}"
-        f"{did_you_mean(word.stem, known) or there}"
+        f"{did_you_mean(word.stem, known) or there}; `workbench runs list` shows all runs"
     )
 
 
@@ -328,7 +328,7 @@ def _table(bundle: Bundle, model: ModelFile, shape: ShapeFile) -> dict[str, str]
     return told | {
         "supply": " ".join(str(v) for v in facts.get("supply", {}).values()) or "not recorded",
         "output at the end": bundle.output_off or "not driven by the workbench",
-        "versions": ", ".join(f"{k} {v}" for k, v in facts["versions"].items()),
+        "versions": ", ".join(f"{k} {v}" for k, v in facts.get("versions", {}).items()),
     }
 
 

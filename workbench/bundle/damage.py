@@ -6,8 +6,9 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from workbench.bundle.finding import is_run, no_bundle
 from workbench.bundle.folder import Bundle
-from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, NAMED, WIRE
+from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, WIRE
 from workbench.bundle.remarks import faults_of_remarks
 from workbench.bundle.sealing import against_checksums, sealed_files
 from workbench.errors import InputError
@@ -26,8 +27,8 @@ def verify(path: Path) -> list[str]:
     Raises:
         InputError: when the folder is no bundle.
     """
-    if not path.is_dir() or not (NAMED.match(path.name) or (path / MANIFEST).exists()):
-        raise InputError(f"{path}: not a bundle, it has no {MANIFEST}")
+    if not is_run(path):
+        raise InputError(f"{path}: {no_bundle(path)}")
     sealed = (path / CHECKSUMS).exists()
     found = against_checksums(path) if sealed else _cut_off(path)
     return found + faults_of_remarks(path)

@@ -8,7 +8,7 @@ from pathlib import Path
 from workbench.bundle.names import MANIFEST, NAMED
 from workbench.errors import InputError, did_you_mean
 
-__all__ = ["bundle_names", "find_folder"]
+__all__ = ["bundle_names", "find_folder", "is_run", "no_bundle"]
 
 _TOLD = 8  # candidates that a message names
 
@@ -62,4 +62,20 @@ def find_folder(run: Path, root: Path) -> Path:
     guess = did_you_mean(wanted, names)
     raise InputError(
         f"{wanted}: no such run; {root} holds {len(names)} runs, see `workbench runs list`{guess}"
+    )
+
+
+def is_run(path: Path) -> bool:
+    """Tell whether a folder is a run's, by its manifest or, where that was lost, by its name."""
+    return path.is_dir() and bool(NAMED.match(path.name) or (path / MANIFEST).exists())
+
+
+def no_bundle(path: Path) -> str:
+    """Return what a place is that holds no manifest, and what was perhaps meant."""
+    if path.is_file():
+        return "a file, not a bundle; name the folder of a run"
+    hint = f"; did you mean {path.parent}?" if (path.parent / MANIFEST).exists() else ""
+    return (
+        f"not a bundle, it has no {MANIFEST}{hint}; name the folder of a run, "
+        "`workbench runs list` shows them"
     )

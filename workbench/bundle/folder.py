@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from workbench.bundle.finding import find_folder
+from workbench.bundle.finding import find_folder, is_run, no_bundle
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE, WIRE
 from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
@@ -77,7 +77,7 @@ class Bundle:
         try:
             manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
-            raise InputError(f"{path}: {_no_bundle(path)}") from None
+            raise InputError(f"{path}: {no_bundle(path)}") from None
         except OSError as error:
             raise InputError(f"{path / MANIFEST}: cannot be read: {what_to_do(error)}") from None
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
@@ -92,10 +92,15 @@ class Bundle:
 
         Returns:
             the bundle, with what can still be read, and a sentence, empty where all can.
+
+        Raises:
+            InputError: when the folder is no bundle, neither by its manifest nor by its name.
         """
         try:
             return cls.open(path), ""
         except InputError as error:
+            if not is_run(path):
+                raise
             lost = str(error).removeprefix(f"{path}: ").removeprefix(f"{path / MANIFEST}: ")
             return cls(path, recovered_manifest(path)), f"{MANIFEST}: {lost}"
 
@@ -343,14 +348,3 @@ def _events(path: Path) -> list[dict[str, Any]]:
         if isinstance(event, dict):
             events.append(event)
     return events
-
-
-def _no_bundle(path: Path) -> str:
-    """Return what a place is that holds no manifest, and what was perhaps meant."""
-    if path.is_file():
-        return "a file, not a bundle; name the folder of a run"
-    hint = f"; did you mean {path.parent}?" if (path.parent / MANIFEST).exists() else ""
-    return (
-        f"not a bundle, it has no {MANIFEST}{hint}; name the folder of a run, "
-        "`workbench runs list` shows them"
-    )

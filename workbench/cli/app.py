@@ -63,10 +63,13 @@ VERBS = {
     ),
     "review": Verb(
         "review",
-        "Show the robot and its twin side by side, and the twin of an extended model beside them.",
+        "Show robots beside their twins, and the twin of an extended model where there is one.",
     ),
     "schema": Verb("schema", "Print the JSON Schema of a file."),
-    "doctor": Verb("doctor", "Check packages, the compiled ground law, serial ports and disk."),
+    "doctor": Verb(
+        "doctor",
+        "Check packages, viewer, ports and who may open them, disk and clocks; change nothing.",
+    ),
     "runs": Verb("runs", "Find, judge, compare, check and hand on runs."),
     "supply": Verb("supply", "The motor's supply by hand."),
     "template": Verb(

@@ -167,7 +167,8 @@ def _modes(
     """Return squares of the natural frequencies, rising, and modes of unit modal mass."""
     inverse = np.linalg.inv(np.linalg.cholesky(inertia))
     squares, modes = np.linalg.eigh(inverse @ stiffness @ np.swapaxes(inverse, 1, 2))
-    return np.asarray(squares, dtype=np.float64), np.swapaxes(inverse, 1, 2) @ modes
+    shapes = np.asarray(np.swapaxes(inverse, 1, 2) @ modes, dtype=np.float64)
+    return np.asarray(squares, dtype=np.float64), shapes
 
 
 def _diagonal(values: NDArray[np.float64]) -> NDArray[np.float64]:
