@@ -88,7 +88,7 @@ class Client:
         self.runs, self.err = folder / "runs", folder / "err.txt"
         lab = lab_file(folder, device)
         forkserver = multiprocessing.get_context("forkserver")
-        forkserver.set_forkserver_preload(["workbench.cli", "tests.killing"])
+        forkserver.set_forkserver_preload(["workbench.cli.run", "tests.killing"])
         self._here, there = forkserver.Pipe()
         words = ["run", folder / "p.yaml", "--bench", lab, "--runs", self.runs]
         arguments = ([str(word) for word in words], self.err, there, attended)

@@ -204,6 +204,15 @@ def test_a_guardian_that_dies_or_hangs_is_noticed_and_replaced_to_switch_off(
 
 
 @posix
+def test_before_anything_was_set_a_busy_computer_costs_no_run(supply: GuardedSupply) -> None:
+    os.kill(supply.guardian_pid, signal.SIGSTOP)
+    busy = threading.Timer(1.0, os.kill, (supply.guardian_pid, signal.SIGCONT))
+    busy.start()
+    assert not supply.measure().output
+    busy.join()
+
+
+@posix
 def test_the_off_of_another_supply_confirms_nothing(
     devices: DeviceProcess, device: Device, clock: LeaseClock, limits: Limits
 ) -> None:

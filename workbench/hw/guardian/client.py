@@ -9,7 +9,7 @@ from typing import Any
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
-from workbench.hw.guardian.lease import LeaseClock
+from workbench.hw.guardian.lease import SILENT_S, UNSET_SILENT_S, LeaseClock
 from workbench.hw.guardian.messages import NO_RECORDS, Records, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
 from workbench.hw.supply import Identity, Limits, Reading, Setpoint, Supply
@@ -168,7 +168,8 @@ class GuardedSupply(Supply):
         if self._gone is not None:
             raise SafetyStop(self._told())
         try:
-            return self._guardian.ask(call, *arguments)
+            silent = SILENT_S if self._owned else UNSET_SILENT_S
+            return self._guardian.ask(call, *arguments, silent=silent)
         except (GuardianLost, GuardianTripped) as end:
             raise self._ended(end) from None
 

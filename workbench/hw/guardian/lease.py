@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from workbench.hw.clock import Clock, SystemClock
 
-__all__ = ["LEASE_S", "RENEW_S", "SILENT_S", "Lease", "LeaseClock"]
+__all__ = ["LEASE_S", "RENEW_S", "SILENT_S", "UNSET_SILENT_S", "Lease", "LeaseClock"]
 
 LEASE_S = 0.5
 """Without a sign of progress for so long the client counts as hung [s]."""
@@ -21,6 +21,8 @@ RENEW_S = 0.05
 """How often a waiting client renews [s]."""
 SILENT_S = 0.4
 """A guardian that acknowledges nothing for so long counts as dead [s]."""
+UNSET_SILENT_S = 5.0
+"""The same before anything was set [s]: nothing is at stake then, and computers can be busy."""
 
 
 class Lease:

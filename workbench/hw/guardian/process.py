@@ -58,6 +58,7 @@ class GuardianProcess:
     def __init__(self, task: Task) -> None:
         self._numbers = itertools.count(1)
         self._unanswered: float | None = None  # since when a renewal is
+        self._silent = SILENT_S
         token = secrets.token_hex(16)
         with socket.create_server((HERE, 0)) as listener:
             self._process = _start()
@@ -74,15 +75,20 @@ class GuardianProcess:
         """Its process id."""
         return self._process.pid
 
-    def ask(self, call: str, *arguments: str | bool) -> Any:
+    def ask(self, call: str, *arguments: str | bool, silent: float = SILENT_S) -> Any:
         """Let it carry out one call and return the value; renews meanwhile.
+
+        Args:
+            call: name of a method of the supply.
+            arguments: of the call.
+            silent: for how long it may acknowledge nothing [s].
 
         Raises:
             WorkbenchError: as the call itself does.
             GuardianLost: when it died or hangs.
             GuardianTripped: when it switched off.
         """
-        number = next(self._numbers)
+        number, self._silent = next(self._numbers), silent
         self._send({"id": number, "call": call, "arguments": arguments})
         deadline = time.monotonic() + CALL_S
         while time.monotonic() < deadline:
@@ -97,6 +103,7 @@ class GuardianProcess:
 
     def renew(self, seconds: float) -> None:
         """Show progress, and listen for so long [s] whether it is alive. Raises as `ask`."""
+        self._silent = SILENT_S
         self._ask_for_life()
         until = time.monotonic() + seconds
         while self._receive(max(until - time.monotonic(), 0.0)) or time.monotonic() < until:
@@ -140,14 +147,14 @@ class GuardianProcess:
 
     def _receive(self, timeout: float) -> Message | None:
         silent = time.monotonic() if self._unanswered is None else self._unanswered
-        until = silent + SILENT_S  # an answer that is due is not waited for any longer
+        until = silent + self._silent  # an answer that is due is not waited for any longer
         try:
             message = self._line.receive(min(timeout, max(until - time.monotonic(), 0.0)))
         except OSError:
             raise GuardianLost("ended") from None
         if message is None:
             if self._unanswered is not None and time.monotonic() >= until:
-                raise GuardianLost(f"hangs: it acknowledged nothing for {SILENT_S:g} s")
+                raise GuardianLost(f"hangs: it acknowledged nothing for {self._silent:g} s")
             return None
         if "alive" in message:
             self._unanswered = None
