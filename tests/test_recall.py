@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from workbench.bench import BUILT_IN, load_bench, make_bench
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import InputError
@@ -157,6 +157,42 @@ def test_an_error_that_ended_a_run_is_its_mark(hop: Bundle) -> None:
     cut = cut_off(hop)
     cut.finish("safety-stop", error="9 A at the motor, 1 A allowed\nmore of it")
     assert recall_damaged(cut).mark == "ABORTED (safety-stop): 9 A at the motor, 1 A allowed"
+
+
+def changed(path: Path) -> None:
+    """Change one byte in the middle."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content)
+
+
+def cut(path: Path) -> None:
+    """Leave the first half, as a full disk does."""
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+@pytest.mark.parametrize("harm", [changed, cut, Path.unlink])
+def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
+    hop: Bundle, tmp_path: Path, harm: Callable[[Path], None]
+) -> None:
+    """As `review`, `report` and `verify` meet it; views are made anew, so they mark no run."""
+    root, views = hop.path.parent, ("compare.rrd", "report.html")
+    files = [f for f in hop.path.rglob("*") if f.is_file() and f.stat().st_size]
+    assert len(files) > 10
+    for file in files:
+        kept = file.read_bytes()
+        harm(file)
+        name = file.relative_to(hop.path).as_posix()
+        assert any(problem.startswith(name) for problem in verify(hop.path)), name
+        (bundle,) = runs_named([hop.path], root)
+        shown = recall_whatever(bundle)
+        assert (shown.mark is not None) == (name not in views), name
+        write_recording(shown, tmp_path / "shown.rrd")
+        write_report(shown, tmp_path / "shown.html")
+        if shown.mark is not None:
+            assert shown.mark in (tmp_path / "shown.html").read_text(encoding="utf-8"), name
+        file.write_bytes(kept)
+    assert recall_whatever(Bundle.open(hop.path)).mark is None
 
 
 def test_a_protocol_stands_for_its_newest_runs(lab: Path) -> None:
