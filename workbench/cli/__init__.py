@@ -6,6 +6,11 @@ add a verb: one file with a function, and its name and sentence in `VERBS` of `a
 imported when it is called.
 """
 
+import os
+
+# no plugin of pydantic is used, and looking for them costs every command 20 ms
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+
 from workbench.cli.app import main
 
 __all__ = ["main"]

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.progress import SearchProgress
+from workbench.cli.search_progress import SearchProgress
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -16,7 +16,9 @@ from workbench.cli.progress import ProgressLine
 from workbench.desk import Desk, Question, Reply
 from workbench.errors import InputError
 from workbench.quantities import QUANTITIES
-from workbench.takes import Place
+
+if TYPE_CHECKING:
+    from workbench.takes import Place  # which loads far more than a table needs
 
 __all__ = [
     "ERRORS",

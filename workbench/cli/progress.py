@@ -12,16 +12,13 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from workbench.design import Goal
-from workbench.optimize import History
 from workbench.progress import Stage
 
-__all__ = ["ProgressLine", "SearchProgress"]
+__all__ = ["ProgressLine"]
 
 _QUIET_S = 2.0  # what ends sooner needs no line
 _BAR_CELLS = 24
 _REDRAWN_HZ = 4.0
-_RECENT = 5  # generations that the rate is taken over
 
 
 class ProgressLine:
@@ -128,33 +125,6 @@ class ProgressLine:
         )
         live.start()
         return live
-
-
-class SearchProgress:
-    """Told of each generation of a search: best, mean and rate.
-
-    Args:
-        goal: the first one, whose values are shown.
-        tell: where the line is shown.
-    """
-
-    def __init__(self, goal: Goal, tell: ProgressLine) -> None:
-        self._goal, self._tell = goal, tell
-
-    def __call__(self, history: History, total: int) -> None:
-        """Show where the search stands."""
-        self._tell.update(Stage(self.words(history, total), history.asked / max(total, 1)))
-
-    def words(self, history: History, total: int) -> str:
-        """Return candidates, best, mean and rate in one line."""
-        recent = history.generations[-_RECENT:]
-        seconds = sum(generation.seconds for generation in recent)
-        rate = sum(len(generation.trials) for generation in recent) / max(seconds, 1e-9)
-        best, mean = (
-            self._goal.value_of(fitness)
-            for fitness in (history.best.evaluation.fitness[0], history.generations[-1].mean)
-        )
-        return f"{history.asked}/{total}  best {best:.3g}  mean {mean:.3g}  {rate:.1f}/s"
 
 
 def _minutes(seconds: float) -> str:

@@ -10,7 +10,7 @@ import typer
 
 from workbench.cli.optimize import SchedulerOption, SearchesFolder
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.progress import SearchProgress
+from workbench.cli.search_progress import SearchProgress
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,

@@ -26,11 +26,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from workbench.desk.card import claim
 from workbench.loopback import HERE, Line, Message
-from workbench.takes import Place
+
+if TYPE_CHECKING:
+    from workbench.takes import Place  # which loads all of tracking
 
 __all__ = ["BEAT_S", "FOUND_S", "Desk", "Question", "Reply", "Shown", "open_desk"]
 
