@@ -58,7 +58,8 @@ def test_bash_completes_verbs_files_and_runs_once_it_is_installed(desk: Path) ->
     assert installed.returncode == 0, installed.stderr
     assert "workbench" in (desk / ".bashrc").read_text()
     asked = [("workbench", "cali"), ("workbench", "run", "protocols/hop-1"),
-             ("workbench", "review", "2026-11-20")]  # fmt: skip
+             ("workbench", "review", "2026-11-20"),
+             ("workbench", "runs", "show", "2026-11-21")]  # fmt: skip
     script = "shopt -s expand_aliases; source ~/.bashrc\n" + "\n".join(
         f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; COMPREPLY=(); "
         '_workbench_completion workbench; echo "${COMPREPLY[@]}"'
@@ -69,4 +70,5 @@ def test_bash_completes_verbs_files_and_runs_once_it_is_installed(desk: Path) ->
     )
     assert done.stdout.splitlines() == [
         "calibrate", "protocols/hop-17.yaml", "2026-11-20_100000_hop-17",
+        "2026-11-21_100000_hop-18",
     ], done.stderr  # fmt: skip

@@ -28,11 +28,30 @@ JsonFlag = Annotated[bool, typer.Option("--json", help="Print one JSON object on
 RunsFolder = Annotated[
     Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
 ]
+
+
+def _run_names(incomplete: str) -> list[str]:
+    """Return what the Tab key offers, loaded only when it is pressed."""
+    from workbench.cli.completing import run_names
+
+    return run_names(incomplete)
+
+
 RunArgument = Annotated[
-    Path, typer.Argument(metavar="RUN", help="Bundle: folder, name, part of it, or number.")
+    Path,
+    typer.Argument(
+        metavar="RUN",
+        help="Bundle: folder, name, part of it, or number.",
+        autocompletion=_run_names,
+    ),
 ]
 RunArguments = Annotated[
-    list[Path], typer.Argument(metavar="RUN...", help="Bundles: folders, names, parts or numbers.")
+    list[Path],
+    typer.Argument(
+        metavar="RUN...",
+        help="Bundles: folders, names, parts or numbers.",
+        autocompletion=_run_names,
+    ),
 ]
 
 _GAP = "  "
