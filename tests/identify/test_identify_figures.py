@@ -244,4 +244,4 @@ def test_the_verb_tells_resonances_of_bundles_and_writes_the_report(
     assert "strongest line of T's motion" in shown.out
     nothing = workbench("resonances", tmp_path)
     assert nothing.code == 2
-    assert "no such bundle" in nothing.err
+    assert "not a bundle, it has no manifest.json" in nothing.err
