@@ -67,9 +67,6 @@ def recall_damaged(bundle: Bundle) -> Comparison:
     """Return what is left of a run that was cut off or damaged, marked as such.
 
     A series that cannot be read is shown as nothing; the warnings name the file.
-
-    Raises:
-        InputError: when not even model and shape can be read.
     """
     wrong = _wrong(bundle)
     real, twin = (_series(bundle, kind, wrong) for kind in ("track", "twin"))
@@ -80,11 +77,7 @@ def recall_damaged(bundle: Bundle) -> Comparison:
 
 
 def recall_whatever(bundle: Bundle) -> Comparison:
-    """Return a run as `recall` does where it is whole, else what is left of it, marked.
-
-    Raises:
-        InputError: when not even model and shape can be read.
-    """
+    """Return a run as `recall` does where it is whole, else what is left of it, marked."""
     finished = bundle.manifest["status"] == "complete" and bundle.is_closed()
     whole = finished and not _wrong(bundle)
     return recall(bundle) if whole else recall_damaged(bundle)

@@ -25,7 +25,6 @@ class Description:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        self._half_foot = problem.model.values()["foot_length"] / 2
 
     def __call__(self, candidates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how they move, and the variables beside the angles.
@@ -38,15 +37,14 @@ class Description:
         """
         names = self._problem.space.names
         beside = {name: candidates[:, k] for k, name in enumerate(names) if name not in ANGLES}
-        values = dict(self._problem.model.values())
-        half_foot = beside.get("foot_length", 2 * self._half_foot) / 2
+        values = {**self._problem.model.values(), **beside}
         motions = small_motions(
-            {**values, **{name: column for name, column in beside.items() if name in values}},
+            values,
             candidates[:, : len(ANGLES)],
             self._problem.shape.length,
             standing=self._problem.shape.state == "loaded",
         )
         described = np.column_stack([descriptors(motions), *beside.values()])
-        falls = np.abs(motions.tip[:, 0]) > half_foot + _OVERHANG_M
+        falls = np.abs(motions.tip[:, 0]) > np.asarray(values["foot_length"]) / 2 + _OVERHANG_M
         described[falls | (motions.lowest < -_SUNK_M) | (motions.omega[:, 0] == 0)] = np.nan
         return described
