@@ -28,7 +28,7 @@ from workbench.bundle.finding import bundle_names, find_folder
 from workbench.bundle.folder import Bundle, Document, Series, Status, View
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
-from workbench.bundle.stamp import Stamp, stamp
+from workbench.bundle.stamp import Stamp, stamping
 
 __all__ = [
     "Bundle",
@@ -47,6 +47,6 @@ __all__ = [
     "find_folder",
     "read_remarks",
     "sha256",
-    "stamp",
+    "stamping",
     "verify",
 ]

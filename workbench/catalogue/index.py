@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from workbench.bundle import Stamp, bundle_names, stamp
+from workbench.bundle import Stamp, bundle_names, stamping
 from workbench.catalogue.entry import COLUMNS, Entry, as_row, read_entry
 from workbench.catalogue.query import SORTS, Query, conditions
 from workbench.errors import InputError, did_you_mean
@@ -196,11 +196,14 @@ def _changed(
 ) -> list[tuple[str, Stamp]]:
     """Return name and stamp of each bundle that is not as it was when it was read."""
     found: list[tuple[str, Stamp]] = []
-    for name in names:
-        before = known.get(name)
-        now = stamp(f"{root}/{name}", closed=before is not None and before[-1] == 1)
-        if now != before:
-            found.append((name, now))
+    if not names:
+        return found
+    with stamping(root) as stamp:
+        for name in names:
+            before = known.get(name)
+            now = stamp(name, before is not None and before[-1] == 1)
+            if now != before:
+                found.append((name, now))
     return found
 
 
