@@ -42,7 +42,9 @@ def diagnose_case(folder: Path) -> dict[str, object]:
     bundles = told["bundles"]
     assert isinstance(bundles, list)
     out = str(folder / "answer")
-    return _command("diagnose", *map(str, bundles), "--out", out, "--no-next", "--json")
+    return _command(
+        "diagnose", *map(str, bundles), "--out", out, "--no-next", "--no-picture", "--json"
+    )
 
 
 def run_case(case: Case, work: Path) -> dict[str, object]:

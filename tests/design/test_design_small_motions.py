@@ -101,3 +101,14 @@ def test_what_is_possible_is_what_the_objective_does_not_refuse() -> None:
         one.failure is None or "fell" in one.failure or "blew" in one.failure for one in found
     ]
     assert hopped == [objective.possible(candidate) for candidate in candidates]
+
+
+def test_what_rings_near_the_drive() -> None:
+    """A shape found for 17 rad/s does at that speed and not at 30; a varied speed is its own."""
+    problem = Problem(MODEL, SHAPES[2], omega=17.0)
+    for omega, near in ((17.0, True), (-17.0, True), (30.0, False)):
+        describe = Description(replace(problem, omega=omega))
+        assert describe.rings_near_drive(describe(ANGLES[2:3])).tolist() == [near]
+    describe = Description(replace(problem, varied=(parse_varied("omega=10:40"),)))
+    described = describe(np.column_stack([ANGLES[[2, 2]], [17.0, 30.0]]))
+    assert describe.rings_near_drive(described).tolist() == [True, False]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
-from workbench.diagnose import Diagnosis, HopperRig, diagnose
+from workbench.diagnose import Diagnosis, HopperRig, diagnose, write_diagnosis
 from workbench.protocol import ModelFile, load
 from workbench.sim import Condition, make_robot, simulate
 
@@ -56,6 +59,21 @@ def test_the_extended_model_is_a_file_that_the_twin_uses(found: Diagnosis) -> No
     )
     swing = [np.ptp(motion["top_x_m"][-60:]) for motion in (bare, extended)]
     assert swing[1] < swing[0]
+
+
+def test_the_page_shows_the_worst_run_and_opens_it(found: Diagnosis, tmp_path: Path) -> None:
+    assert found.extended is not None
+    errors = found.errors.by_run
+    assert errors[found.worst_held_out] == max(errors[name] for name in found.held_out)
+    page = write_diagnosis(tmp_path / "page.html", found, {}, {}, moving=b"JPEG")
+    text = page.read_text(encoding="utf-8")
+    opens = f"workbench review {found.worst_held_out} --model {found.extended.source}"
+    assert f"<pre>{opens}</pre>" in text
+    assert "data:image/jpeg;base64,SlBFRw==" in text
+    without = write_diagnosis(page, replace(found, extended=None), {}, {})
+    text = without.read_text(encoding="utf-8")
+    assert f"<pre>workbench review {found.worst_held_out}</pre>" in text
+    assert "data:image" not in text
 
 
 def test_the_answer_tells_rivals_and_what_these_runs_do_not_excite(found: Diagnosis) -> None:

@@ -36,8 +36,8 @@ ALGORITHMS: dict[str, Callable[[Space, int], Algorithm]] = {
     "cma": Cmaes,
     "cma, impatient": lambda space, seed: Cmaes(space, seed, CmaesOptions(patience=2)),
     "guided": Guided,
-    "guided, impatient": lambda space, seed: Guided(
-        space, seed, options=GuidedOptions(population_size=8, first=1, patience=1)
+    "guided, two niches": lambda space, seed: Guided(
+        space, seed, options=GuidedOptions(population_size=8, first=1, niches=2)
     ),
     "nsga2": Pareto,
 }

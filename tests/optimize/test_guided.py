@@ -1,4 +1,4 @@
-"""The search that learns: what it predicts, what it settles, how few evaluations it needs."""
+"""The search that learns: what it predicts, which niches it tries, how few evaluations it needs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from tests.optimize.contract import START, beam
 from workbench.errors import InputError
 from workbench.optimize import Guided, GuidedOptions, Space
+from workbench.optimize.niches import Niches
 from workbench.optimize.surrogate import Surrogate, learn_scales
 
 Points = NDArray[np.float64]
@@ -33,6 +34,10 @@ def searched(algorithm: Guided, worth: object, generations: int) -> tuple[Points
 def folded(points: Points) -> Points:
     """Return two numbers of eight variables: what the worth below hangs on."""
     return np.column_stack([np.sin(3 * points).sum(axis=1), (points * points[:, ::-1]).sum(axis=1)])
+
+
+def anything(described: Points) -> NDArray[np.bool_]:
+    return np.ones(len(described), dtype=bool)
 
 
 def two_hills(points: Points) -> Points:
@@ -73,18 +78,61 @@ def test_descriptors_are_worth_more_than_variables() -> None:
     assert np.median(told) > np.median(blind) + 0.3
 
 
-def test_a_settled_region_is_left_by_half_of_each_generation() -> None:
-    options = GuidedOptions(apart=1.0, patience=1, gain=0.5)
+def test_a_third_stays_around_the_best_and_the_others_try_every_niche() -> None:
+    options = GuidedOptions(niches=4, first=1)
     algorithm = Guided(cube(), 1, folded, options=options)
-    whole, worth = searched(algorithm, two_hills, 8)
-    settled = algorithm.state()["settled"]
-    assert settled
-    described = folded(whole)
-    spread = described[:36].std(axis=0)
-    centre = described[settled[0]]
-    last = np.linalg.norm((folded(algorithm.ask()) - centre) / spread, axis=1)
-    assert np.all(last[6:] > 1.0)
-    assert whole[settled[0]].tolist() in whole[worth > np.median(worth)].tolist()
+    whole, worth = searched(algorithm, two_hills, 12)
+    niches = Niches(cube(), folded, lambda _: True, anything, 4, np.random.default_rng([1, 1]))
+    own = niches.of(niches.standard(whole))
+    assert set(own[-60:]) == set(range(4))
+    best = own[np.argmax(worth)]
+    assert np.bincount(own).argmax() == best
+    bold = Guided(cube(), 1, folded, options=GuidedOptions(niches=4, first=1, curiosity=0.0))
+    whole, worth = searched(bold, two_hills, 12)
+    own = niches.of(niches.standard(whole))
+    assert np.mean(own[-60:] == own[np.argmax(worth)]) > 0.6
+
+
+def test_niches_hold_rare_kinds_too() -> None:
+    """Of points drawn at random few are described by high numbers; of the niches' points many."""
+
+    def rare(points: Points) -> Points:
+        return points[:, :2] ** 8
+
+    niches = Niches(cube(), rare, lambda _: True, anything, 6, np.random.default_rng(0))
+    drawn = rare(cube().sample(np.random.default_rng(0), 600))
+    corner = np.mean(np.all(rare(niches.points) > 0.5, axis=1))
+    assert corner > 5 * np.mean(np.all(drawn > 0.5, axis=1))
+    assert sorted(np.concatenate([niches.members(k) for k in range(6)])) == list(
+        range(len(niches.points))
+    )
+    assert niches.points[0].tolist() == cube().start.tolist()
+
+
+def test_niches_are_of_what_is_likely_where_there_is_any() -> None:
+    draw = np.random.default_rng(0)
+    high = Niches(cube(), folded, lambda _: True, lambda one: one[:, 0] > 6.0, 4, draw)
+    assert np.all(folded(high.points[1:])[:, 0] > 6.0)
+    none = Niches(cube(), folded, lambda _: True, lambda one: one[:, 0] > 99.0, 4, draw)
+    assert len(none.points) > 500
+
+
+def test_niches_leave_out_what_is_not_possible() -> None:
+    niches = Niches(
+        cube(), folded, lambda point: bool(point[0] < 0.4), anything, 4, np.random.default_rng(0)
+    )
+    assert np.all(niches.points[:, 0] < 0.4)
+    alone = Niches(cube(), folded, lambda _: False, anything, 4, np.random.default_rng(0))
+    assert len(alone) == len(alone.points) == 1
+
+
+def test_scales_that_were_learnt_badly_are_left() -> None:
+    """A process that took everything for noise finds its way back."""
+    draw = np.random.default_rng(0)
+    told = draw.uniform(-2, 2, (80, 2))
+    worth = np.sin(2 * told[:, 0])
+    noise_alone = [np.log(1e-2), np.log(30.0), np.log(30.0), np.log(0.5)]
+    assert learn_scales(told, worth, noise_alone)[-1] < np.log(1e-3)
 
 
 def test_what_is_not_possible_is_never_asked_for() -> None:
@@ -129,10 +177,10 @@ def test_the_first_candidates_are_far_apart_and_begin_with_the_start() -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"population_size": 9}, "population size 9 is not even and at least 2"),
-        ({"first": 0}, "first 0 and patience 2 are at least 1"),
-        ({"patience": 0}, "patience 0 are at least 1"),
-        ({"gain": -1.0}, "gain -1 and apart 2.5 at least 0"),
+        ({"population_size": 0}, "population size 0, first 3 and niches 8 are at least 1"),
+        ({"first": 0}, "first 0 and niches 8 are at least 1"),
+        ({"niches": 0}, "niches 0 are at least 1"),
+        ({"curiosity": -1.0}, "curiosity -1 at least 0"),
     ],
 )
 def test_options_without_a_search_are_refused(options: dict[str, float], told: str) -> None:

@@ -13,6 +13,7 @@ from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
 from workbench.cli.identify import same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
+from workbench.cli.review import picture_of
 from workbench.diagnose import (
     Diagnosis,
     Following,
@@ -27,6 +28,11 @@ from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
 from workbench.errors import DataFault, InputError
 from workbench.identify import measured_run
+from workbench.pairing import pair_extended
+from workbench.protocol import load_model
+from workbench.recall import recall_whatever
+from workbench.review import as_jpeg
+from workbench.showing import Shown
 from workbench.versions import versions
 
 __all__ = ["diagnose", "next_object", "robot_of", "show_diagnosis", "show_next", "write_report"]
@@ -49,6 +55,9 @@ def diagnose(
     look_ahead: Annotated[
         bool, typer.Option("--next/--no-next", help="Look for the runs that would tell more.")
     ] = True,
+    picture: Annotated[
+        bool, typer.Option(help="Show the viewer with the worst run in the report.")
+    ] = True,
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
@@ -69,7 +78,8 @@ def diagnose(
         return
     look_ahead = look_ahead and bool(bundles)
     proposed = following(found, bundles, target, target.name, tell) if look_ahead else None
-    page = write_report(target, found, files, proposed)
+    moving = _moving(found, bundles) if picture and bundles else None
+    page = write_report(target, found, files, proposed, moving)
     if as_json:
         emit(found.as_json() | next_object(proposed) | {"report": str(page)})
         return
@@ -94,8 +104,23 @@ def next_object(proposed: Following | None) -> dict[str, Any]:
     return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
 
 
+def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
+    """Return a JPEG of the viewer with the run that the base misses most, None where it cannot."""
+    worst = next(one for one in bundles if one.path.name == found.worst_held_out)
+    if found.extended is None:
+        shown = recall_whatever(worst)
+    else:
+        shown = pair_extended(worst, load_model(str(found.extended.source), Path()))
+    image = picture_of(Shown([worst], [shown]))
+    return None if image is None else as_jpeg(image)
+
+
 def write_report(
-    folder: Path, found: Diagnosis, files: dict[str, Path], proposed: Following | None
+    folder: Path,
+    found: Diagnosis,
+    files: dict[str, Path],
+    proposed: Following | None,
+    moving: bytes | None = None,
 ) -> Path:
     """Write answer and page of a diagnosis into its folder and return the page's path."""
     next_run = None
@@ -103,7 +128,7 @@ def write_report(
         next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
     write_answer(folder / f"{folder.name}.json", found, files)
     page = folder / f"{folder.name}.html"
-    return write_diagnosis(page, found, files, versions(), next_run)
+    return write_diagnosis(page, found, files, versions(), next_run, moving)
 
 
 def _rig(

@@ -21,7 +21,7 @@ from workbench.recall import recall_whatever, runs_named
 from workbench.review import Comparison, open_viewer
 from workbench.showing import Shown
 
-__all__ = ["review"]
+__all__ = ["picture_of", "review"]
 
 _TOLD = 10  # times while a film is made
 
@@ -88,7 +88,7 @@ def review(
         shown.picture().save(picture)
         people.print(f"saved {picture}", markup=False)
     if page is not None:
-        shown.write_page(page, _picture(shown))
+        shown.write_page(page, picture_of(shown))
         people.print(f"page: {page}", markup=False)
     if not any((video, frames, save, picture, page)):
         with tempfile.TemporaryDirectory() as temporary:
@@ -129,7 +129,7 @@ def _tell_frames(done: int, count: int) -> None:
         tell(f"frame {done} of {count}")
 
 
-def _picture(shown: Shown) -> Image | None:
+def picture_of(shown: Shown) -> Image | None:
     """Return a picture for a page, None where this computer cannot take one."""
     tell("picture of the viewer")
     try:

@@ -135,7 +135,10 @@ def _ga(objective: Objective, settings: Settings) -> Algorithm:
 
 def _guided(objective: Objective, settings: Settings) -> Algorithm:
     problem = objective.problem
-    return Guided(problem.space, settings.seed, Description(problem), objective.possible)
+    describe = Description(problem)
+    return Guided(
+        problem.space, settings.seed, describe, objective.possible, describe.rings_near_drive
+    )
 
 
 def _cma(objective: Objective, settings: Settings) -> Algorithm:

@@ -82,6 +82,11 @@ class Diagnosis:
         """Return the share of the removable error that the extension removes."""
         return 0.0 if self.proof is None else self.proof.removed
 
+    @property
+    def worst_held_out(self) -> str:
+        """Return the name of the run held out that the base misses most."""
+        return max(self.held_out, key=lambda name: self.errors.by_run[name])
+
     def sentence(self, cause: str) -> str:
         """Return a cause in words, with its numbers."""
         words = {name: _worded(one) for name, one in self.quantities.get(cause, {}).items()}

@@ -128,7 +128,7 @@ def worst_traces(found: Diagnosis, count: int) -> list[Trace]:
         found: the diagnosis.
         count: most channels.
     """
-    worst = max(found.errors.by_run, key=lambda name: found.errors.by_run[name])
+    worst = found.worst_held_out
     k = next(k for k in _held_out(found) if found.rig.runs[k].name == worst)
     traces = [_trace(found, k, channel) for channel in range(len(found.rig.runs[k].channels))]
     seen = [trace for trace in traces if np.isfinite(trace.measured).any()]

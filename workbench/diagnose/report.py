@@ -18,7 +18,7 @@ from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
-from workbench.review.page import figure, heat_table, table, warning_list, write_page
+from workbench.review.page import code, figure, heat_table, picture, table, warning_list, write_page
 
 __all__ = ["write_diagnosis"]
 
@@ -52,6 +52,7 @@ def write_diagnosis(
     files: Mapping[str, Path],
     versions: Mapping[str, str],
     next_run: str | None = None,
+    moving: bytes | None = None,
 ) -> Path:
     """Write a diagnosis as one HTML page and return its path; the same one gives the same bytes.
 
@@ -61,6 +62,7 @@ def write_diagnosis(
         files: what it was made from, by what each is to it.
         versions: of what it was made with, by name.
         next_run: in a sentence, what to measure next; None where nothing was proposed.
+        moving: JPEG of the viewer with `found.worst_held_out` and its twins; None without one.
     """
     words = found.as_json()
     fitted, held = len(found.refits.base.fit.linear.runs), len(found.held_out)
@@ -74,6 +76,7 @@ def write_diagnosis(
         ("Rivals, and why they fell", _rivals(found, words)),
         ("Not shown by these runs", _silent(found)),
         ("Still unexplained", _unexplained(found)),
+        ("Recording", _recording(found, moving)),
         ("What to do next", _list(_next_steps(found, next_run))),
         ("Made from", _provenance(found, files, versions)),
     ]
@@ -261,10 +264,17 @@ def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
             yield f"What shows whether it is {_spoken(name)}: {how}."
     if found.extended is not None:
         yield f"The extended model: {found.extended.source}"
-    if isinstance(found.extended, HopperRig):
-        worst = max(found.held_out, key=lambda name: found.errors.by_run[name])
-        command = f"workbench review {worst} --model {found.extended.source}"
-        yield f"See it move beside robot and twin of {worst}: {command}"
+
+
+def _recording(found: Diagnosis, moving: bytes | None) -> Markup:
+    """Return the run that the base misses most in the viewer, and what opens it there."""
+    if not isinstance(found.rig, HopperRig):
+        return Markup()
+    extended = found.extended
+    named = "" if extended is None else f" --model {extended.source}"
+    who = "robot and twin" if extended is None else "robot, twin and extended twin"
+    caption = f"{found.worst_held_out}, the run held out that the base misses most: {who}."
+    return picture(moving, caption) + code(f"workbench review {found.worst_held_out}{named}")
 
 
 def _provenance(found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]) -> Markup:

@@ -14,8 +14,9 @@ from workbench.optimize.algorithm import Algorithm, State
 from workbench.optimize.cma_es import Cmaes, CmaesOptions
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
 from workbench.optimize.genetic import GeneticAlgorithm, GeneticOptions
-from workbench.optimize.guided import Describe, Guided, GuidedOptions, Possible
+from workbench.optimize.guided import Guided, GuidedOptions
 from workbench.optimize.history import Generation, History, Trial
+from workbench.optimize.niches import Describe, Likely, Possible
 from workbench.optimize.pareto import Pareto, ParetoOptions, hypervolume
 from workbench.optimize.search import Progress, search
 from workbench.optimize.space import Space
@@ -33,6 +34,7 @@ __all__ = [
     "Guided",
     "GuidedOptions",
     "History",
+    "Likely",
     "Pareto",
     "ParetoOptions",
     "Possible",

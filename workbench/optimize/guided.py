@@ -6,14 +6,14 @@ generation is chosen where mean plus some standard deviations are greatest (uppe
 Srinivas et al., ICML 2010), one candidate after the other, each as if those before it had come out
 as predicted (Desautels et al., JMLR 15, 2014).
 
-Where the best of a region no longer gets better, the region is settled: half of each generation
-then has to be described otherwise, the other half goes on around the best of all. So one search
-finds several kinds of good candidates and is not caught by the first.
+Good candidates may be of several kinds. A third of each generation goes on around the best; for
+each of the others a niche is drawn first, by its best so far and how seldom it was tried (UCB1:
+Auer, Cesa-Bianchi and Fischer, Machine Learning 47, 2002). So no search is caught by the first good
+kind that it meets.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -21,27 +21,22 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.optimize.algorithm import Algorithm, State
+from workbench.optimize.niches import Describe, Likely, Niches, Possible, varied
 from workbench.optimize.space import Space
 from workbench.optimize.surrogate import Surrogate, learn_scales
 
-__all__ = ["Describe", "Guided", "GuidedOptions", "Possible"]
+__all__ = ["Guided", "GuidedOptions"]
 
 Points = NDArray[np.float64]
-Describe = Callable[[Points], Points]
-"""Candidates (n, d) to what describes them, (n, f); NaN where one can surely not be evaluated."""
-Possible = Callable[[Points], bool]
-"""Whether a candidate (d,) can be evaluated at all: asked of each before it is chosen."""
 
-_POOL = 2000  # points of the space that the first candidates are chosen from, and variations
 _TRIES = 400  # for one candidate that is possible
-_LEAST_STEP, _GREATEST_STEP = 0.01, 0.25  # of a variation, of the bounds' widths
-_MIXED = 0.3  # of the variations that mix two parents
-
-_AROUND_BEST, _OPEN_BEST, _OPEN_ONE, _ISLANDS = 6, 9, 12, 16  # islands end with these numbers
-_ROUNDS, _CHILDREN, _KEPT, _PARENTS = 7, 30, 8, 15  # of an island
+_NEAR_FARTHEST = 4  # the first candidates are farther from those known than all but a part of 1 / 4
+_PARENTS, _NEWCOMERS = 12, 6  # of an island: the best of its niche, and points that nobody tried
+_ROUNDS, _CHILDREN, _KEPT = 7, 30, 8  # of an island
 _BOLDNESS = (0.0, 0.5, 1.0, 2.0)  # standard deviations above the mean, islands and picks in turn
+_BETWEEN = (0.5, 1.0)  # where less than three candidates of a niche are asked for
 _LEARNT_AT = (1, 2, 4, 8, 16, 24, 32)  # generation of learning; after that each 16th
-_CLOSED = 1e6  # taken from the promise of what lies in a settled region
+_CLOSED = 1e6  # taken from the promise of what lies in another niche
 _NEVER = 1e-3  # of the mean variance, as noise of a pick that is taken as it is predicted
 
 
@@ -50,42 +45,37 @@ class GuidedOptions:
     """Options of the search.
 
     Args:
-        population_size: candidates a generation, even: half of them stay around the best.
+        population_size: candidates a generation; a third of them stay around the best.
         first: generations that are drawn before anything is learnt.
-        patience: generations without a gain until a region is settled.
-        gain: what counts as one, as a part of what the best is above the first ones' median.
-        apart: how far from a settled region's best the next region begins, in standard deviations
-            of the first candidates' descriptors.
+        niches: kinds of candidates that are told apart.
+        curiosity: how much a niche that was seldom tried is liked, in units of what the best is
+            above the first candidates' median.
     """
 
     population_size: int = 12
     first: int = 3
-    patience: int = 2
-    gain: float = 0.02
-    apart: float = 2.5
+    niches: int = 8
+    curiosity: float = 2.0
 
     def __post_init__(self) -> None:
         """Refuse options that leave no search."""
-        if self.population_size < 2 or self.population_size % 2:
+        if min(self.population_size, self.first, self.niches) < 1 or self.curiosity < 0:
             raise InputError(
-                f"population size {self.population_size} is not even and at least 2: half of a "
-                "generation stays around the best"
-            )
-        if self.first < 1 or self.patience < 1 or self.gain < 0 or self.apart < 0:
-            raise InputError(
-                f"first {self.first} and patience {self.patience} are at least 1, gain "
-                f"{self.gain:g} and apart {self.apart:g} at least 0"
+                f"population size {self.population_size}, first {self.first} and niches "
+                f"{self.niches} are at least 1, curiosity {self.curiosity:g} at least 0"
             )
 
 
 class Guided(Algorithm):
-    """Bayesian optimisation over descriptors, region after region.
+    """Bayesian optimisation over descriptors, in all niches at once.
 
     Args:
         space: what is searched; its start is the first candidate.
         seed: of the random generator.
         describe: what the process learns over; the variables themselves where not given.
         possible: what is left out before it is asked for; where not given, nothing.
+        likely: of which kind the candidates are that it begins with and tries anew; where not
+            given, of any.
         options: those of the default search where not given.
     """
 
@@ -97,12 +87,15 @@ class Guided(Algorithm):
         seed: int,
         describe: Describe | None = None,
         possible: Possible | None = None,
+        likely: Likely | None = None,
         options: GuidedOptions | None = None,
     ) -> None:
         super().__init__(space, seed)
-        self._describe = describe or self._scaled
+        self._describe = describe or (lambda points: (points - space.lower) / space.widths)
         self._possible = possible or (lambda _: True)
+        self._likely = likely or (lambda described: np.ones(len(described), dtype=bool))
         self._chosen = options or GuidedOptions()
+        self._made: Niches | None = None
         self._forget()
 
     @property
@@ -111,50 +104,36 @@ class Guided(Algorithm):
         return {"seed": self.seed} | asdict(self._chosen)
 
     def ask(self) -> Points:
-        """Return candidates far apart at first, then such as promise most."""
+        """Return candidates of every niche at first, then such as promise most."""
         if self._generations < self._chosen.first:
             return self._spread_out()
         if self._is_time_to_learn():
             self._scales = learn_scales(self._described, self._worth(), self._scales)
         surrogate = Surrogate(self._described, self._worth(), self._scales)
-        return self._picked(surrogate, np.vstack([*self._islands(surrogate)]))
+        niches = self._drawn_niches()
+        return self._picked(surrogate, self._islands(surrogate, niches), niches)
 
     def tell(self, candidates: Points, fitness: NDArray[np.float64]) -> None:
-        """Learn from a generation; settle the region where it got no better."""
-        self._take(candidates, fitness)
-        if self._generations <= self._chosen.first:
-            return
-        worth = self._worth()
-        inside = np.where(self._is_open(self._described), worth, -np.inf)
-        counts = self._chosen.gain * (worth.max() - float(np.median(worth[: self._first_count])))
-        if inside.max() > self._record + counts:
-            self._record, self._stalled = float(inside.max()), 0
-            return
-        self._stalled += 1
-        if self._stalled >= self._chosen.patience and np.isfinite(inside.max()):
-            self._settled.append(int(np.argmax(inside)))
-            self._record, self._stalled = -np.inf, 0
+        """Learn from a generation."""
+        self._told.append((candidates.copy(), fitness.copy()))
+        self._candidates = np.vstack([self._candidates, candidates])
+        self._fitness = np.append(self._fitness, fitness)
+        self._described = np.nan_to_num(self._niches.standard(self._candidates))
 
     def state(self) -> State:
-        """Return the generator, what was told, what was learnt and which regions are settled."""
+        """Return the generator, what was told and what was learnt."""
         return {
             "generator": self._generator_state(),
             "told": [[c.tolist(), f.tolist()] for c, f in self._told],
             "scales": list(self._scales),
-            "settled": list(self._settled),
-            "record": None if np.isinf(self._record) else self._record,
-            "stalled": self._stalled,
         }
 
     def restore(self, state: State) -> None:
         """Take up what `state` gave."""
         self._forget()
         for candidates, fitness in state["told"]:
-            self._take(np.array(candidates, dtype=np.float64), np.array(fitness, dtype=np.float64))
+            self.tell(np.array(candidates, dtype=np.float64), np.array(fitness, dtype=np.float64))
         self._scales = [float(scale) for scale in state["scales"]]
-        self._settled = [int(row) for row in state["settled"]]
-        self._record = -np.inf if state["record"] is None else float(state["record"])
-        self._stalled = int(state["stalled"])
         self._restore_generator(state["generator"])
 
     def _forget(self) -> None:
@@ -163,15 +142,16 @@ class Guided(Algorithm):
         self._fitness = np.empty(0)
         self._described = np.empty((0, 0))
         self._scales: list[float] = []
-        self._settled: list[int] = []
-        self._record, self._stalled = -np.inf, 0
 
-    def _take(self, candidates: Points, fitness: NDArray[np.float64]) -> None:
-        self._told.append((candidates.copy(), fitness.copy()))
-        self._candidates = np.vstack([self._candidates, candidates])
-        self._fitness = np.append(self._fitness, fitness)
-        self._centre, self._spread = _measure(self._describe(self._candidates[: self._first_count]))
-        self._described = np.nan_to_num(self._standard(self._candidates))
+    @property
+    def _niches(self) -> Niches:
+        """Made at first use, by a generator of its own: a search that goes on has the same."""
+        if self._made is None:
+            own = np.random.default_rng([self.seed, 1])
+            self._made = Niches(
+                self.space, self._describe, self._possible, self._likely, self._chosen.niches, own
+            )
+        return self._made
 
     @property
     def _generations(self) -> int:
@@ -185,10 +165,6 @@ class Guided(Algorithm):
         since = self._generations - self._chosen.first + 1
         return since in _LEARNT_AT or (since > _LEARNT_AT[-1] and since % 16 == 0)
 
-    def _standard(self, candidates: Points) -> Points:
-        """Return descriptors in units of the first candidates' spread, (n, f)."""
-        return (self._describe(candidates) - self._centre) / self._spread
-
     def _worth(self) -> NDArray[np.float64]:
         """Return what was told, more is better, (n,); a failure is as bad as the best is good.
 
@@ -199,104 +175,105 @@ class Guided(Algorithm):
         return -np.minimum(self._fitness, 2 * middle - self._fitness.min())
 
     def _spread_out(self) -> Points:
-        """Return candidates as far as can be from each other and from those before, (n, d).
+        """Return candidates of one niche after the other, far from those before, (n, d)."""
+        niches = self._niches
+        picks = [] if self._told else [0]
+        known = np.vstack([self._described, niches.described[picks]]) if self._told else (
+            niches.described[picks]
+        )  # fmt: skip
+        points: list[Points] = [niches.points[row] for row in picks]
+        for turn in range(len(points), self._chosen.population_size):
+            rows = niches.members((self._first_turn + turn) % len(niches))
+            apart = _distances(niches.described[rows], known).min(axis=1)
+            row = rows[np.argsort(-apart, kind="stable")[len(rows) // _NEAR_FARTHEST]]
+            points.append(niches.points[row])
+            known = np.vstack([known, niches.described[row]])
+        return np.array(points)
 
-        They are chosen from points of the whole space and variations of its start.
-        """
-        start = self.space.start[None]
-        pool = np.vstack([self._varied(start, _POOL), self.space.sample(self.generator, _POOL)])
-        described = self._describe(pool)
-        usable = np.isfinite(described).all(axis=1)
-        pool, described = pool[usable], described[usable]
-        centre, spread = _measure(described)
-        known = self._candidates if self._told else start
-        picks = [] if self._told else [self.space.start]
-        scaled = (described - centre) / spread
-        apart = _distances(scaled, (self._describe(known) - centre) / spread).min(axis=1)
-        while len(picks) < self._chosen.population_size and apart.max(initial=0.0) > 0:
-            row = int(np.argmax(apart))
-            apart[row] = 0.0
-            if self._possible(pool[row]):
-                picks.append(pool[row])
-                apart = np.minimum(apart, _distances(scaled, scaled[row, None])[:, 0])
-        return self._filled(picks)
+    @property
+    def _first_turn(self) -> int:
+        return self._generations * self._chosen.population_size
 
-    def _filled(self, picks: list[Points]) -> Points:
-        """Return a whole generation, points from anywhere where picks are missing."""
-        for _ in range(self._chosen.population_size - len(picks)):
-            drawn = self.space.sample(self.generator, 1)[0]
-            for _ in range(_TRIES):
-                if self._possible(drawn):
-                    break
-                drawn = self.space.sample(self.generator, 1)[0]
-            picks.append(drawn)
-        return np.array(picks)
+    def _drawn_niches(self) -> list[int]:
+        """Return the niches of the candidates that do not stay around the best."""
+        worth, own, count = self._worth(), self._niches.of(self._described), len(self._niches)
+        best = np.array([worth[own == k].max(initial=worth.min()) for k in range(count)])
+        tried = np.bincount(own, minlength=count)
+        scale = worth.max() - float(np.median(worth[: self._first_count])) or 1.0
+        drawn: list[int] = []
+        for _ in range(self._chosen.population_size - self._around_best):
+            seldom = np.sqrt(np.log(tried.sum()) / (tried + 1))
+            drawn.append(int(np.argmax(best / scale + self._chosen.curiosity * seldom)))
+            tried[drawn[-1]] += 1
+        return drawn
 
-    def _varied(self, parents: Points, count: int) -> Points:
-        """Return variations: some mix two parents, each is stepped off by a length of its own."""
-        first, second = self._scaled(parents)[
-            self.generator.integers(len(parents), size=(2, count))
-        ]
-        mixed = self.generator.random((count, 1)) < _MIXED
-        base = np.where(mixed & (self.generator.random(first.shape) < 0.5), second, first)
-        low, high = np.log([_LEAST_STEP, _GREATEST_STEP])
-        steps = np.exp(self.generator.uniform(low, high, (count, 1)))
-        moved = base + steps * self.generator.normal(size=first.shape)
-        return self.space.project(self.space.lower + self.space.widths * moved)
+    @property
+    def _around_best(self) -> int:
+        """How many of a generation stay around the best of all."""
+        return self._chosen.population_size // 3
 
-    def _islands(self, surrogate: Surrogate) -> list[Points]:
-        """Return what promises most on each island, evolved from parents of its own."""
-        kept = [self._parents(island) for island in range(_ISLANDS)]
+    def _islands(self, surrogate: Surrogate, drawn: list[int]) -> Points:
+        """Return what promises most around the best and in each niche drawn, (n, d)."""
+        islands: list[tuple[int | None, float]] = [(None, bold) for bold in _BOLDNESS]
+        for niche in sorted(set(drawn)):
+            several = drawn.count(niche) > 2
+            islands += [(niche, bold) for bold in (_BOLDNESS if several else _BETWEEN)]
+        kept = [self._parents(niche) for niche, _ in islands]
         for _ in range(_ROUNDS):
-            families = [np.vstack([own, self._varied(own, _CHILDREN)]) for own in kept]
-            promises = self._promises(surrogate, families)
+            families = [np.vstack([own, self._varied(own)]) for own in kept]
+            promises = self._promises(surrogate, families, islands)
             kept = [
                 family[np.argsort(-promise, kind="stable")[:_KEPT]]
                 for family, promise in zip(families, promises, strict=True)
             ]
-        return kept
+        return np.vstack(kept)
 
-    def _parents(self, island: int) -> Points:
+    def _varied(self, parents: Points) -> Points:
+        return varied(self.space, self.generator, parents, _CHILDREN)
+
+    def _parents(self, niche: int | None) -> Points:
         ranked = np.argsort(-self._worth(), kind="stable")
-        if island < _AROUND_BEST:
+        if niche is None:
             return self._candidates[ranked[:_PARENTS]]
-        free = ranked[self._is_open(self._described[ranked])]
-        if island < _OPEN_BEST and len(free):
-            return self._candidates[free[:_PARENTS]]
-        if island < _OPEN_ONE and len(free):
-            return self._candidates[free[self.generator.integers((len(free) + 1) // 2, size=1)]]
-        drawn = self.space.sample(self.generator, 64)
-        usable = np.isfinite(self._describe(drawn)).all(axis=1)
-        return drawn[[int(np.argmax(usable))]]
+        inside = ranked[self._niches.of(self._described[ranked]) == niche]
+        members = self._niches.members(niche)
+        new = members[self.generator.integers(len(members), size=_NEWCOMERS)]
+        return np.vstack([self._candidates[inside[:_PARENTS]], self._niches.points[new]])
 
-    def _promises(self, surrogate: Surrogate, families: list[Points]) -> list[NDArray[np.float64]]:
+    def _promises(
+        self,
+        surrogate: Surrogate,
+        families: list[Points],
+        islands: list[tuple[int | None, float]],
+    ) -> list[NDArray[np.float64]]:
         """Return the upper bound of each member of each island's family."""
-        described = self._standard(np.vstack(families))
+        described = self._niches.standard(np.vstack(families))
         usable = np.isfinite(described).all(axis=1)
         described[~usable] = 0.0
         mean, deviation = surrogate.predict(described)
         ends = np.cumsum([len(family) for family in families])
         island = np.searchsorted(ends, np.arange(len(described)), side="right")
-        promise = mean + np.array(_BOLDNESS)[island % len(_BOLDNESS)] * deviation
-        promise[(island >= _AROUND_BEST) & ~self._is_open(described)] -= _CLOSED
+        promise = mean + np.array([bold for _, bold in islands])[island] * deviation
+        home = np.array([-1 if niche is None else niche for niche, _ in islands])[island]
+        promise[(home >= 0) & (self._niches.of(described) != home)] -= _CLOSED
         promise[~usable] = -np.inf
         return np.split(promise, ends[:-1])
 
-    def _picked(self, surrogate: Surrogate, pool: Points) -> Points:
+    def _picked(self, surrogate: Surrogate, pool: Points, drawn: list[int]) -> Points:
         """Return a generation: each pick the most promising one, given the picks before it."""
-        described = self._standard(pool)
+        described = self._niches.standard(pool)
         usable = np.isfinite(described).all(axis=1)
         pool, described = pool[usable], described[usable]
         mean, covariance = surrogate.together(described)
-        closed = _CLOSED * ~self._is_open(described)
+        own = self._niches.of(described)
         noise = _NEVER * float(np.trace(covariance)) / len(pool)
         left = np.ones(len(pool), dtype=bool)
         picks: list[Points] = []
-        for k in range(self._chosen.population_size):
+        for k, niche in enumerate([None] * self._around_best + drawn):
             deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
             promise = mean + _BOLDNESS[k % len(_BOLDNESS)] * deviation
-            if k >= self._chosen.population_size // 2:
-                promise = promise - closed
+            if niche is not None:
+                promise = promise - _CLOSED * (own != niche)
             row = self._best_possible(pool, promise, left)
             if row is None:
                 break
@@ -316,22 +293,16 @@ class Guided(Algorithm):
                     return int(row)
         return None
 
-    def _is_open(self, described: Points) -> NDArray[np.bool_]:
-        """Tell which of (n, f) lie in no settled region, (n,)."""
-        if not self._settled:
-            return np.ones(len(described), dtype=bool)
-        centres = self._described[self._settled]
-        return np.all(_distances(described, centres) > self._chosen.apart, axis=1)
-
-    def _scaled(self, points: Points) -> Points:
-        return (points - self.space.lower) / self.space.widths
-
-
-def _measure(described: Points) -> tuple[Points, Points]:
-    """Return mean and standard deviation of each descriptor, (f,); 1 where all are the same."""
-    whole = described[np.isfinite(described).all(axis=1)]
-    spread = whole.std(axis=0)
-    return whole.mean(axis=0), np.where(spread > 0, spread, 1.0)
+    def _filled(self, picks: list[Points]) -> Points:
+        """Return a whole generation, points from anywhere where picks are missing."""
+        for _ in range(self._chosen.population_size - len(picks)):
+            drawn = self.space.sample(self.generator, 1)[0]
+            for _ in range(_TRIES):
+                if self._possible(drawn):
+                    break
+                drawn = self.space.sample(self.generator, 1)[0]
+            picks.append(drawn)
+        return np.array(picks)
 
 
 def _distances(points: Points, others: Points) -> Points:

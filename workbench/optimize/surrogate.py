@@ -34,15 +34,16 @@ def learn_scales(
     Args:
         described: (n, f) in units of the descriptors' spread.
         worth: (n,), more is better.
-        begin: where to look from, those learnt before; empty for none.
+        begin: where to look from beside the usual place, those learnt before; empty for none.
     """
     best = np.argsort(-worth, kind="stable")[:_MOST_TO_LEARN_FROM]
     kernel = _kernel(described.shape[1])
-    process = _process(kernel if not len(begin) else kernel.clone_with_theta(np.array(begin)))
+    begins = [kernel, *([kernel.clone_with_theta(np.array(begin))] if len(begin) else [])]
     with warnings.catch_warnings():  # a scale at its bound is an answer: it does not matter
         warnings.simplefilter("ignore", ConvergenceWarning)
-        process.fit(described[best], worth[best])
-    return [float(scale) for scale in process.kernel_.theta]
+        found = [_process(one).fit(described[best], worth[best]) for one in begins]
+    likeliest = max(found, key=lambda process: process.log_marginal_likelihood_value_)
+    return [float(scale) for scale in likeliest.kernel_.theta]
 
 
 class Surrogate:
