@@ -35,14 +35,20 @@ def moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
 def static_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
     """Return the force that nothing balances, (nv,) [N, N m]; the corners lock where they are."""
     data.qvel[:] = 0
+    return _static_force(model, data, model.body("top").id)
+
+
+def _static_force(model: mujoco.MjModel, data: mujoco.MjData, top: int) -> NDArray[np.float64]:
+    """Return the force of a pose that does not move; names are not looked up each time."""
     data.userdata[:] = 0
     mujoco.mj_forward(model, data)
-    pulled = np.zeros(model.nv)
-    top = model.body("top").id
-    mujoco.mj_applyFT(
-        model, data, data.xfrc_applied[top, :3], np.zeros(3), data.xpos[top], top, pulled
-    )
-    return data.qfrc_passive - data.qfrc_bias + pulled
+    force = data.qfrc_passive - data.qfrc_bias
+    pull = data.xfrc_applied[top, :3]
+    if pull.any():
+        pulled = np.zeros(model.nv)
+        mujoco.mj_applyFT(model, data, pull, np.zeros(3), data.xpos[top], top, pulled)
+        force += pulled
+    return force
 
 
 def static_stiffness(
@@ -62,12 +68,14 @@ def static_stiffness(
         rotor_keeps: what the rotor keeps its angle to.
     """
     here = data.qpos.copy()
+    top = model.body("top").id
+    data.qvel[:] = 0
     columns = []
-    for dof in dofs:
+    for direction in _directions(model, dofs, rotor_keeps):
         sides = []
         for step in (_DIFFERENCE, -_DIFFERENCE):
-            displace(model, data, np.array([dof]), np.array([step]), rotor_keeps)
-            sides.append(static_force(model, data)[dofs])
+            mujoco.mj_integratePos(model, data.qpos, direction, step)
+            sides.append(_static_force(model, data, top)[dofs])
             data.qpos[:] = here
         columns.append((sides[1] - sides[0]) / (2 * _DIFFERENCE))
     return np.column_stack(columns)
@@ -84,6 +92,20 @@ def displace(
     velocity = np.zeros(model.nv)
     velocity[dofs] = by
     if rotor_keeps == "world":
-        turning = dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)
-        velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[turning])
+        velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[_turning(model, dofs)])
     mujoco.mj_integratePos(model, data.qpos, velocity, 1.0)
+
+
+def _directions(
+    model: mujoco.MjModel, dofs: NDArray[np.int_], rotor_keeps: RotorKeeps
+) -> NDArray[np.float64]:
+    """Return what moves with each of n degrees of freedom, (n, nv)."""
+    every = np.zeros((dofs.size, model.nv))
+    every[np.arange(dofs.size), dofs] = 1.0
+    if rotor_keeps == "world":
+        every[_turning(model, dofs), model.joint("rotor").dofadr[0]] -= 1.0
+    return every
+
+
+def _turning(model: mujoco.MjModel, dofs: NDArray[np.int_]) -> NDArray[np.bool_]:
+    return dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)
