@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import date
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from workbench.identify.determinacy import Combination
 from workbench.identify.drive import lagged_angle, lagged_command
 from workbench.identify.problem import Problem
 from workbench.identify.solve import FINER, fit_runs
+from workbench.progress import Stage
 from workbench.protocol import ModelFile, load, load_model
 from workbench.sim import make_robot
 
@@ -91,7 +93,15 @@ def test_the_jacobian_is_the_slope_of_the_residuals() -> None:
 
 def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:
     runs = [released(MODEL, pull, 2.0, increments=40) for pull in (0.3, 0.8)]
-    fit = fit_runs(runs, ROBOT, {"hinge_stiffness": 0.1})
+    told: list[str] = []
+    fit = fit_runs(runs, ROBOT, {"hinge_stiffness": 0.1}, told.append)
+    shares = [stage.share for stage in told if isinstance(stage, Stage)]
+    known = [share for share in shares if share is not None]
+    assert len(known) >= 3
+    falls = [late < early for early, late in pairwise(known)]
+    assert sum(falls) == 1  # where the finer beam begins
+    assert known[0] == 0.0
+    assert 0.3 < known[-1] < 1.0
     assert fit.solution.problem.robot.increments == FINER
     assert fit.solution.misfit < 1.2
 

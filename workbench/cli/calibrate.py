@@ -55,8 +55,7 @@ def calibrate(
     for path in (target, picture, proposal):
         if path.exists():
             raise InputError(f"{path}: exists and is never overwritten; give another --out")
-    tell(f"rotor speed of {len(bundles)} runs")
-    found = calibrate_runs(*speed_points(bundles))
+    found = calibrate_runs(*speed_points(bundles, tell))
     if found.line is None:
         write_new(proposal, propose_protocol(_bench_of(bundles), found.mode))
         files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}

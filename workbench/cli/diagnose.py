@@ -11,7 +11,7 @@ import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
-from workbench.cli.identify import same_robot
+from workbench.cli.identify import read_runs, same_robot
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.cli.review import picture_of
 from workbench.diagnose import (
@@ -27,7 +27,6 @@ from workbench.diagnose import (
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.diagnose.rig import Rig
 from workbench.errors import DataFault, InputError
-from workbench.identify import measured_run
 from workbench.pairing import pair_extended
 from workbench.protocol import load_model
 from workbench.recall import recall_whatever
@@ -150,7 +149,7 @@ def robot_of(bundles: Sequence[Bundle]) -> tuple[HopperRig, dict[str, Path]]:
     """Return the robot that made some runs, and the files that it is known from."""
     stated, shape = same_robot(bundles)
     files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
-    return HopperRig([measured_run(bundle) for bundle in bundles], stated, shape.content), files
+    return HopperRig(read_runs(bundles), stated, shape.content), files
 
 
 def show_next(found: Diagnosis, proposed: Following | None) -> None:

@@ -31,10 +31,11 @@ from workbench.identify import (
     write_model,
 )
 from workbench.identify import identify as identify_runs
+from workbench.progress import counted
 from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.sim import make_robot
 
-__all__ = ["identify", "same_robot"]
+__all__ = ["identify", "read_runs", "same_robot"]
 
 
 def identify(
@@ -71,7 +72,7 @@ def identify(
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
     page = target.with_suffix(".html")
     _require_new(target, page)
-    measured = [measured_run(bundle) for bundle in bundles]
+    measured = read_runs(bundles)
     train = [run for run in measured if run.role == "train"]
     found = _fit(_names(fit), train, stated.content, shape.content, seed)
     written = write_model(
@@ -156,6 +157,15 @@ def _fit(
         beam.estimates, beam.values, tuple(map(str, beam.not_determined)), beam.warnings,
         beam.misfit, tuple(run.name for run in beam.runs), beam.increments, beam,
     )  # fmt: skip
+
+
+def read_runs(bundles: Sequence[Bundle]) -> list[MeasuredRun]:
+    """Return what was measured in runs, and tell of each."""
+    measured: list[MeasuredRun] = []
+    for k, bundle in enumerate(bundles):
+        tell(counted(f"read {bundle.path.name}", k + 1, len(bundles)))
+        measured.append(measured_run(bundle))
+    return measured
 
 
 def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:

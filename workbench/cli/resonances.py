@@ -10,9 +10,10 @@ import typer
 
 from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
+from workbench.cli.identify import read_runs
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
-from workbench.identify import ModeDamping, Resonances, damping, measured_run, write_resonances
+from workbench.identify import ModeDamping, Resonances, damping, write_resonances
 from workbench.identify import resonances as find_resonances
 
 __all__ = ["resonances"]
@@ -37,8 +38,8 @@ def resonances(
     Example: workbench resonances runs --report resonances.html
     """
     bundles = _bundles(runs, folder)
+    measured = read_runs(bundles)
     tell(f"look at {len(bundles)} runs")
-    measured = [measured_run(bundle) for bundle in bundles]
     found = find_resonances(measured)
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:

@@ -16,6 +16,7 @@ from workbench.identify.measured import measured_run
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import Interval, SpeedLine, SpeedPoint, fit_line
 from workbench.motion import Mode
+from workbench.progress import Progress, counted
 
 __all__ = ["LeftOut", "SpeedCalibration", "calibrate", "speed_point", "speed_points"]
 
@@ -151,13 +152,19 @@ def speed_point(bundle: Bundle) -> SpeedPoint:
 
 
 def speed_points(
-    bundles: Sequence[Bundle],
+    bundles: Sequence[Bundle], progress: Progress = lambda text: None
 ) -> tuple[list[SpeedPoint], list[SpeedPoint], list[LeftOut]]:
-    """Return the points to fit, those held out, and the runs that tell nothing, with the reason."""
+    """Return the points to fit, those held out, and the runs that tell nothing, with the reason.
+
+    Args:
+        bundles: of the runs.
+        progress: is told each run.
+    """
     points: list[SpeedPoint] = []
     held_out: list[SpeedPoint] = []
     left_out: list[LeftOut] = []
-    for bundle in bundles:
+    for k, bundle in enumerate(bundles):
+        progress(counted(f"rotor speed of {bundle.path.name}", k + 1, len(bundles)))
         try:
             point = speed_point(bundle)
         except InputError as error:

@@ -24,7 +24,7 @@ from workbench.identify.determinacy import Combination, undetermined
 from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import ROBUST, Solution
-from workbench.progress import Progress
+from workbench.progress import Progress, Stage
 from workbench.sim import Robot
 
 __all__ = ["BOUND", "FINER", "Fit", "fit_runs"]
@@ -35,6 +35,7 @@ _SHORT_S = (1.0, 2.5)
 _LONG_S = (6.0,)
 _SEARCHED = 0.4  # share either way that is looked at in the first second
 _PLACES = 64
+_EVALUATIONS = 40  # of a window, about: what the time left is told by
 _POOR = 1.2  # times the noise, over the short window
 _WON = 0.9  # of the misfit: what a finer beam must reach to be taken
 _REACH = 8.0  # of a run's unknown, in deviations of its prior
@@ -95,7 +96,7 @@ class _Fitter:
 
     def fit(self, robot: Robot) -> Fit:
         first = self._problem(_coarse(robot), _SHORT_S[0])
-        self.progress(f"look at {_PLACES} places, {_SHORT_S[0]:g} s of each run")
+        self.progress(Stage(f"look at {_PLACES} places, {_SHORT_S[0]:g} s of each run", 0.0))
         short = self._chosen(robot, self._look_around(first))
         chain = replace(robot, increments=short.problem.robot.increments)
         problem = self._problem(chain, np.inf, short.problem)
@@ -145,7 +146,8 @@ class _Fitter:
     def _minimum(self, problem: Problem, x: NDArray[np.float64]) -> NDArray[np.float64]:
         whole = problem.window >= self.longest
         words = "whole runs" if whole else f"the first {problem.window:g} s of each run"
-        self.progress(f"fit {words}, beam of {problem.robot.increments} increments")
+        words = f"fit {words}, beam of {problem.robot.increments} increments"
+        self.progress(Stage(words, self._share_before(problem.window)))
         reach = np.full(len(x), _REACH)
         reach[: len(problem.names)] = np.log(BOUND)
         found = least_squares(
@@ -162,6 +164,13 @@ class _Fitter:
         )
         self.evaluations += int(found.nfev)
         return np.asarray(found.x)
+
+    def _share_before(self, window: float) -> float:
+        """Return the share of the work that is done when a window's fit begins, by its seconds."""
+        every = [w for w in (*_SHORT_S, *_LONG_S) if w < self.longest] + [self.longest]
+        looked = _PLACES * _SHORT_S[0]
+        before = looked + _EVALUATIONS * sum(w for w in every if w < min(window, self.longest))
+        return before / (looked + _EVALUATIONS * sum(every))
 
     def _told_apart(
         self, problem: Problem, x: NDArray[np.float64]
