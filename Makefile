@@ -52,6 +52,7 @@ SEED ?= 1
 CASES ?= 40
 
 bank: install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bank]"
 	$(BIN)/python -m tests.bank --seed $(SEED) --cases $(CASES)
 
 fuzz: install

@@ -1,9 +1,12 @@
-"""Run a draw of the bank: make each case, let the command line diagnose it, score, write the page.
+"""Run a draw of the bank: make each case, have it answered, score, write the page.
 
     python -m tests.bank --seed 1 --cases 40 --work build/bank
+    python -m tests.bank --seed 1 --flip hinge_cubic_stiffness
 
-One line of JSON is kept for each case; a later call goes on where one was stopped. Cases lie in
-`cases`, their labels in `sealed`; the engine is given the case's folder only.
+One line of JSON is kept for each case; a later call goes on where one was stopped, and the page
+tells of all draws in the work folder. Cases lie in `cases`, their labels in `sealed`; a process of
+its own answers, which is given the case's folder only. With `--flip` the cases of one effect are
+answered once more by a twin that has it with the wrong sign.
 """
 
 from __future__ import annotations
@@ -17,80 +20,106 @@ import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
+from typing import Any
 
+from tests.bank.baselines import NAMES
 from tests.bank.cases import Case, draw_cases
 from tests.bank.make import make_case
-from tests.bank.score import judge
-from tests.bank.tables import page
+from tests.bank.score import Judged, judge
+from tests.bank.tables import Told, Turned, page
 from tests.bank.write import write_case
 
-__all__ = ["diagnose_case", "run_case"]
+__all__ = ["run_case", "told_of"]
 
-_MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
+_ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
 _MOST_S = 3600
 _WORDS = 300  # of an error that are kept
+_LOG = "log.jsonl"
+
+Line = dict[str, Any]
 
 
-def diagnose_case(folder: Path) -> dict[str, object]:
-    """Return what the command line says of a case: ingest its sheet, diagnose its bundles.
+def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
+    """Make a case, have it answered, and return one line of the log.
 
-    Raises:
-        RuntimeError: when a command fails; with its last words.
+    Args:
+        case: drawn.
+        work: folder of the draw.
+        turned: effect that the answering twin has with the wrong sign.
     """
-    runs = folder / "runs"
-    told = _command("ingest", str(folder / "sheet.yaml"), "--runs", str(runs), "--json")
-    bundles = told["bundles"]
-    assert isinstance(bundles, list)
-    out = str(folder / "answer")
-    return _command(
-        "diagnose", *map(str, bundles), "--out", out, "--no-next", "--no-picture", "--json"
-    )
-
-
-def run_case(case: Case, work: Path) -> dict[str, object]:
-    """Make a case, diagnose it, and return one line of the log."""
-    line: dict[str, object] = {"seed": case.seed}
+    line: Line = {"seed": case.seed}
     try:
         folder = work / "cases" / case.name
         label = work / "sealed" / f"{case.name}.json"
         if not label.exists():
             write_case(make_case(case), work / "cases", work / "sealed")
-        line["answer"] = diagnose_case(folder)
+        line |= _answered(folder, *(["--flip", turned] if turned else []))
         line["label"] = json.loads(label.read_bytes())
     except (ValueError, RuntimeError, subprocess.TimeoutExpired) as error:
         line["failed"] = str(error)[-_WORDS:]
     return line
 
 
-def _command(*words: str) -> dict[str, object]:
+def _answered(*words: str | Path) -> Line:
     done = subprocess.run(
-        [*_MAIN, *words], capture_output=True, text=True, timeout=_MOST_S, check=False
-    )
-    try:
-        return json.loads(done.stdout)
-    except json.JSONDecodeError:
-        raise RuntimeError(f"workbench {words[0]}: {done.stderr.strip()[-_WORDS:]}") from None
+        [*_ANSWERING, *map(str, words)],
+        capture_output=True, text=True, timeout=_MOST_S, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise RuntimeError(done.stderr.strip()[-_WORDS:])
+    return json.loads(done.stdout)
 
 
-def _lines(cases: Sequence[Case], work: Path, log: Path, processes: int) -> Iterator[dict]:
-    """Return a line for every case, those in the log first."""
+def _lines(cases: Sequence[Case], work: Path, turned: str | None, processes: int) -> Iterator[Line]:
+    """Yield a line for every case that was not answered yet, and keep it."""
+    log = work / _LOG
     known = _kept(log)
-    yield from (known[case.seed] for case in cases if case.seed in known)
     fresh = multiprocessing.get_context("spawn")
     missing = [case for case in cases if case.seed not in known]
     with ProcessPoolExecutor(processes, mp_context=fresh) as pool:
-        for future in as_completed([pool.submit(run_case, case, work) for case in missing]):
+        for future in as_completed([pool.submit(run_case, one, work, turned) for one in missing]):
             line = future.result()
             with log.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
             yield line
 
 
-def _kept(log: Path) -> dict[int, dict]:
+def _kept(log: Path) -> dict[int, Line]:
+    """Return the last line of each case."""
     if not log.exists():
         return {}
     read = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    return {line["seed"]: line for line in read if "answer" in line}
+    answered = {line["seed"]: line for line in read if "answer" in line}
+    return {line["seed"]: line for line in read} | answered
+
+
+def told_of(work: Path) -> Told:
+    """Return what all draws in a folder came to."""
+    draws = {int(one.name.removeprefix("seed-")): one for one in sorted(work.glob("seed-*"))}
+    lines = [line for one in draws.values() for line in _kept(one / _LOG).values()]
+    answered = {line["seed"]: line for line in lines if "answer" in line}
+    judged = {seed: judge(one["answer"], one["label"], one) for seed, one in answered.items()}
+    plain = {
+        name: [
+            judge(one["plain"][name], one["label"])
+            for one in answered.values() if name in one["plain"]
+        ]
+        for name in NAMES
+    }  # fmt: skip
+    failed = [
+        f"case {line['seed']}: {line['failed']}".replace("\n", " ")
+        for line in lines if "failed" in line
+    ]  # fmt: skip
+    signs = [one for draw in draws.values() for one in _signs(draw, judged)]
+    return Told(tuple(judged.values()), plain, signs, len(lines), failed, tuple(draws))
+
+
+def _signs(draw: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
+    for folder in sorted(draw.glob("flip-*")):
+        lines = {seed: one for seed, one in _kept(folder / _LOG).items() if "answer" in one}
+        both = [seed for seed in lines if seed in judged]
+        after = [judge(lines[seed]["answer"], lines[seed]["label"]) for seed in both]
+        yield Turned(folder.name.removeprefix("flip-"), [judged[seed] for seed in both], after)
 
 
 def main() -> None:
@@ -101,20 +130,20 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("build/bank"))
     parser.add_argument("--page", type=Path, default=Path("docs/reference/bank.md"))
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--flip", help="effect whose cases are answered with its sign turned")
     asked = parser.parse_args()
-    work = asked.work / f"seed-{asked.seed}"
-    work.mkdir(parents=True, exist_ok=True)
     cases = draw_cases(asked.seed, asked.cases)
-    judged, failed = [], []
-    for line in _lines(cases, work, work / "log.jsonl", asked.processes):
+    work = asked.work / f"seed-{asked.seed}"
+    if asked.flip:
+        cases = [case for case in cases if asked.flip in case.causes]
+        work /= f"flip-{asked.flip}"
+    work.mkdir(parents=True, exist_ok=True)
+    for line in _lines(cases, work, asked.flip, asked.processes):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
-        if "answer" in line:
-            judged.append(judge(line["answer"], line["label"]))
-        else:
-            failed.append(f"case {line['seed']}: {line['failed']}".replace("\n", " "))
-    asked.page.write_text(page(judged, len(cases), failed, asked.seed), encoding="utf-8")
-    print(f"{len(judged)} of {len(cases)} cases answered; the page is {asked.page}")
+    told = told_of(asked.work)
+    asked.page.write_text(page(told), encoding="utf-8")
+    print(f"{len(told.judged)} of {told.drawn} cases answered; the page is {asked.page}")
 
 
 if __name__ == "__main__":

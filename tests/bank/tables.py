@@ -2,47 +2,143 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from tests.bank.score import BARS, Judged, Score, confusion, scores
 
-__all__ = ["page"]
+__all__ = ["Told", "Turned", "page"]
 
 _MOST_COVERED = 0.97
+_SOURCES = {"twin": "the twin", "rod": "the independent engine"}
+_COMPARED = (
+    "top-1 name, size 3", "top-1 name, size 1", "named and wrong", "false alarm on nulls",
+    "pairs: both named", "outside: named",
+)  # fmt: skip
 
 
-def page(judged: Sequence[Judged], drawn: int, failed: Sequence[str], seed: int) -> str:
-    """Return the page in Markdown.
+@dataclass(frozen=True)
+class Turned:
+    """Cases of an effect, answered with the twin as it is and with its sign turned.
+
+    Args:
+        effect: whose sign was turned.
+        before: answers of the twin as it is.
+        after: the same cases with the sign turned.
+    """
+
+    effect: str
+    before: Sequence[Judged]
+    after: Sequence[Judged]
+
+
+@dataclass(frozen=True)
+class Told:
+    """All that the page is made of.
 
     Args:
         judged: answers beside their labels.
+        plain: name of a dumb engine -> its answers to the same cases.
+        turned: sign-flip checks.
         drawn: how many cases were drawn.
         failed: what became of those without an answer, one line each.
-        seed: of the draw.
+        seeds: of the draws.
     """
+
+    judged: Sequence[Judged]
+    plain: Mapping[str, Sequence[Judged]]
+    turned: Sequence[Turned]
+    drawn: int
+    failed: Sequence[str]
+    seeds: Sequence[int]
+
+
+def page(told: Told) -> str:
+    """Return the page in Markdown."""
+    seeds = ", ".join(map(str, told.seeds))
     parts = [
         "# The bank of hidden-effect cases", "",
-        f"Written by `make bank SEED={seed}`: {drawn} cases drawn, {len(judged)} answered. What "
-        "a case is and how it is scored: [the bank's own page](../decisions/0010-bank.md). "
-        "Intervals are Wilson's at 90 %.", "",
+        f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
+        f"{len(told.judged)} answered. What a case is and how it is scored: "
+        "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %.", "",
         "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
     ]  # fmt: skip
-    columns = {
-        source: scores([one for one in judged if one.label["generator"] == source])
-        for source in ("twin", "rod")
-    }
+    columns = {source: scores(_of(told.judged, source)) for source in _SOURCES}
     for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
         bar = BARS[twin.name]
         cells = [_cell(twin), _verdict(twin, bar.twin, bar.least), _cell(rod),
                  _verdict(rod, bar.rod, bar.least)]  # fmt: skip
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
+    parts += _beside_plain(told)
+    parts += _signs(told.turned)
     parts += ["", "## What was said of what", "", "| truth | answers |", "|---|---|"]
-    for truth, said in sorted(confusion(judged).items()):
-        told = ", ".join(f"{answer} {count}" for answer, count in said.most_common())
-        parts.append(f"| {truth} | {told} |")
-    if failed:
-        parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in failed)]
+    for truth, said in sorted(confusion(told.judged).items()):
+        words = ", ".join(f"{answer} {count}" for answer, count in said.most_common())
+        parts.append(f"| {truth} | {words} |")
+    if told.failed:
+        parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in told.failed)]
     return "\n".join(parts) + "\n"
+
+
+def _beside_plain(told: Told) -> list[str]:
+    """Return the same scores of the dumb engines."""
+    parts = [
+        "", "## Beside dumb engines", "",
+        "`single` names the cause that fits the training runs best, `bic` adds causes while the "
+        "Bayesian information criterion falls, `sindy` names the largest term in the acceleration "
+        "that the base leaves. All begin at the base fit of the real one.", "",
+        f"| score | cases of | diagnose | {' | '.join(told.plain)} |",
+        f"|---|---|---|{'---|' * len(told.plain)}",
+    ]  # fmt: skip
+    for name in _COMPARED:
+        for source in _SOURCES:
+            every = [told.judged, *told.plain.values()]
+            cells = [
+                _cell(next(one for one in scores(_of(judged, source)) if one.name == name))
+                for judged in every
+            ]
+            parts.append(f"| {name} | {_SOURCES[source]} | {' | '.join(cells)} |")
+    return parts
+
+
+def _signs(turned: Sequence[Turned]) -> list[str]:
+    """Return how the bank notices an effect whose sign is wrong."""
+    if not turned:
+        return []
+    parts = [
+        "", "## An effect with its sign turned", "",
+        "The same cases, answered by a twin that has the effect the wrong way round: what is told "
+        "of its size must be wrong, or the bank could not tell.", "",
+        "| effect | cases | right | right, turned | size within its interval | the same, turned |",
+        "|---|---|---|---|---|---|",
+    ]  # fmt: skip
+    for one in turned:
+        cells = [str(len(one.after)), _rights(one.before), _rights(one.after),
+                 _sized(one.before, one.effect), _sized(one.after, one.effect)]  # fmt: skip
+        parts.append(f"| {one.effect} | {' | '.join(cells)} |")
+    return parts
+
+
+def _rights(judged: Sequence[Judged]) -> str:
+    return f"{sum(one.right for one in judged)} of {len(judged)}"
+
+
+def _sized(judged: Sequence[Judged], effect: str) -> str:
+    """Return how many named the effect with an interval that holds its true size."""
+    holds = [
+        all(
+            one.parameters[effect, name][1] <= value <= one.parameters[effect, name][2]
+            for name, value in one.truth[effect].items()
+            if (effect, name) in one.parameters
+        )
+        for one in judged
+        if effect in one.causes
+    ]
+    return f"{sum(holds)} of {len(judged)}"
+
+
+def _of(judged: Sequence[Judged], source: str) -> list[Judged]:
+    return [one for one in judged if one.label["generator"] == source]
 
 
 def _cell(score: Score) -> str:

@@ -10,7 +10,7 @@ import pytest
 from tests.bank.cases import Block, Case
 from tests.bank.expected import expected
 from tests.bank.score import BARS, Judged, confusion, judge, scores, wilson
-from tests.bank.tables import page
+from tests.bank.tables import Told, Turned, page
 
 TRUE = {"root_play": {"gap": 0.001}}
 
@@ -139,7 +139,26 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
     judged = [judge(answer("NAMED", "tether"), label("single", TRUE)),
               judge(answer("SET", "tether"), label("null", {}))]  # fmt: skip
     assert confusion(judged) == {"root_play": {"tether": 1}, "null": {"SET": 1}}
-    text = page(judged, 3, ["case 9: no rest"], seed=4)
+    plain = {"single": [judge(answer("NAMED", "root_play"), label("single", TRUE))]}
+    off = {"value": 0.01, "interval90": [0.009, 0.011], "unit": "rad"}
+    opposite = answer("NAMED") | {"causes": [{"effect": "root_play", "parameters": {"gap": off}}]}
+    right, wrong = (
+        judge(answer("NAMED", "root_play"), label("single", TRUE)),
+        judge(opposite, label("single", TRUE)),
+    )
+    turned = [Turned("root_play", [right], [wrong])]
+    text = page(Told(judged, plain, turned, 3, ["case 9: no rest"], [4, 5]))
+    assert "seeds 4, 5: 3 cases drawn, 2 answered" in text
     assert "| root_play | tether 1 |" in text
     assert "at least 0.7, missed" in text
     assert "- case 9: no rest" in text
+    sizes = "| top-1 name, size 1 | the independent engine | 0 of 1: 0% (0% to 73%) | 1 of 1: 100%"
+    assert sizes in text
+    assert "| root_play | 1 | 1 of 1 | 1 of 1 | 1 of 1 | 0 of 1 |" in text
+
+
+def test_time_and_memory_are_the_worst_of_all_cases() -> None:
+    one = judge(answer("CLEAN"), label("null", {}), {"screening": 20.0, "peak": 500.0})
+    other = judge(answer("CLEAN"), label("null", {}), {"screening": 70.0, "peak": 400.0})
+    assert score("slowest screening [s]", one, other) == 70.0
+    assert score("most memory [MB]", one, other) == 500.0

@@ -1,0 +1,104 @@
+"""Answer one case in a process of its own; what the dumb engines say stands beside it.
+
+    python -m tests.bank.answering FOLDER [--flip EFFECT]
+
+The sheet is ingested by the command line, the bundles are diagnosed as `workbench diagnose` does.
+One JSON object is printed. With `--flip` the twin has the named effect with its sign turned: an
+answer that is as good as before would show that the bank cannot tell.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tests.bank.baselines import plain_answers
+from workbench.bundle import Bundle
+from workbench.cli.diagnose import robot_of
+from workbench.diagnose import diagnose, refused
+from workbench.errors import DataFault
+from workbench.sim import EFFECTS
+
+__all__ = ["answer", "flip"]
+
+_MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
+_SCREENED = "refit with"  # the first stage after the screening
+_WORDS = 300  # of an error that are kept
+
+
+def answer(folder: Path) -> dict[str, Any]:
+    """Return what is answered to the case in a folder.
+
+    Returns:
+        `answer` as `workbench diagnose --json` prints it, `plain` those of the dumb engines,
+        `screening` [s] until all causes have a score, `processor` [s] and `peak` [MB].
+
+    Raises:
+        RuntimeError: when the sheet is refused; with the last words.
+    """
+    runs = folder / "runs"
+    command = ["ingest", str(folder / "sheet.yaml"), "--runs", str(runs), "--json"]
+    done = subprocess.run([*_MAIN, *command], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"workbench ingest: {done.stderr.strip()[-_WORDS:]}")
+    told = json.loads(done.stdout)
+    rig, _ = robot_of(Bundle.find_all([Path(one) for one in told["bundles"]], runs))
+    begin, screened = time.perf_counter(), [float("nan")]
+
+    def heard(stage: str) -> None:
+        if stage.startswith((_SCREENED, "judge")) and screened[0] != screened[0]:
+            screened[0] = time.perf_counter() - begin
+
+    try:
+        found = diagnose(rig, folder / "answer", "answer", heard)
+    except DataFault as fault:
+        return _spent({"answer": refused(fault), "plain": {}})
+    said = found.as_json()
+    return _spent({"answer": said, "plain": plain_answers(found), "screening": screened[0]})
+
+
+def _spent(said: dict[str, Any]) -> dict[str, Any]:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return said | {"processor": used.ru_utime + used.ru_stime, "peak": used.ru_maxrss / 1024}
+
+
+def flip(name: str) -> None:
+    """Give the twin of this process an effect with the sign of its quantities turned."""
+    effect = EFFECTS[name]
+    hooks = ("alter", "build", "drive", "observe")
+    there = {hook: getattr(effect, hook) for hook in hooks}
+    turned = {hook: _turned(act) for hook, act in there.items() if act is not None}
+    EFFECTS[name] = replace(effect, **turned)
+
+
+def _turned(act: Callable[..., Any]) -> Callable[..., Any]:
+    """Return an effect's function that takes the opposite of its last argument, the values."""
+
+    def opposite(*given: Any) -> Any:
+        values: Mapping[str, float] = given[-1]
+        return act(*given[:-1], {key: -value for key, value in values.items()})
+
+    return opposite
+
+
+def main() -> None:
+    """Answer the case that the command line names."""
+    parser = argparse.ArgumentParser(prog="python -m tests.bank.answering", description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--flip", choices=list(EFFECTS))
+    asked = parser.parse_args()
+    if asked.flip:
+        flip(asked.flip)
+    print(json.dumps(answer(asked.folder)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""What the bank does around an answer: dumb engines, an effect turned round, several draws."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.bank.__main__ import told_of
+from tests.bank.answering import flip
+from tests.bank.baselines import bic, sindy, single
+from workbench.diagnose import diagnose, load_rig
+from workbench.sim import EFFECTS
+
+RATE_HZ = 120.0
+
+
+def test_two_dumb_engines_name_what_a_pendulum_has(tmp_path: Path) -> None:
+    found = diagnose(load_rig(Path("examples/pendulum/rig.yaml")), tmp_path)
+    assert single(found)["causes"] == [{"effect": "pivot_coulomb_friction", "parameters": {}}]
+    listed: Any = bic(found)["causes"]
+    assert listed[0]["effect"] == "pivot_coulomb_friction"
+
+
+def swinging(more: float, noise: float) -> Any:
+    """Return a rig whose T swings along a slant and leaves an acceleration of `more` place^3."""
+    rng = np.random.default_rng(0)
+    times = np.arange(960) / RATE_HZ
+    swing = 0.05 * np.sin(2 * np.pi * 1.3 * times)
+    # the second integral of the cube, by Fourier: sin^3 = (3 sin - sin 3) / 4
+    rate = 2 * np.pi * 1.3
+    left = more * 0.05**3 * (-3 * np.sin(rate * times) + np.sin(3 * rate * times) / 9)
+    left /= 4 * rate**2
+    way = np.array([0.8, 0.6])
+    base = swing[:, None] * way
+    values = base + left[:, None] * way + noise * rng.normal(size=(960, 2))
+    run = SimpleNamespace(times=times, values=values, valid=np.ones((960, 2), dtype=bool),
+                          channels=("top_x_m", "top_z_m"))  # fmt: skip
+    rig = SimpleNamespace(runs=[run], predict=lambda asked, until: [base])
+    linear = SimpleNamespace(z=np.zeros(1), runs=(0,))
+    refits = SimpleNamespace(base=SimpleNamespace(fit=SimpleNamespace(linear=linear)))
+    return SimpleNamespace(rig=rig, refits=refits, layout=SimpleNamespace(values=lambda z, k: {}))
+
+
+def test_sparse_regression_names_a_cube_where_there_is_no_noise() -> None:
+    pytest.importorskip("pysindy", reason="pip install hopping-workbench[bank]")
+    assert sindy(swinging(2e5, 1e-7))["causes"] == [
+        {"effect": "hinge_cubic_stiffness", "parameters": {}}
+    ]
+
+
+def test_an_effect_that_is_turned_does_the_opposite(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "speed_scale"
+    monkeypatch.setitem(EFFECTS, name, EFFECTS[name])
+    drive = EFFECTS[name].drive
+    assert drive is not None
+    condition: Any = SimpleNamespace()
+    seen: list[dict[str, float]] = []
+    plain = EFFECTS[name].__class__
+    monkeypatch.setitem(
+        EFFECTS, name,
+        plain(**{**vars(EFFECTS[name]), "drive": lambda c, values: seen.append(dict(values)) or c}),
+    )  # fmt: skip
+    flip(name)
+    turned = EFFECTS[name].drive
+    assert turned is not None
+    turned(condition, {"share": 0.02})
+    assert seen == [{"share": -0.02}]
+
+
+def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
+    label = {"block": "null", "generator": "twin", "effects": {}, "kind": "", "drawn_sizes": [],
+             "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
+    said = {"answer": "CLEAN", "causes": [], "seconds": 1.0}
+    line = {"answer": said, "label": label, "plain": {"bic": said}, "screening": 2.0, "peak": 3.0}
+    for seed in (1, 2):
+        folder = tmp_path / f"seed-{seed}"
+        folder.mkdir()
+        lines = [{"seed": 1000 * seed, "failed": "at first"}, {"seed": 1000 * seed} | line]
+        lines += [{"seed": 1000 * seed + 1, "failed": "no rest"}] * 2
+        text = "\n".join(json.dumps(one) for one in lines)
+        (folder / "log.jsonl").write_text(text + "\n", encoding="utf-8")
+    told = told_of(tmp_path)
+    assert (told.drawn, len(told.judged), told.seeds) == (4, 2, (1, 2))
+    assert told.failed == ["case 1001: no rest", "case 2001: no rest"]
+    assert len(told.plain["bic"]) == 2
+    assert told.judged[0].screening == 2.0
