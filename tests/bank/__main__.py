@@ -15,59 +15,19 @@ import argparse
 import json
 import multiprocessing
 import os
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any
 
 from tests.bank.baselines import NAMES
 from tests.bank.cases import Case, draw_cases
-from tests.bank.make import make_case
+from tests.bank.one_case import Line, run_case
 from tests.bank.score import Judged, judge
 from tests.bank.tables import Told, Turned, page
-from tests.bank.write import write_case
 
-__all__ = ["run_case", "told_of"]
+__all__ = ["told_of"]
 
-_ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
-_MOST_S = 3600
-_WORDS = 300  # of an error that are kept
 _LOG = "log.jsonl"
-
-Line = dict[str, Any]
-
-
-def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
-    """Make a case, have it answered, and return one line of the log.
-
-    Args:
-        case: drawn.
-        work: folder of the draw.
-        turned: effect that the answering twin has with the wrong sign.
-    """
-    line: Line = {"seed": case.seed}
-    try:
-        folder = work / "cases" / case.name
-        label = work / "sealed" / f"{case.name}.json"
-        if not label.exists():
-            write_case(make_case(case), work / "cases", work / "sealed")
-        line |= _answered(folder, *(["--flip", turned] if turned else []))
-        line["label"] = json.loads(label.read_bytes())
-    except (ValueError, RuntimeError, subprocess.TimeoutExpired) as error:
-        line["failed"] = str(error)[-_WORDS:]
-    return line
-
-
-def _answered(*words: str | Path) -> Line:
-    done = subprocess.run(
-        [*_ANSWERING, *map(str, words)],
-        capture_output=True, text=True, timeout=_MOST_S, check=False,
-    )  # fmt: skip
-    if done.returncode:
-        raise RuntimeError(done.stderr.strip()[-_WORDS:])
-    return json.loads(done.stdout)
 
 
 def _lines(cases: Sequence[Case], work: Path, turned: str | None, processes: int) -> Iterator[Line]:
