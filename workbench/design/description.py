@@ -14,7 +14,7 @@ __all__ = ["Description"]
 # a shape beyond these by the clamped chain, whose foot does not give, surely cannot stand
 _OVERHANG_M = 0.01
 _SUNK_M = 0.003
-# of the drive: in 3360 hops of 10 s, those beyond 0.8 m rang within 0.90 and 1.10 of it (2 to 98 %)
+# of the drive: of 3360 hops of 10 s all 1631 beyond 0.8 m rang between 0.89 and 1.12 of it
 _NEAR = 1 / 8
 
 
