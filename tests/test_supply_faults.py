@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Command
+from tests.conftest import Answer, Command
 from workbench import bench as bench_module
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
@@ -107,15 +107,23 @@ class Watched(VirtualBench):
         self.clock.sleep = slept  # type: ignore[method-assign]
 
 
+def run_on(
+    bench: VirtualBench, lab: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
+) -> Answer:
+    """Carry the protocol out on a bench; the bundle lies in `runs` beside its file."""
+    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
+    protocol = lab.with_name("p.yaml")
+    protocol.write_text(PROTOCOL)
+    return workbench("run", protocol, "--bench", lab, "--runs", lab.with_name("runs"))
+
+
 def test_one_late_answer_is_dropped_and_the_run_goes_on(
     tmp_path: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lab = bench_with("RD6006", tmp_path)
     bench = Watched(load_bench(str(lab)).content)
     bench.let_happen(fault(Fault.LATE_REPLY, times=1, delay_s=0.7))
-    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
-    (tmp_path / "p.yaml").write_text(PROTOCOL)
-    answer = workbench("run", tmp_path / "p.yaml", "--bench", lab, "--runs", tmp_path / "runs")
+    answer = run_on(bench, lab, workbench, monkeypatch)
     assert answer.code == 0, answer.err
     wire = next((tmp_path / "runs").glob("*/wire.log")).read_text(encoding="utf-8")
     lines = [json.loads(line) for line in wire.splitlines()]
@@ -132,9 +140,7 @@ def test_a_fault_while_the_output_is_on(
     lab = bench_with(model, tmp_path)
     bench = Watched(load_bench(str(lab)).content)
     bench.let_happen(happen)
-    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
-    (tmp_path / "p.yaml").write_text(PROTOCOL)
-    answer = workbench("run", tmp_path / "p.yaml", "--bench", lab, "--runs", tmp_path / "runs")
+    answer = run_on(bench, lab, workbench, monkeypatch)
     told = " ".join(answer.err.split())
     assert answer.code == code, told
     assert re.search(words, told), told
@@ -156,9 +162,7 @@ def test_a_run_with_each_family_ends_with_the_output_off(
 ) -> None:
     lab = bench_with(model, tmp_path)
     bench = VirtualBench(load_bench(str(lab)).content)
-    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
-    (tmp_path / "p.yaml").write_text(PROTOCOL)
-    answer = workbench("run", tmp_path / "p.yaml", "--bench", lab, "--runs", tmp_path / "runs")
+    answer = run_on(bench, lab, workbench, monkeypatch)
     assert answer.code == 0, answer.err
     assert max(volts for _, volts in bench.device.history) == pytest.approx(4.5225, abs=0.003)
     assert bench.device.history[-1][1] == 0

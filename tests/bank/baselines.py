@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 NAMES = ("single", "bic", "sindy")
 _MOST = 6  # causes that BIC may add
 _WINDOW, _ORDER = 15, 3  # of the smoothing: an eighth of a second
-_THRESHOLD = 0.3  # of the largest term: what sparse regression drops
-_SMALLEST = 0.05  # of the accelerations' root mean square: no term is worth a name
+_DROPPED = 0.015  # of the accelerations' root mean square: what sparse regression drops
+_SMALLEST = 0.05  # of the same: no term is worth a name
 
 TERMS: Mapping[str, str] = {
     "place": "hinge_stiffness",
@@ -83,7 +83,7 @@ def _sparse(features: Array, targets: Array) -> Array:
     """Return the coefficients of each target, (targets, features), small ones dropped."""
     pysindy = import_module("pysindy")  # only who runs the bank has it
     scale = float(np.sqrt(np.mean(targets**2))) or 1.0
-    optimizer = pysindy.STLSQ(threshold=_THRESHOLD * _SMALLEST, alpha=1e-3)
+    optimizer = pysindy.STLSQ(threshold=_DROPPED, alpha=1e-3)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it tells when it drops all terms
         optimizer.fit(features, targets / scale)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-__all__ = ["BARS", "Bar", "Judged", "Score", "confusion", "judge", "scores", "wilson"]
+__all__ = ["BARS", "Bar", "Judged", "Score", "confusion", "covered", "judge", "scores", "wilson"]
 
 Answer = Mapping[str, object]
 Label = Mapping[str, object]
@@ -267,15 +267,18 @@ def _parameter_errors(judged: Iterable[Judged]) -> list[float]:
     ]
 
 
-def _coverage(judged: Iterable[Judged]) -> Score:
-    inside = [
+def covered(one: Judged, effect: str) -> list[bool]:
+    """Tell of each size of an effect that was told whether its interval holds the truth."""
+    return [
         one.parameters[effect, name][1] <= value <= one.parameters[effect, name][2]
-        for one in judged
-        if one.verdict == "NAMED" and one.right
-        for effect, values in one.truth.items()
-        for name, value in values.items()
+        for name, value in one.truth[effect].items()
         if value and (effect, name) in one.parameters
     ]
+
+
+def _coverage(judged: Iterable[Judged]) -> Score:
+    right = [one for one in judged if one.verdict == "NAMED" and one.right]
+    inside = [hit for one in right for effect in one.truth for hit in covered(one, effect)]
     return _counted("90 % interval coverage", sum(inside), len(inside))
 
 

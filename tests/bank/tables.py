@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.bank.score import BARS, Judged, Score, confusion, scores
+from tests.bank.score import BARS, Judged, Score, confusion, covered, scores
 
 __all__ = ["Told", "Turned", "page"]
 
@@ -90,14 +90,12 @@ def _beside_plain(told: Told) -> list[str]:
         f"| score | cases of | diagnose | {' | '.join(told.plain)} |",
         f"|---|---|---|{'---|' * len(told.plain)}",
     ]  # fmt: skip
+    every = [told.judged, *told.plain.values()]
+    by = {source: [_named(scores(_of(judged, source))) for judged in every] for source in _SOURCES}
     for name in _COMPARED:
-        for source in _SOURCES:
-            every = [told.judged, *told.plain.values()]
-            cells = [
-                _cell(next(one for one in scores(_of(judged, source)) if one.name == name))
-                for judged in every
-            ]
-            parts.append(f"| {name} | {_SOURCES[source]} | {' | '.join(cells)} |")
+        for source, words in _SOURCES.items():
+            cells = [_cell(found[name]) for found in by[source]]
+            parts.append(f"| {name} | {words} | {' | '.join(cells)} |")
     return parts
 
 
@@ -125,16 +123,12 @@ def _rights(judged: Sequence[Judged]) -> str:
 
 def _sized(judged: Sequence[Judged], effect: str) -> str:
     """Return how many named the effect with an interval that holds its true size."""
-    holds = [
-        all(
-            one.parameters[effect, name][1] <= value <= one.parameters[effect, name][2]
-            for name, value in one.truth[effect].items()
-            if (effect, name) in one.parameters
-        )
-        for one in judged
-        if effect in one.causes
-    ]
+    holds = [all(covered(one, effect)) for one in judged if effect in one.causes]
     return f"{sum(holds)} of {len(judged)}"
+
+
+def _named(found: Sequence[Score]) -> dict[str, Score]:
+    return {one.name: one for one in found}
 
 
 def _of(judged: Sequence[Judged], source: str) -> list[Judged]:

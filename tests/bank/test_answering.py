@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,6 +16,7 @@ from tests.bank.answering import flip
 from tests.bank.baselines import bic, sindy, single
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
+from workbench.sim.effects.effect import Values
 
 RATE_HZ = 120.0
 
@@ -54,21 +56,17 @@ def test_sparse_regression_names_a_cube_where_there_is_no_noise() -> None:
 
 
 def test_an_effect_that_is_turned_does_the_opposite(monkeypatch: pytest.MonkeyPatch) -> None:
-    name = "speed_scale"
-    monkeypatch.setitem(EFFECTS, name, EFFECTS[name])
-    drive = EFFECTS[name].drive
-    assert drive is not None
-    condition: Any = SimpleNamespace()
-    seen: list[dict[str, float]] = []
-    plain = EFFECTS[name].__class__
-    monkeypatch.setitem(
-        EFFECTS, name,
-        plain(**{**vars(EFFECTS[name]), "drive": lambda c, values: seen.append(dict(values)) or c}),
-    )  # fmt: skip
+    name, seen = "speed_scale", list[dict[str, float]]()
+
+    def drive(condition: Any, values: Values) -> Any:
+        seen.append(dict(values))
+        return condition
+
+    monkeypatch.setitem(EFFECTS, name, replace(EFFECTS[name], drive=drive))
     flip(name)
     turned = EFFECTS[name].drive
     assert turned is not None
-    turned(condition, {"share": 0.02})
+    turned(SimpleNamespace(), {"share": 0.02})  # pyright: ignore[reportArgumentType]
     assert seen == [{"share": -0.02}]
 
 

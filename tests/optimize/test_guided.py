@@ -117,6 +117,12 @@ def test_niches_are_of_what_is_likely_where_there_is_any() -> None:
     assert len(none.points) > 500
 
 
+def test_a_space_without_anything_to_describe_still_gives_a_generation() -> None:
+    """What it holds is then found out by evaluating, and told by the search's own error."""
+    algorithm = Guided(cube(), 0, lambda points: np.full((len(points), 2), np.nan))
+    assert algorithm.ask().tolist() == [cube().start.tolist()] * 12
+
+
 def test_niches_leave_out_what_is_not_possible() -> None:
     niches = Niches(
         cube(), folded, lambda point: bool(point[0] < 0.4), anything, 4, np.random.default_rng(0)

@@ -27,6 +27,7 @@ class Description:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
+        self._beside = [name for name in problem.space.names if name not in ANGLES]
 
     def __call__(self, candidates: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how they move, and the variables beside the angles.
@@ -38,7 +39,7 @@ class Description:
             Descriptors (n, f), NaN where one overhangs its foot, lies on the floor or buckles.
         """
         names = self._problem.space.names
-        beside = {name: candidates[:, k] for k, name in enumerate(names) if name not in ANGLES}
+        beside = {name: candidates[:, names.index(name)] for name in self._beside}
         values = {**self._problem.model.values(), **beside}
         motions = small_motions(
             values,
@@ -62,9 +63,8 @@ class Description:
         Returns:
             Of each, (n,).
         """
-        beside = [name for name in self._problem.space.names if name not in ANGLES]
         speed: NDArray[np.float64] | float = self._problem.omega
-        if SPEED in beside:
-            speed = described[:, len(DESCRIPTORS) + beside.index(SPEED)]
+        if SPEED in self._beside:
+            speed = described[:, len(DESCRIPTORS) + self._beside.index(SPEED)]
         rising = described[:, DESCRIPTORS.index("rising")]
-        return np.abs(rising / np.abs(speed) - 1) < _NEAR
+        return np.abs(rising - np.abs(speed)) < _NEAR * np.abs(speed)

@@ -176,23 +176,16 @@ class Guided(Algorithm):
 
     def _spread_out(self) -> Points:
         """Return candidates of one niche after the other, far from those before, (n, d)."""
-        niches = self._niches
-        picks = [] if self._told else [0]
-        known = np.vstack([self._described, niches.described[picks]]) if self._told else (
-            niches.described[picks]
-        )  # fmt: skip
-        points: list[Points] = [niches.points[row] for row in picks]
-        for turn in range(len(points), self._chosen.population_size):
-            rows = niches.members((self._first_turn + turn) % len(niches))
+        niches, before = self._niches, len(self._fitness)
+        known = self._described if self._told else niches.described[:1]
+        points: list[Points] = [] if self._told else [niches.points[0]]
+        for turn in range(before + len(points), before + self._chosen.population_size):
+            rows = niches.members(turn % len(niches))
             apart = _distances(niches.described[rows], known).min(axis=1)
             row = rows[np.argsort(-apart, kind="stable")[len(rows) // _NEAR_FARTHEST]]
             points.append(niches.points[row])
             known = np.vstack([known, niches.described[row]])
         return np.array(points)
-
-    @property
-    def _first_turn(self) -> int:
-        return self._generations * self._chosen.population_size
 
     def _drawn_niches(self) -> list[int]:
         """Return the niches of the candidates that do not stay around the best."""

@@ -64,11 +64,11 @@ class Niches:
         found = _all_over(space, describe, likely, generator)
         found = found[[bool(possible(point)) for point in found]]
         self.points = np.vstack([space.start, found])
-        described = np.nan_to_num(describe(self.points))
-        spread = described.std(axis=0)
-        self._centre, self._spread = described.mean(axis=0), np.where(spread > 0, spread, 1.0)
-        self.described = self.standard(self.points)
-        self.described[0] = np.nan_to_num(self.described[0])
+        described = describe(self.points)
+        known = np.nan_to_num(described)  # the start alone may lack what describes it
+        spread = known.std(axis=0)
+        self._centre, self._spread = known.mean(axis=0), np.where(spread > 0, spread, 1.0)
+        self.described = np.nan_to_num((described - self._centre) / self._spread)
         self._centres, _ = kmeans(
             self.described, min(count, len(self.points)), iter=_RESTARTS, rng=generator
         )
@@ -117,11 +117,13 @@ def _all_over(
     drawn = varied(space, generator, space.start[None], _DRAWN)
     found = np.vstack([drawn, space.sample(generator, _DRAWN)])
     for turn in range(_ROUNDS):
-        if turn and len(found):
+        if turn:
             found = np.vstack([found, varied(space, generator, found, _CHILDREN)])
         described = describe(found)
         usable = np.isfinite(described).all(axis=1)
         found, described = found[usable], described[usable]
+        if not len(found):
+            break
         liked = likely(described)
         if np.count_nonzero(liked) > _NEIGHBOURS:
             found, described = found[liked], described[liked]
