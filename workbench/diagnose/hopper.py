@@ -25,10 +25,10 @@ from workbench.sim import (
     Condition,
     Effect,
     Robot,
+    attempt_all,
     make_robot,
     sample_times,
     simulate,
-    simulate_all,
 )
 from workbench.sim.effects.apply import observed
 from workbench.timeseries import TimeSeries
@@ -214,30 +214,51 @@ class HopperRig:
         return replace(run, times=run.times[keep], values=run.values[keep], valid=run.valid[keep])
 
     def _simulated(self, jobs: Sequence[Job]) -> list[TimeSeries | None]:
-        """Simulate, in shorter steps where a robot is too stiff; None where it cannot be."""
-        ready = [self._stable(job) for job in jobs]
-        try:
-            done = iter(simulate_all([job for job in ready if job is not None], self.threads))
-            return [None if job is None else next(done).motion for job in ready]
-        except InputError:
-            return [self._alone(job) for job in jobs]
+        """Simulate, in shorter steps where a robot is too stiff; None where it cannot be.
 
-    def _stable(self, job: Job) -> Job | None:
-        """Return a job in steps that its kind of robot can be simulated in; one of a kind tells."""
-        robot, condition = job
-        kind = (*robot.effects, robot.steps_per_sample)
+        A kind of robot that once needed shorter steps keeps them: what is compared should not
+        differ by its steps.
+        """
+        motions: list[TimeSeries | None] = [None] * len(jobs)
+        waiting = list(range(len(jobs)))
+        while waiting:
+            steps = [self._steps_of(jobs[i]) for i in waiting]
+            ready = [
+                (replace(jobs[i][0], steps_per_sample=n), jobs[i][1])
+                for i, n in zip(waiting, steps, strict=True) if n
+            ]  # fmt: skip
+            done = iter(attempt_all(ready, self.threads))
+            refused = []
+            for i, n in zip(waiting, steps, strict=True):
+                result = next(done) if n else None
+                if isinstance(result, InputError):
+                    refused.append(i)
+                elif result is not None:
+                    motions[i] = result.motion
+            waiting = self._in_shorter_steps(jobs, refused)
+        return motions
+
+    def _steps_of(self, job: Job) -> int | None:
+        """Return steps a sample that a kind of robot can be simulated in; its first one tells."""
+        kind = _kind(job)
         if kind not in self._steps:
             self._steps[kind] = _steps_for(job)
-        steps = self._steps[kind]
-        return None if steps is None else (replace(robot, steps_per_sample=steps), condition)
+        return self._steps[kind]
 
-    def _alone(self, job: Job) -> TimeSeries | None:
-        steps = _steps_for(job)
-        if steps is None:
-            return None
-        robot, condition = job
-        ready = [(replace(robot, steps_per_sample=steps), condition)]
-        return simulate_all(ready, self.threads)[0].motion
+    def _in_shorter_steps(self, jobs: Sequence[Job], refused: Sequence[int]) -> list[int]:
+        """Shorten the steps of kinds that were refused; return the jobs to be tried again."""
+        again = []
+        shortened: set[tuple[object, ...]] = set()
+        for i in refused:
+            kind = _kind(jobs[i])
+            if kind not in shortened:
+                before, needed = self._steps[kind], _steps_for(jobs[i])
+                if needed is None or before is None or needed <= before:
+                    continue  # no step helps this one
+                self._steps[kind] = needed
+                shortened.add(kind)
+            again.append(i)
+        return again
 
     def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
@@ -288,6 +309,11 @@ class HopperRig:
                 f"{name} place", self.places.get(f"{name} place", 0.0)
             )
         return np.asarray(curve)
+
+
+def _kind(job: Job) -> tuple[object, ...]:
+    """Return what robots have in common that are simulated in the same steps."""
+    return (*job[0].effects, job[0].steps_per_sample)
 
 
 def _steps_for(job: Job) -> int | None:

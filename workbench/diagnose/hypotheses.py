@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import Fit, Prior, fit, prior_of, renewed
+from workbench.diagnose.solve import Fit, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
@@ -26,7 +26,11 @@ _ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
 _EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
 _BEHIND = 0.5  # share of the best worth below which no refit is tried
 _POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
-_FAR = 1.0  # noise deviations that the base leaves: the minimum lies in no neighbourhood of it
+_FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbourhood of it
+_FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
+_RACING = 3  # times the excess cost of the best: what is dearer leaves the race
+_ARRIVING = 3  # of a race, fitted to whole runs
+_KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _ROUNDS = 8
 _REFIT_ROUNDS = 5
@@ -87,20 +91,26 @@ class Refits:
 
 
 def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
-    """Fit the base, score all causes, refit the promising ones and pairs of them."""
+    """Fit the base, score all causes, refit the promising ones and pairs of them.
+
+    Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
+    there for any neighbourhood to reach the truth, in the longest window that it still follows.
+    """
     tell("fit the base within its tolerances")
-    base = _base(problem)
-    scores = base.near.scores()
-    best = max(scores[0].worth, 0.0) if scores else 0.0
-    chosen = [s for s in scores[:_SINGLES] if s.worth > max(_BEHIND * best, _MORE)]
-    search = _Search(problem, base)
-    for k, score in enumerate(chosen):
-        tell(counted(f"refit with {score.causes[0]}", k + 1, len(chosen)))
-        search.refit(score)
-    couples = _promising(base.near, search.found(1))
-    for k, score in enumerate(couples):
-        tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(couples)))
-        search.refit(score)
+    base, close = _base(problem)
+    search = _Search(problem, base, tell)
+    scores = close.scores()
+    chosen = _worthy(scores, search.far)
+    if search.far:
+        search.race(chosen)
+        best = search.found(1)[:1]
+        if best and best[0].left > _FAR:
+            search.race(_beside(close, best[0].causes[0]))
+        couples = _adding(best[0]) if best and best[0].left <= _FAR else []
+    else:
+        search.refit_all(chosen)
+        couples = _promising(close, search.found(1))
+    search.refit_all(couples)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
@@ -110,30 +120,57 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
 class _Search:
     """The hypotheses that were refitted so far, the best fit of each."""
 
-    def __init__(self, problem: Problem, base: Hypothesis) -> None:
-        self.problem, self.base = problem, base
+    def __init__(self, problem: Problem, base: Hypothesis, tell: Progress) -> None:
+        self.problem, self.base, self.tell = problem, base, tell
         self.best: dict[tuple[str, ...], Hypothesis] = {}
-        self.retries = 0
+        self.retries = _RETRIES
+
+    @property
+    def far(self) -> bool:
+        """Tell whether the minimum lies in no neighbourhood of the base."""
+        return self.base.left > _FAR
 
     def found(self, count: int) -> tuple[Hypothesis, ...]:
         """Return those with so many causes, best first."""
         same = [one for one in self.best.values() if len(one.causes) == count]
         return tuple(sorted(same, key=lambda one: one.cost))
 
-    def refit(self, score: Score) -> None:
-        """Fit from where the neighbourhood of the base expects the minimum.
+    def refit_all(self, scores: Sequence[Score]) -> None:
+        """Fit each from where a neighbourhood expects its minimum; race those that it misled."""
+        misled = []
+        for k, score in enumerate(scores):
+            self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
+            begin = None if self.far else self.base.fit.linear
+            found = self._fit(score.causes, score.z, begin)
+            short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
+            if short and found.left > max(_POOR, _POOR * self.base.left):
+                misled.append(score)
+        if not self.far and self.retries:
+            self.race(misled[: self.retries])
+            self.retries -= len(misled[: self.retries])
 
-        Where that leads nowhere, or the misfit is too large for a neighbourhood, the windows grow
-        once more, the causes released from the first second on.
+    def race(self, scores: Sequence[Score]) -> None:
+        """Fit in growing windows, the causes released from the first second on.
+
+        What is far behind in a window does not enter the next.
         """
-        far = self.base.left > _FAR
-        if not far or self.retries == _RETRIES:
-            first = self._fit(score.causes, score.z, self.base.fit.linear)
-            far = first.left > max(_POOR, _POOR * self.base.left)
-        if far and self.retries < _RETRIES:
-            self.retries += 1
-            prior = prior_of(self.problem.layout, score.causes)
-            self._fit(score.causes, _in_windows(self.problem, prior), None)
+        layout = self.problem.layout
+        running = {score.causes: np.zeros(len(layout)) for score in scores}
+        for until in _windows(self.problem):
+            excess = {}
+            for k, (causes, z) in enumerate(running.items()):
+                words = f"fit {until:g} s with {' and '.join(causes)}"
+                self.tell(counted(words, k + 1, len(running)))
+                found = fit(self.problem, z, prior_of(layout, causes), until, enough=_ROUGH)
+                running[causes] = found.z
+                excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
+            most = _RACING * min(excess.values(), default=0.0)
+            running = {causes: running[causes] for causes in sorted(excess, key=excess.__getitem__)
+                       if excess[causes] <= most}  # fmt: skip
+        for k, causes in enumerate(list(running)[:_ARRIVING]):
+            words = f"refit with {' and '.join(causes)}"
+            self.tell(counted(words, k + 1, min(len(running), _ARRIVING)))
+            self._fit(causes, running[causes], None)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -162,32 +199,46 @@ class _Search:
         return judged
 
 
-def _base(problem: Problem) -> Hypothesis:
+def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
+    """Return the base, and all causes around its fit of the longest window that it follows."""
     layout = problem.layout
-    prior = prior_of(layout)
-    z, rounds = np.zeros(len(layout)), _ROUNDS
+    prior, every = prior_of(layout), np.arange(len(layout))
+    z, rounds, follows = np.zeros(len(layout)), _ROUNDS, True
+    place, window = z, np.inf
     for until in _windows(problem):
         found = fit(problem, z, prior, until, enough=_ROUGH)
         z = found.z
+        follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
+        if follows or window == np.inf:
+            place, window = z, until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
         rounds = _FAR_ROUNDS if twice else _ROUNDS
-    linear = problem.linear(z, np.arange(len(layout)))
+    linear = problem.linear(z, every)
     found = fit(problem, z, prior, linear=linear, refresh=prior.free, rounds=rounds)
-    return _judged(problem, (), found, None)
-
-
-def _in_windows(problem: Problem, prior: Prior) -> NDArray[np.float64]:
-    """Return where fits of ever more of each run lead, from what is stated."""
-    z = np.zeros(len(problem.layout))
-    for until in _windows(problem):
-        z = fit(problem, z, prior, until, enough=_ROUGH).z
-    return z
+    base = _judged(problem, (), found, None)
+    if base.left <= _FAR or window == np.inf:
+        return base, base.near
+    close = problem.linear(place, every, window)
+    return base, Neighbourhood(layout, close, problem.samples(window))
 
 
 def _windows(problem: Problem) -> list[float]:
     longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
     return [window for window in _WINDOWS_S if window < longest]
+
+
+def _worthy(scores: Sequence[Score], far: bool) -> list[Score]:
+    """Return the scores of the causes that are worth a refit."""
+    best = max((score.worth for score in scores), default=0.0)
+    least = max((_FAR_BEHIND if far else _BEHIND) * best, _MORE)
+    return [score for score in scores[:_SINGLES] if score.worth > least]
+
+
+def _beside(near: Neighbourhood, cause: str) -> list[Score]:
+    """Return the pairs of a cause that a neighbourhood promises most of."""
+    pairs = [near.score((cause, name)) for name in near.heard if name != cause]
+    return sorted(pairs, key=lambda one: one.cost)[:_ADDED]
 
 
 def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
@@ -198,16 +249,20 @@ def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score
     """
     if not singles:
         return []
-    best = singles[0]
-    own = best.near
-    added = [own.score((*best.causes, name)) for name in own.heard if name not in best.causes]
-    found = [one for one in added if best.cost - one.cost > _MORE]
-    found = sorted(found, key=lambda one: one.cost)[:_ADDED]
+    best, found = singles[0], _adding(singles[0])
     if best.beyond < _EXPLAINED:
         return found
     pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
     others = [one for one in map(near.score, pairs) if best.cost - one.cost > _MORE]
     return [*found, *sorted(others, key=lambda one: one.cost)[:_OTHERS]]
+
+
+def _adding(best: Hypothesis) -> list[Score]:
+    """Return pairs of a cause and another that promises more, seen from the fit of the first."""
+    near = best.near
+    added = [near.score((*best.causes, name)) for name in near.heard if name not in best.causes]
+    found = [one for one in added if best.cost - one.cost > _MORE]
+    return sorted(found, key=lambda one: one.cost)[:_ADDED]
 
 
 def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
@@ -240,6 +295,7 @@ def left_together(
     total, count = 0.0, 0
     for k, residual in zip(runs, residuals, strict=True):
         seen = problem.seen[k]
+        seen = seen[: len(residual) // seen.shape[1]]
         rows = np.where(seen, residual.reshape(seen.shape), 0.0)
         total += float(np.sum(rows[1:] * rows[:-1]))
         count += int((seen[1:] & seen[:-1]).sum())

@@ -162,7 +162,7 @@ def _judged(fit: Fit, model: ModelFile, seed: int) -> Identification:
     """Return the answer: what the fit is worth, and what speaks against it."""
     solution = fit.solution
     members = {name for one in fit.open for name in one.names}
-    estimates = estimates_of(solution, bootstrap(solution, seed), model, members)
+    estimates = estimates_of(solution, bootstrap(fit.meshed or solution, seed), model, members)
     return Identification(
         estimates=estimates,
         not_determined=fit.open,

@@ -22,6 +22,7 @@ from scipy.stats import qmc
 from workbench.errors import InputError
 from workbench.identify.determinacy import Combination, undetermined
 from workbench.identify.measured import MeasuredRun
+from workbench.identify.mesh import Meshed, best_mesh
 from workbench.identify.problem import Problem
 from workbench.identify.solution import ROBUST, Solution
 from workbench.progress import Progress, Stage
@@ -49,11 +50,13 @@ class Fit:
         solution: over whole runs, of the parameters that the runs tell apart.
         open: what they leave open, in the order in which it was found.
         evaluations: how often all runs were simulated for residuals.
+        meshed: the solution with the mesh as one more unknown, where it was fitted as well.
     """
 
     solution: Solution
     open: tuple[Combination, ...]
     evaluations: int
+    meshed: Solution | None = None
 
 
 def fit_runs(
@@ -101,10 +104,24 @@ class _Fitter:
         chain = replace(robot, increments=short.problem.robot.increments)
         problem = self._problem(chain, np.inf, short.problem)
         problem, x = self._told_apart(problem, short.x)
+        meshed: Meshed | None = None
         for window in (*(w for w in _LONG_S if w < self.longest), np.inf):
             problem = self._problem(problem.robot, window, problem)
             x = self._minimum(problem, x)
-        return Fit(Solution.at(problem, x), tuple(self.open), self.evaluations)
+            if chain.increments != robot.increments:
+                meshed = self._meshed(Solution.at(problem, x), meshed)
+                problem, x = meshed.solution.problem, meshed.solution.x
+        if meshed is None:
+            return Fit(Solution.at(problem, x), tuple(self.open), self.evaluations)
+        return Fit(meshed.solution, tuple(self.open), self.evaluations, meshed.with_mesh)
+
+    def _meshed(self, solution: Solution, before: Meshed | None) -> Meshed:
+        """Return a fit with the number of increments that the runs ask for."""
+        count = solution.problem.robot.increments
+        self.progress(f"look how many increments follow the runs best, from {count}")
+        meshed = best_mesh(solution, None if before is None else before.path)
+        self.evaluations += meshed.evaluations
+        return meshed
 
     def _problem(self, robot: Robot, window: float, before: Problem | None = None) -> Problem:
         problem = Problem(self.runs, robot, list(self.tolerances), window, self.threads)
@@ -129,15 +146,15 @@ class _Fitter:
 
     def _chosen(self, robot: Robot, x: NDArray[np.float64]) -> Solution:
         """Return the short fit, of a finer beam where the given one cannot follow the runs."""
-        given = self._short(robot, x)
+        given = self._short(robot, x, _SHORT_S)
         if given.misfit < _POOR or robot.increments >= FINER:
             return given
-        finer = self._short(replace(robot, increments=FINER), given.x)
+        finer = self._short(replace(robot, increments=FINER), given.x, _SHORT_S[-1:])
         return finer if finer.misfit < _WON * given.misfit else given
 
-    def _short(self, robot: Robot, x: NDArray[np.float64]) -> Solution:
+    def _short(self, robot: Robot, x: NDArray[np.float64], windows: Sequence[float]) -> Solution:
         problem: Problem | None = None
-        for window in _SHORT_S:
+        for window in windows:
             problem = self._problem(_coarse(robot), window, problem)
             x = self._minimum(problem, x)
         assert problem is not None

@@ -3,8 +3,9 @@
 The model's stiffness and damping are those of a chain of as many increments as the shape lists (16
 in the thesis). Each listed hinge stands for the strip half an increment to either side of it: its
 bend and its compliance are spread evenly there, the two end halves stay straight and rigid. A chain
-of another number of increments gathers what lies around each of its own hinges. So the whole strip
-bends by the same angle under the same moment, whatever the number.
+of another number of increments deals out what lies between two of its hinges to both, as a lever
+does. So the whole strip bends by the same angle about the same place under the same moment,
+whatever the number, and what a number of increments gets wrong falls with its square, smoothly.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["Hinge", "hinges"]
 
@@ -46,12 +48,9 @@ def hinges(
     if increments == len(angles):
         return _listed(angles, values)
     listed = len(angles)
-    edge = np.arange(listed) - 0.5  # a listed hinge k covers k - 1/2 to k + 1/2 increments
-    cell = listed / increments
-    bounds = np.concatenate([[0.0], (np.arange(increments) + 0.5) * cell])
-    covered = np.clip(bounds[:, None] - edge[None, 1:], 0.0, 1.0)
-    bend = np.diff(covered @ np.asarray(angles[1:], dtype=float))
-    compliance = np.diff(covered.sum(axis=1)) / values["hinge_stiffness"]
+    share = _shares(listed, increments)
+    bend = share @ np.asarray(angles[1:], dtype=float)
+    compliance = share.sum(axis=1) / values["hinge_stiffness"]
     ratio = values["hinge_damping"] / values["hinge_stiffness"]
     root = 1 / (1 / values["root_stiffness"] + compliance[0])
     chain = [
@@ -65,6 +64,23 @@ def hinges(
         stiffness = None if yielding < _RIGID else float(1 / yielding)
         chain.append(Hinge(float(turn), stiffness, ratio * (stiffness or 0.0)))
     return tuple(chain)
+
+
+def _shares(listed: int, increments: int) -> NDArray[np.float64]:
+    """Return how much of each listed hinge but the root each hinge of a chain takes, (n, l - 1).
+
+    Place and amount of every piece of strip are kept. At the far end of the chain, where T is fast
+    to it, is no hinge: what would be dealt to that place goes to the two before it.
+    """
+    begin = np.arange(listed - 1) + 0.5  # a listed hinge k covers k - 1/2 to k + 1/2 increments
+    cell = listed / increments
+    past = (np.arange(-1, increments + 2) * cell)[:, None] - begin
+    moment = np.clip(past, 0.0, 1.0) ** 2 / 2 + np.maximum(past - 1.0, 0.0)
+    share = np.diff(moment, n=2, axis=0) / cell
+    end = share[-1]
+    share[-2] += 2 * end
+    share[-3] -= end
+    return share[:-1]
 
 
 def _listed(angles: Sequence[float], values: Mapping[str, float]) -> tuple[Hinge, ...]:
