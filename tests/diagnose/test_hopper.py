@@ -85,6 +85,20 @@ def test_the_answer_tells_rivals_and_what_these_runs_do_not_excite(found: Diagno
     assert "hinge_quadratic_damping" not in [rival["effect"] for rival in words["rivals"]]
 
 
+def test_a_cause_that_throws_the_base_far_off_is_found(tmp_path: Path) -> None:
+    """A cable as stiff as a ninth of the strip: the base ends six noise deviations off."""
+    tether = {"pull": 0.12, "stiffness": 1.2}
+    rig = HopperRig(runs_of(truth(4, {"tether": tether}), 4, RUNS), DOCUMENT, SHAPE)
+    told: list[str] = []
+    found = diagnose(rig, tmp_path, tell=told.append)
+    assert found.refits.base.left > 2.0
+    assert any(text.startswith("fit 1 s with tether") for text in told)
+    assert (found.answer.kind, found.answer.causes) == ("NAMED", ("tether",))
+    for name, value in tether.items():
+        assert found.quantities["tether"][name].value == pytest.approx(value, rel=0.1)
+    assert found.removed > 0.95
+
+
 def test_only_as_much_of_a_hop_is_compared_as_its_start_foretells() -> None:
     hop = Asked("hop", 17.0, 6.0)
     rig = HopperRig(runs_of(truth(4, {}), 4, [hop, Asked("decay", 0.4, 2.0)]), DOCUMENT, SHAPE)
