@@ -43,7 +43,6 @@ AMOUNTS: dict[str, Amount] = {
     "hinge_coulomb_friction": Amount("clamped", ({"torque": 3e-4},), 50, False),
     "hinge_quadratic_damping": Amount("clamped", ({"c": 0.005},), 100, False),
     "air_drag": Amount("clamped", ({"c": 0.01},), 100, False),
-    "foot_mass": Amount("hop", ({"mass": 0.0025},), 12),
     "foot_cg": Amount("hop", ({"forward": 0.0015},), 20),
     "rotor_unbalance": Amount("clamped", ({"share": 0.2},), 4),
     "speed_drift": Amount("clamped", ({"rate": 1e-3},), 100),
@@ -52,10 +51,7 @@ AMOUNTS: dict[str, Amount] = {
         "clamped", ({"cos_1": 0.02}, {"sin_1": 0.02}, {"cos_2": 0.04}, {"sin_2": 0.04}), 30
     ),
     "ground_slope": Amount("clamped", ({"slope": 0.04},), 4),
-    "ground_stiffness": Amount("hop", ({"share": 0.09},), 25),
-    "ground_damping": Amount("hop", ({"share": 0.15},), 6),
     "ground_hunt_crossley": Amount("hop", ({"depth_damping": 400.0},), 100, False),
-    "friction_level": Amount("hop", ({"share": 0.01},), 40),
     "friction_anisotropy": Amount("hop", ({"share": 0.01},), 40),
     "sole_adhesion": Amount("hop", ({"pull": 0.01},), 100, False),
     "tether": Amount("clamped", ({"stiffness": 0.5}, {"stiffness": 0.3, "pull": 0.03}), 100, False),
@@ -67,7 +63,7 @@ AMOUNTS: dict[str, Amount] = {
 
 ABSORBED = (
     "hinge_stiffness", "root_stiffness", "hinge_damping", "speed_scale", "speed_offset",
-    "time_offset", "top_mass",
+    "time_offset", "top_mass", "foot_mass", "ground_stiffness", "ground_damping", "friction_level",
 )  # fmt: skip
 """Effects that the base refit takes up whole: it has the same parameters, or a speed and an instant
 for each run. They have no size and cannot be single cases; traps use them."""

@@ -30,10 +30,7 @@ BLOCKS: dict[Block, float] = {
 }  # fmt: skip
 """Share of the cases."""
 SIZES = (0.3, 1.0, 3.0)
-TIES: tuple[tuple[str, str, Protocols], ...] = (
-    ("local_stiffness_loss", "rest_shape_drift", "S"),
-    ("friction_level", "friction_anisotropy", "S+D+H"),
-)
+TIES: tuple[tuple[str, str, Protocols], ...] = (("local_stiffness_loss", "rest_shape_drift", "S"),)
 """True cause, its double, and the runs; a case is kept where the double leaves less than 30 %."""
 TRAPS = ("mass_and_stiffness", "half_percent_speed", "nothing_slips", "unseen_coulomb", "softening",
          "slope_or_set", "droop_near_resonance", "clutter_only", "bad_trackable",

@@ -21,13 +21,16 @@ from tests.bank.observe import NOISE_M
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 
-__all__ = ["BASE", "Sizing", "UnreachableError", "rms"]
+__all__ = ["BASE", "FLOOR", "Sizing", "UnreachableError", "rms"]
 
 Array = NDArray[np.float64]
 
 BASE = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "beam_mass",
         "top_mass", "rotor_mass")  # fmt: skip
 """Parameters that a base fit may change, each within its tolerance."""
+
+FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
+"""The same, where the foot is not clamped."""
 
 _STEP = 0.02  # of a tolerance
 _GAIN, _ANGLE_RAD, _PULL, _INSTANT_S = 1e-4, 1e-3, 1e-3, 1e-4
@@ -52,6 +55,7 @@ class Sizing:
         motions: without the effect.
         base: (r,) motions without the effect, in noise deviations.
         columns: (r, c) changes by all that a base fit may change, then a row for each prior.
+        priors: how many those are.
     """
 
     generator: Generator
@@ -60,6 +64,7 @@ class Sizing:
     motions: tuple[TimeSeries, ...]
     base: Array
     columns: Array
+    priors: int
 
     @classmethod
     def of(
@@ -76,12 +81,14 @@ class Sizing:
         """
         motions = generator.motions([Job(values, {}, course) for course in courses])
         base = _stacked(motions, motions)
-        moved = [_with(values, name, _STEP * tolerances[name]) for name in BASE]
+        free = any(course.mode in ("hop", "drop") for course in courses)
+        names = BASE + FLOOR if free else BASE
+        moved = [_with(values, name, _STEP * tolerances[name]) for name in names]
         jobs = [Job(other, {}, course) for other in moved for course in courses]
         done, count = generator.motions(jobs), len(courses)
         columns = [
             (_stacked(done[count * i : count * (i + 1)], motions) - base) / _STEP
-            for i in range(len(BASE))
+            for i in range(len(names))
         ]
         begin = 0
         for course, motion in zip(courses, motions, strict=True):
@@ -95,9 +102,9 @@ class Sizing:
                 column[begin : begin + len(here)] = change
                 columns.append(column)
             begin += len(here)
-        priors = np.eye(len(BASE), len(columns))
+        priors = np.eye(len(names), len(columns))
         whole = np.vstack([np.column_stack(columns), priors])
-        return cls(generator, values, tuple(courses), tuple(motions), base, whole)
+        return cls(generator, values, tuple(courses), tuple(motions), base, whole, len(names))
 
     def change(self, effects: Quantities) -> Array:
         """Return what effects change, (r,) in noise deviations."""
@@ -111,7 +118,7 @@ class Sizing:
             change: (r,).
             also: (r,) each, other changes that may come in any amounts.
         """
-        columns, priors = self.columns, len(BASE)
+        columns, priors = self.columns, self.priors
         if also:
             more = [np.append(other, np.zeros(priors)) for other in also]
             columns = np.column_stack([columns, *more])

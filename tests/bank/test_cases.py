@@ -95,6 +95,16 @@ def test_the_base_takes_up_what_is_its_own(
     assert rms(sizing.left(change)) < 0.1 * rms(change)
 
 
+def test_on_the_floor_the_base_takes_up_the_floor(rod: Rod) -> None:
+    robot = robot_of(NULL)
+    engine = RodGenerator(rod.angles, rod.length)
+    hop = Sizing.of(engine, robot.values, robot.tolerances, [Course("hop", 2.5, ramp(17.0))])
+    level = hop.change({"friction_level": {"share": 1e-3}})
+    assert rms(hop.left(level)) < 0.02 * rms(level)
+    cable = hop.change({"tether": {"stiffness": 0.05}})
+    assert rms(hop.left(cable)) > 0.1 * rms(cable)
+
+
 def test_a_cause_reaches_the_size_that_is_asked(sizing: Sizing) -> None:
     unit = {"k3": 30.0}
     values, size = sizing.scale("hinge_cubic_stiffness", lambda f: scaled("", unit, f), 1.0, 60)
