@@ -50,7 +50,6 @@ class Judged:
         confidence: of the first cause, NaN where there is none.
         parameters: (value, low, high) told by (effect, quantity).
         removed: share of the removable error that the extension removed, NaN where not told.
-        adequate: whether the answer says that what it lists explains the misfit.
         harm: relative rise of the held-out error by the extension, NaN where not told.
         seconds: that the answer took, NaN where not told.
         screening: seconds until all causes had a score, NaN where not told.
@@ -63,7 +62,6 @@ class Judged:
     confidence: float
     parameters: Mapping[tuple[str, str], tuple[float, float, float]]
     removed: float
-    adequate: bool
     harm: float
     seconds: float
     screening: float = math.nan
@@ -138,7 +136,6 @@ def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = Non
         confidence=_number(causes[0].get("confidence")) if causes else math.nan,
         parameters=parameters,
         removed=_number(answer.get("removable_removed")),
-        adequate=answer.get("adequate") is not False,
         harm=extended / base - 1 if base and extended is not None else math.nan,
         seconds=_number(answer.get("seconds")),
         screening=_number((spent or {}).get("screening")),
@@ -170,7 +167,7 @@ BARS: dict[str, Bar] = {
     "false alarm on nulls": Bar(1 / 60, 3 / 60, False),
     "pairs: both named": Bar(0.65, 0.50, True),
     "pairs: no false name": Bar(0.92, 0.88, True),
-    "outside: NONE or inadequate": Bar(0.80, 0.75, True),
+    "outside: NONE": Bar(0.80, 0.75, True),
     "outside: named": Bar(0.10, 0.10, False),
     "ties: set with both": Bar(0.90, 0.85, True),
     "sensor faults told": Bar(0.80, 0.80, True),
@@ -213,7 +210,7 @@ def scores(judged: Sequence[Judged]) -> list[Score]:
         _share("false alarm on nulls", by["null"], lambda one: one.verdict == "NAMED"),
         _share("pairs: both named", by["pair"], lambda one: one.right),
         _share("pairs: no false name", by["pair"], lambda one: not one.false_name),
-        _share("outside: NONE or inadequate", by["outside"], _inadequate),
+        _share("outside: NONE", by["outside"], lambda one: one.verdict == "NONE"),
         _share("outside: named", by["outside"], lambda one: one.verdict == "NAMED"),
         _share("ties: set with both", by["tie"], lambda one: one.right),
         _share("sensor faults told", by["sensor"], lambda one: one.right),
@@ -249,10 +246,6 @@ def _top(one: Judged) -> bool:
 
 def _listed(one: Judged) -> bool:
     return one.verdict in ("NAMED", "SET") and set(one.truth) <= set(one.causes)
-
-
-def _inadequate(one: Judged) -> bool:
-    return one.verdict == "NONE" or (one.verdict == "SET" and not one.adequate)
 
 
 def _parameter_errors(judged: Iterable[Judged]) -> list[float]:

@@ -86,10 +86,9 @@ def test_a_pair_needs_both_and_no_third() -> None:
 def test_what_is_outside_the_library_must_stay_unnamed() -> None:
     outside = label("outside", {"magnet": {"force": 1.0}})
     none, named = judge(answer("NONE"), outside), judge(answer("NAMED", "tether"), outside)
-    flagged = judge(answer("SET", "tether", adequate=False), outside)
-    plain = judge(answer("SET", "tether"), outside)
-    assert score("outside: NONE or inadequate", none, named, flagged, plain) == 0.5
-    assert score("outside: named", none, named, flagged, plain) == 0.25
+    listed = judge(answer("SET", "tether"), outside)
+    assert score("outside: NONE", none, named, listed, none) == 0.5
+    assert score("outside: named", none, named, listed, none) == 0.25
 
 
 def test_a_tie_is_a_set_of_both() -> None:
