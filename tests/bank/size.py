@@ -36,7 +36,7 @@ _STEP = 0.02  # of a tolerance
 _GAIN, _ANGLE_RAD, _PULL, _INSTANT_S = 1e-4, 1e-3, 1e-3, 1e-4
 _CLOSE = 0.1  # a share by which a size may miss its target
 _LINEAR = 5.0  # noise deviations that T and rotor may move by
-_TRIALS = 6
+_TRIALS = 10
 _MOST_GROWTH = 10.0  # of one trial
 
 
@@ -146,13 +146,17 @@ class Sizing:
             UnreachableError: when it stays off within what is physical.
         """
         factor, size, values = min(target, most), 0.0, grow(min(target, most))
+        less, more = 0.0, np.inf
         for _ in range(_TRIALS):
             values = grow(factor)
             size = self._size(name, grow, factor)
             if abs(size / target - 1) < _CLOSE or (size < target and factor >= most):
                 break
+            less, more = (factor, more) if size < target else (less, factor)
             growth = target / max(size, 1e-12)
             factor = min(most, factor * min(max(growth, 1 / _MOST_GROWTH), _MOST_GROWTH))
+            if not less < factor < more:  # what sticks or plays does not grow in proportion
+                factor = float(np.sqrt(less * more))
         if abs(size / target - 1) < 3 * _CLOSE:
             return values, size
         raise UnreachableError(f"{name} has size {size:.3g} at {values}; {target:g} is asked")

@@ -116,6 +116,16 @@ def test_a_cause_reaches_the_size_that_is_asked(sizing: Sizing) -> None:
         sizing.scale("foot_mass", lambda f: {"mass": 0.001 * f}, 1.0, 10)
 
 
+def test_a_cause_that_sets_in_late_reaches_its_size(
+    sizing: Sizing, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Up to 1.1 of its amount nothing shows; from there on a little more is much."""
+    monkeypatch.setattr(Sizing, "_size", lambda self, name, grow, f: 20 * max(f - 1.1, 0.01))
+    values, size = sizing.scale("late", lambda f: {"gap": f}, 1.0, 10)
+    assert values["gap"] == pytest.approx(1.15, abs=0.01)
+    assert size == pytest.approx(1.0, rel=0.1)
+
+
 def test_a_double_leaves_nothing_and_a_stranger_all(sizing: Sizing) -> None:
     drag, tilt = (sizing.change({n: v}) for n, v in
                   (("air_drag", {"c": 0.005}), ("camera_tilt", {"tilt": 0.01})))  # fmt: skip
