@@ -6,6 +6,9 @@ from tests.bank.cases import Case
 
 __all__ = ["expected"]
 
+_SENSOR = {"camera_tilt", "length_scale", "marker_offset", "time_offset"}
+"""Effects that are faults of the data: with their name, both answers are right."""
+
 _SENSOR_EFFECTS = {
     "late_rotor": ["time_offset"],
     "tilt": ["camera_tilt"],
@@ -34,12 +37,13 @@ _TRAPS: dict[str, tuple[list[str], list[str], list[str]]] = {
 def expected(case: Case) -> dict[str, list[str]]:
     """Return the right answers, what they must list and what a NAMED one may list."""
     causes = list(case.causes)
+    name = ["NAMED", "DATA_FAULT"] if set(causes) <= _SENSOR else ["NAMED"]
     if case.block == "single":
-        return _told(["NAMED", "SET"] if case.sizes[0] < 1 else ["NAMED"], causes, causes)
+        return _told([*name, "SET"] if case.sizes[0] < 1 else name, causes, causes)
     if case.block == "null":
         return _told(["CLEAN"], [], [])
     if case.block == "pair":
-        return _told(["NAMED"], causes, causes)
+        return _told(name, causes, causes)
     if case.block == "outside":
         return _told(["NONE"], [], [])
     if case.block == "tie":

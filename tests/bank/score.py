@@ -100,9 +100,14 @@ class Judged:
         return set(self.expects("listed")) <= set(self.causes) and not self.false_name
 
     @property
+    def names(self) -> bool:
+        """Tell whether the answer gives the cause a name; a fault of the data may have one too."""
+        return self.verdict == "NAMED" or (self.verdict == "DATA_FAULT" and bool(self.causes))
+
+    @property
     def false_name(self) -> bool:
         """Tell whether a named cause is none of the true ones."""
-        return self.verdict == "NAMED" and not set(self.causes) <= set(self.expects("named"))
+        return self.names and not set(self.causes) <= set(self.expects("named"))
 
 
 def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = None) -> Judged:
@@ -199,7 +204,7 @@ def scores(judged: Sequence[Judged]) -> list[Score]:
         for block in ("single", "null", "pair", "outside", "tie", "sensor", "trap")
     }
     sized = {size: [one for one in by["single"] if one.size == size] for size in (0.3, 1.0, 3.0)}
-    named = [one for one in judged if one.verdict == "NAMED"]
+    named = [one for one in judged if one.names]
     return [
         _share("top-1 name, size 3", sized[3.0], _top),
         _share("top-1 name, size 1", sized[1.0], _top),
@@ -207,11 +212,11 @@ def scores(judged: Sequence[Judged]) -> list[Score]:
         _mean("mean set size, size 0.3", [len(one.causes) for one in sized[0.3]]),
         _mean("mean set size, size 1", [len(one.causes) for one in sized[1.0]]),
         _share("named and wrong", judged, lambda one: one.false_name),
-        _share("false alarm on nulls", by["null"], lambda one: one.verdict == "NAMED"),
+        _share("false alarm on nulls", by["null"], lambda one: one.names),
         _share("pairs: both named", by["pair"], lambda one: one.right),
         _share("pairs: no false name", by["pair"], lambda one: not one.false_name),
         _share("outside: NONE", by["outside"], lambda one: one.verdict == "NONE"),
-        _share("outside: named", by["outside"], lambda one: one.verdict == "NAMED"),
+        _share("outside: named", by["outside"], lambda one: one.names),
         _share("ties: set with both", by["tie"], lambda one: one.right),
         _share("sensor faults told", by["sensor"], lambda one: one.right),
         _share("traps right", by["trap"], lambda one: one.right),
@@ -235,17 +240,17 @@ def confusion(judged: Iterable[Judged]) -> dict[str, Counter[str]]:
     table: dict[str, Counter[str]] = {}
     for one in judged:
         truth = " + ".join(one.truth) or str(one.label["kind"] or one.block)
-        said = " + ".join(one.causes) if one.verdict == "NAMED" else one.verdict
+        said = " + ".join(one.causes) if one.names else one.verdict
         table.setdefault(truth, Counter())[said] += 1
     return table
 
 
 def _top(one: Judged) -> bool:
-    return one.verdict == "NAMED" and one.causes[:1] == tuple(one.truth)[:1] and one.right
+    return one.names and one.causes[:1] == tuple(one.truth)[:1] and one.right
 
 
 def _listed(one: Judged) -> bool:
-    return one.verdict in ("NAMED", "SET") and set(one.truth) <= set(one.causes)
+    return (one.names or one.verdict == "SET") and set(one.truth) <= set(one.causes)
 
 
 def _parameter_errors(judged: Iterable[Judged]) -> list[float]:
@@ -253,7 +258,7 @@ def _parameter_errors(judged: Iterable[Judged]) -> list[float]:
     return [
         abs(one.parameters[effect, name][0] / value - 1)
         for one in judged
-        if one.verdict == "NAMED" and one.right
+        if one.names and one.right
         for effect, values in one.truth.items()
         for name, value in values.items()
         if value and (effect, name) in one.parameters
@@ -270,7 +275,7 @@ def covered(one: Judged, effect: str) -> list[bool]:
 
 
 def _coverage(judged: Iterable[Judged]) -> Score:
-    right = [one for one in judged if one.verdict == "NAMED" and one.right]
+    right = [one for one in judged if one.names and one.right]
     inside = [hit for one in right for effect in one.truth for hit in covered(one, effect)]
     return _counted("90 % interval coverage", sum(inside), len(inside))
 

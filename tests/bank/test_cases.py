@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,10 @@ def test_every_trap_and_fault_says_what_is_right() -> None:
     for kind in TRAPS:
         case = next(c for s in range(400) if (c := draw_case(s, "trap", s)).kind == kind)
         assert expected(case)["answers"]
+    seen = Case(1, "single", "rod", "S", "A", ("camera_tilt",), (1.0,))
+    assert expected(seen)["answers"] == ["NAMED", "DATA_FAULT"]
+    felt = replace(seen, causes=("camera_tilt", "tether"))
+    assert expected(felt)["answers"] == ["NAMED"]
     for kind in FAULTS:
         assert expected(Case(1, "sensor", "rod", "S+D", "A", kind=kind))["answers"] == [
             "DATA_FAULT", "NAMED",

@@ -55,6 +55,22 @@ def test_a_single_cause_has_to_be_named_alone() -> None:
     assert score("mean set size, size 1", right, hedged) == 1.5
 
 
+def test_a_fault_of_the_data_with_a_name_is_a_name() -> None:
+    tilt = label("single", {"camera_tilt": {"gap": 0.0011}})
+    tilt["expected"] = {"answers": ["NAMED", "DATA_FAULT"], "listed": ["camera_tilt"],
+                        "named": ["camera_tilt"]}  # fmt: skip
+    right, wrong, mute = (
+        judge(answer("DATA_FAULT", *causes), tilt)
+        for causes in (("camera_tilt",), ("length_scale",), ())
+    )
+    assert score("top-1 name, size 1", right, wrong, mute) == pytest.approx(1 / 3)
+    assert score("named and wrong", right, wrong, mute) == pytest.approx(1 / 3)
+    assert score("90 % interval coverage", right) == 1.0
+    null = label("null", {})
+    alarm = judge(answer("DATA_FAULT", "length_scale"), null)
+    assert score("false alarm on nulls", alarm, judge(answer("DATA_FAULT"), null)) == 0.5
+
+
 def test_a_small_cause_may_stand_in_a_set() -> None:
     small = label("single", TRUE, size=0.3)
     listed, missing = (

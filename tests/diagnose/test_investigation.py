@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,9 @@ def test_the_loop_ends_when_the_budget_does(tmp_path: Path) -> None:
 def test_the_loop_ends_where_nothing_is_proposed(tmp_path: Path) -> None:
     tie = diagnose(made(1, {"grown_1": 0.5}, alike(1, 2)), tmp_path / "a")
     clean = diagnose(made(1, {}, alike(1, 2)), tmp_path / "b")
+    fault = replace(clean, answer=replace(clean.answer, kind="DATA_FAULT"))
     for found, words in (
+        (fault, "the data are at fault: mend what the diagnosis tells, before more runs are made"),
         (tie, "no run that this bench can make tells apart what is left"),
         (clean, "nothing is left to find"),
     ):

@@ -83,7 +83,9 @@ def investigate(
 def _ended(found: Diagnosis, following: Next | None, left: float) -> str | None:
     """Return why there is no further round, None where there is one."""
     answer = found.answer
-    if answer.kind in ("NAMED", "DATA_FAULT"):
+    if answer.kind == "DATA_FAULT":
+        return "the data are at fault: mend what the diagnosis tells, before more runs are made"
+    if answer.kind == "NAMED":
         return "one cause stands" if len(answer.causes) == 1 else "one pair of causes stands"
     if answer.kind == "NONE":
         return "no known cause explains what is left; other runs do not change that"
