@@ -157,7 +157,7 @@ class _Chord:
         weights = Solution(at.problem, at.x, at.residuals, self.jacobian).weights
         slope = self.jacobian.T @ (weights * at.residuals)
         curvature = self.jacobian.T @ (weights[:, None] * self.jacobian)
-        step = -np.linalg.lstsq(curvature, slope, rcond=1e-12)[0]
+        step = np.asarray(-np.linalg.lstsq(curvature, slope, rcond=1e-12)[0], dtype=np.float64)
         return step, -0.5 * float(slope @ step)
 
 
