@@ -17,7 +17,8 @@ ONLY_ON_THE_GROUND = ("foot_mass", "foot_cg", "ground_stiffness", "ground_dampin
                       "sole_adhesion", "rounded_sole")  # fmt: skip
 SMALL = {"hinge_stiffness": "share", "root_stiffness": "share", "hinge_damping": "share",
          "speed_scale": "share", "speed_offset": "offset", "time_offset": "late",
-         "top_mass": "mass"}  # fmt: skip
+         "top_mass": "mass", "foot_mass": "mass", "ground_stiffness": "share",
+         "ground_damping": "share", "friction_level": "share"}  # fmt: skip
 
 
 def amounts(name: str) -> dict[str, float]:
