@@ -43,7 +43,7 @@ def hinges(
     Args:
         angles: the listed ones, alpha_0 first [rad].
         values: stiffness and damping of the listed chain, SI.
-        increments: how many the chain shall have.
+        increments: how many the chain shall have, at least two.
     """
     if increments == len(angles):
         return _listed(angles, values)
