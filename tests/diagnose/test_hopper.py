@@ -86,7 +86,7 @@ def test_the_answer_tells_rivals_and_what_these_runs_do_not_excite(found: Diagno
 
 
 def test_a_cause_that_throws_the_base_far_off_is_found(tmp_path: Path) -> None:
-    """A cable as stiff as a ninth of the strip: the base ends six noise deviations off."""
+    """A cable: without it the base ends nine noise deviations off."""
     tether = {"pull": 0.12, "stiffness": 1.2}
     rig = HopperRig(runs_of(truth(4, {"tether": tether}), 4, RUNS), DOCUMENT, SHAPE)
     told: list[str] = []

@@ -107,7 +107,7 @@ def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:
 
 
 def test_not_knowing_the_mesh_widens_the_interval_over_the_truth() -> None:
-    """The strip has 40 increments; 32 make k 0.1 % too high, ten times what noise leaves open."""
+    """The strip has 40 increments; with the mesh held, an interval is the noise's alone."""
     runs = [released(MODEL, pull, 4.0, increments=40) for pull in (0.3, 0.5, 0.8)]
     fit = fit_runs(runs, ROBOT, {"hinge_stiffness": 0.1})
     assert fit.meshed is not None

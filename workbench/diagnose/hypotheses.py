@@ -108,9 +108,9 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
             search.race(_beside(close, best[0].causes[0]))
         couples = _adding(best[0]) if best and best[0].left <= _FAR else []
     else:
-        search.refit_all(chosen)
+        search.refit(chosen)
         couples = _promising(close, search.found(1))
-    search.refit_all(couples)
+    search.refit(couples)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
@@ -135,7 +135,7 @@ class _Search:
         same = [one for one in self.best.values() if len(one.causes) == count]
         return tuple(sorted(same, key=lambda one: one.cost))
 
-    def refit_all(self, scores: Sequence[Score]) -> None:
+    def refit(self, scores: Sequence[Score]) -> None:
         """Fit each from where a neighbourhood expects its minimum; race those that it misled."""
         misled = []
         for k, score in enumerate(scores):

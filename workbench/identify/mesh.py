@@ -62,20 +62,19 @@ def best_mesh(solution: Solution, path: NDArray[np.float64] | None = None) -> Me
         path: as a fit of a part of the runs left it; spares work.
     """
     chord = _Chord(solution, path)
-    count = solution.problem.robot.increments
+    count = _increments(solution)
     finer = round(count * _BESIDE)
     chord.fit(finer if finer <= FINEST else round(count / _BESIDE))
     for _ in range(_ROUNDS):
         wanted = _wanted(*chord.best_two())
-        if wanted in {one.increments for one in chord.seen}:
+        if wanted in map(_increments, chord.seen):
             break
         chord.fit(wanted)
     best, other = chord.best_two()
-    share = (other.u - best.u) / best.u
+    share = _u(other) / _u(best) - 1
     along = (other.residuals - best.residuals) / share
     path = (other.x - best.x) / share
-    final = Solution(best.problem, best.x, best.residuals, solution.jacobian)
-    return Meshed(final, path, along - solution.jacobian @ path, chord.evaluations)
+    return Meshed(best, path, along - solution.jacobian @ path, chord.evaluations)
 
 
 def _with_increments(problem: Problem, increments: int) -> Problem:
@@ -86,50 +85,43 @@ def _with_increments(problem: Problem, increments: int) -> Problem:
     return other
 
 
-@dataclass(frozen=True, eq=False)
-class _Place:
-    problem: Problem
-    x: NDArray[np.float64]
-    residuals: NDArray[np.float64]
+def _increments(one: Solution) -> int:
+    return one.problem.robot.increments
 
-    @property
-    def increments(self) -> int:
-        return self.problem.robot.increments
 
-    @property
-    def u(self) -> float:
-        return 1 / self.increments**2
+def _u(one: Solution) -> float:
+    """Return 1/increments^2."""
+    return 1 / _increments(one) ** 2
 
-    @property
-    def cost(self) -> float:
-        rows = self.problem.rows.run < 0
-        soft = 2 * ROBUST**2 * (np.sqrt(1 + (self.residuals / ROBUST) ** 2) - 1)
-        return 0.5 * float(np.sum(np.where(rows, self.residuals**2, soft)))
+
+def _cost(one: Solution) -> float:
+    """Return what a fit of whole runs minimises."""
+    soft = 2 * ROBUST**2 * (np.sqrt(1 + (one.residuals / ROBUST) ** 2) - 1)
+    return 0.5 * float(np.sum(np.where(one.problem.rows.run < 0, one.residuals**2, soft)))
 
 
 class _Chord:
     """Fits beside a fit, with the derivatives of that one: they are nearly those of the others."""
 
     def __init__(self, solution: Solution, path: NDArray[np.float64] | None) -> None:
-        self.start = _Place(solution.problem, solution.x, solution.residuals)
+        self.start = solution
         self.path = np.zeros(len(solution.x)) if path is None else path
-        self.jacobian = solution.jacobian
-        self.seen = [self.start]
+        self.seen = [solution]
         self.evaluations = 0
 
-    def fit(self, increments: int) -> _Place:
+    def fit(self, increments: int) -> Solution:
         """Return the best fit with a number of increments."""
         problem = _with_increments(self.start.problem, increments)
         at = self._place(problem, self._guess(1 / increments**2))
         for _ in range(_STEPS):
-            step, gain = self._step(at)
+            step, gain = _step(at)
             if gain < _DONE:
                 break
             ahead = self._place(problem, at.x + step)
-            while ahead.cost > at.cost and gain > _DONE:
+            while _cost(ahead) > _cost(at) and gain > _DONE:
                 step, gain = step / 4, gain / 4
                 ahead = self._place(problem, at.x + step)
-            if ahead.cost >= at.cost:
+            if _cost(ahead) >= _cost(at):
                 break
             at = ahead
         self.seen.append(at)
@@ -138,33 +130,31 @@ class _Chord:
     def _guess(self, u: float) -> NDArray[np.float64]:
         """Return where the fits seen so far lead, in a straight line of 1/increments^2."""
         if len(self.seen) == 1:
-            return self.start.x + self.path * (u / self.start.u - 1)
-        a, b = sorted(self.seen, key=lambda one: abs(one.u - u))[:2]
-        return a.x + (b.x - a.x) * (u - a.u) / (b.u - a.u)
+            return self.start.x + self.path * (u / _u(self.start) - 1)
+        a, b = sorted(self.seen, key=lambda one: abs(_u(one) - u))[:2]
+        return a.x + (b.x - a.x) * (u - _u(a)) / (_u(b) - _u(a))
 
-    def best_two(self) -> tuple[_Place, _Place]:
+    def best_two(self) -> tuple[Solution, Solution]:
         """Return the best fit, and the one nearest to it in 1/increments^2."""
-        best = min(self.seen, key=lambda one: one.cost)
+        best = min(self.seen, key=_cost)
         others = [one for one in self.seen if one is not best]
-        return best, min(others, key=lambda one: abs(one.u - best.u))
+        return best, min(others, key=lambda one: abs(_u(one) - _u(best)))
 
-    def _place(self, problem: Problem, x: NDArray[np.float64]) -> _Place:
+    def _place(self, problem: Problem, x: NDArray[np.float64]) -> Solution:
         self.evaluations += 1
-        return _Place(problem, x, problem.residuals(x))
-
-    def _step(self, at: _Place) -> tuple[NDArray[np.float64], float]:
-        """Return the Gauss-Newton step, and what it should gain."""
-        weights = Solution(at.problem, at.x, at.residuals, self.jacobian).weights
-        slope = self.jacobian.T @ (weights * at.residuals)
-        curvature = self.jacobian.T @ (weights[:, None] * self.jacobian)
-        step = np.asarray(-np.linalg.lstsq(curvature, slope, rcond=1e-12)[0], dtype=np.float64)
-        return step, -0.5 * float(slope @ step)
+        return Solution(problem, x, problem.residuals(x), self.start.jacobian)
 
 
-def _wanted(best: _Place, other: _Place) -> int:
+def _step(at: Solution) -> tuple[NDArray[np.float64], float]:
+    """Return the Gauss-Newton step, and what it should gain."""
+    slope = at.jacobian.T @ (at.weights * at.residuals)
+    step = np.asarray(-np.linalg.lstsq(at.information, slope, rcond=1e-12)[0], dtype=np.float64)
+    return step, -0.5 * float(slope @ step)
+
+
+def _wanted(best: Solution, other: Solution) -> int:
     """Return the number of increments where the line through two fits' residuals is least."""
-    along = (other.residuals - best.residuals) / (other.u - best.u)
-    weights = Solution(best.problem, best.x, best.residuals, np.empty(0)).weights
-    move = -float(along @ (weights * best.residuals)) / float(along @ (weights * along))
-    u = max(best.u + move, 1 / FINEST**2)
+    along = (other.residuals - best.residuals) / (_u(other) - _u(best))
+    move = -float(along @ (best.weights * best.residuals)) / float(along @ (best.weights * along))
+    u = max(_u(best) + move, 1 / FINEST**2)
     return round(float(np.sqrt(1 / u)))
