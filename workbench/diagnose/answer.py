@@ -9,6 +9,7 @@ from scipy.special import softmax
 
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.solve import CLUTTER
 
 __all__ = [
     "LEAST_WORTH",
@@ -20,13 +21,14 @@ __all__ = [
     "decide",
     "left_over",
     "negligible",
+    "suspicious",
 ]
 
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
 LEAST_WORTH = 8.0
 """Of the cost, in favour of a cause: 1 in 3000 by its clutter, for some thirty of them."""
-SUSPECTED = 6.0
+SUSPECTED = 4.0
 """Of the cost: a cause that is worth so much may well be there, and is listed as one of a set."""
 LEAST_SIZE = 0.12
 """Noise deviations: what explains less is of no practical size."""
@@ -68,7 +70,7 @@ class Answer:
 
 def decide(refits: Refits, layout: Layout) -> Answer:
     """Return the answer that the refits allow."""
-    best = _best(refits)
+    best = _best(refits) or _suspect(refits)
     if best is None:
         return _without_cause(refits)
     same = alike(refits, best, APART)
@@ -113,6 +115,22 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
+
+
+def _suspect(refits: Refits) -> Hypothesis | None:
+    """Return the best single cause where more is left than the clutter of all causes makes.
+
+    It is not sure enough to be named, nor is any other, but to say that nothing is there would be
+    wrong as well.
+    """
+    if not refits.singles or left_over(refits, refits.base.beyond):
+        return None
+    return refits.singles[0] if suspicious(refits, refits.base.left) else None
+
+
+def suspicious(refits: Refits, left: float) -> bool:
+    """Tell whether the base leaves more noise deviations than a little of every cause would."""
+    return left**2 > len(refits.base.near.heard) * CLUTTER**2 + refits.doubt
 
 
 def alike(refits: Refits, best: Hypothesis, reach: float) -> list[Hypothesis]:

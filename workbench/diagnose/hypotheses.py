@@ -29,12 +29,14 @@ _POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that
 _FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbourhood of it
 _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
-_ARRIVING = 2  # of a race, fitted to whole runs
+_ARRIVING = 2  # of a race, fitted to whole runs, and what is as good as the best
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _ROUNDS = 8
 _REFIT_ROUNDS = 5
 _FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
+_LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
+_LITTLE = 1.0  # of worth, below which nothing is refitted
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
 
 
@@ -97,20 +99,19 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     there for any neighbourhood to reach the truth, in the longest window that it still follows.
     """
     tell("fit the base within its tolerances")
-    base, close = _base(problem)
-    search = _Search(problem, base, tell)
-    scores = close.scores()
-    chosen = _worthy(scores, search.far)
+    base, window = _base(problem)
+    search = _Search(problem, base, window, tell)
+    scores = base.near.scores()
     if search.far:
-        search.race(chosen)
-        best = search.found(1)[:1]
-        if best and best[0].left > _FAR:
-            search.race(_beside(close, best[0].causes[0]))
-        couples = _adding(best[0]) if best and best[0].left <= _FAR else []
+        search.race(_worthy([base.near.alone((name,)) for name in base.near.heard], _FAR_BEHIND))
+        for best in search.found(1)[:1]:
+            if best.left > _FAR:
+                search.race(_beside(base.near, best.causes[0]))
+            else:
+                search.refit(_adding(best), best)
     else:
-        search.refit(chosen)
-        couples = _promising(close, search.found(1))
-    search.refit(couples)
+        search.refit(_worthy(scores, _BEHIND), base)
+        search.refit(_promising(base.near, search.found(1)), base)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
@@ -120,10 +121,12 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
 class _Search:
     """The hypotheses that were refitted so far, the best fit of each."""
 
-    def __init__(self, problem: Problem, base: Hypothesis, tell: Progress) -> None:
-        self.problem, self.base, self.tell = problem, base, tell
+    def __init__(self, problem: Problem, base: Hypothesis, window: float, tell: Progress) -> None:
+        self.problem, self.base, self.window, self.tell = problem, base, window, tell
         self.best: dict[tuple[str, ...], Hypothesis] = {}
         self.retries = _RETRIES
+        self.seen = None if self.far else base.fit.linear
+        """All columns over whole runs, where a fit follows them: those not taken anew."""
 
     @property
     def far(self) -> bool:
@@ -135,13 +138,12 @@ class _Search:
         same = [one for one in self.best.values() if len(one.causes) == count]
         return tuple(sorted(same, key=lambda one: one.cost))
 
-    def refit(self, scores: Sequence[Score]) -> None:
-        """Fit each from where a neighbourhood expects its minimum; race those that it misled."""
+    def refit(self, scores: Sequence[Score], around: Hypothesis) -> None:
+        """Fit each from where the neighbourhood of a fit expects it; race those that it misled."""
         misled = []
         for k, score in enumerate(scores):
             self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
-            begin = None if self.far else self.base.fit.linear
-            found = self._fit(score.causes, score.z, begin)
+            found = self._fit(score.causes, score.z, around.fit.linear)
             short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
             if short and found.left > max(_POOR, _POOR * self.base.left):
                 misled.append(score)
@@ -150,26 +152,35 @@ class _Search:
             self.retries -= len(misled[: self.retries])
 
     def race(self, scores: Sequence[Score]) -> None:
-        """Fit in growing windows, the causes released from the first second on.
+        """Fit in growing windows, the causes released from the first on.
 
         What is far behind in a window does not enter the next.
         """
-        layout = self.problem.layout
-        running = {score.causes: np.zeros(len(layout)) for score in scores}
-        for until in _windows(self.problem):
+        layout, near = self.problem.layout, self.base.near
+        windows, linear, begin = _windows(self.problem), None, np.zeros(len(layout))
+        if self.far:  # as much as the base follows is no race, and how it goes on from there known
+            windows = [until for until in windows if until >= self.window]
+            linear, begin = near.linear, near.z
+        running = {score.causes: begin for score in scores}
+        excess = dict.fromkeys(running, 0.0)
+        for until in windows:
             excess = {}
             for k, (causes, z) in enumerate(running.items()):
                 words = f"fit {until:g} s with {' and '.join(causes)}"
                 self.tell(counted(words, k + 1, len(running)))
-                found = fit(self.problem, z, prior_of(layout, causes), until, enough=_ROUGH)
+                prior = prior_of(layout, causes)
+                found = fit(self.problem, z, prior, until, linear=linear, enough=_ROUGH)
                 running[causes] = found.z
                 excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
+            linear = None
             most = _RACING * min(excess.values(), default=0.0)
             running = {causes: running[causes] for causes in sorted(excess, key=excess.__getitem__)
                        if excess[causes] <= most}  # fmt: skip
-        for k, causes in enumerate(list(running)[:_ARRIVING]):
-            words = f"refit with {' and '.join(causes)}"
-            self.tell(counted(words, k + 1, min(len(running), _ARRIVING)))
+        least = min(excess.values(), default=0.0)
+        arriving = [causes for k, causes in enumerate(running)
+                    if k < _ARRIVING or excess[causes] < least + _LIKELY]  # fmt: skip
+        for k, causes in enumerate(arriving):
+            self.tell(counted(f"refit with {' and '.join(causes)}", k + 1, len(arriving)))
             self._fit(causes, running[causes], None)
 
     def simplify(self) -> None:
@@ -180,6 +191,13 @@ class _Search:
         for name in pairs[0].causes:
             self._fit((name,), pairs[0].fit.z, None)
 
+    def _around(self, z: NDArray[np.float64], columns: NDArray[np.int_]) -> Linear:
+        """Return a neighbourhood over whole runs with some columns taken anew."""
+        if self.seen is not None:
+            return renewed(self.problem, z, columns, np.inf, self.seen)
+        self.seen = self.problem.linear(z, np.arange(len(z)))
+        return self.seen
+
     def _fit(
         self, causes: tuple[str, ...], z: NDArray[np.float64], linear: Linear | None
     ) -> Hypothesis:
@@ -188,9 +206,9 @@ class _Search:
         begin = z.copy()
         begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
         if linear is not None:
-            begin[layout.own()] = self.base.fit.z[layout.own()]
+            begin[layout.own()] = linear.z[layout.own()]
         prior = prior_of(layout, causes)
-        near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
+        near = linear or self._around(begin, prior.free)
         refresh = quantities if linear is not None else prior.free
         found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_REFIT_ROUNDS)
         judged = _judged(self.problem, causes, found, self.base.fit)
@@ -199,28 +217,38 @@ class _Search:
         return judged
 
 
-def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
-    """Return the base, and all causes around its fit of the longest window that it follows."""
+def _base(problem: Problem) -> tuple[Hypothesis, float]:
+    """Return the base with all causes around it, and how much of each run those are seen in [s].
+
+    Where it leaves too much for any neighbourhood to reach the truth, they are seen around its fit
+    of the longest window that it still follows, or of the first.
+    """
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
-    z, rounds, follows = np.zeros(len(layout)), _ROUNDS, True
-    place, window = z, np.inf
-    for until in _windows(problem):
+    z, far, rounds, windows = np.zeros(len(layout)), False, _ROUNDS, _windows(problem)
+    place, window = z, windows[0] if windows else np.inf
+    for until in windows:
         found = fit(problem, z, prior, until, enough=_ROUGH)
         z = found.z
-        follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
-        if follows or window == np.inf:
+        far = left_together(problem, problem.runs, found.residuals) > _FAR
+        if not far or until == window:
             place, window = z, until
+        if far:
+            break
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
         rounds = _FAR_ROUNDS if twice else _ROUNDS
-    linear = problem.linear(z, every)
-    found = fit(problem, z, prior, linear=linear, refresh=prior.free, rounds=rounds)
-    base = _judged(problem, (), found, None)
-    if base.left <= _FAR or window == np.inf:
-        return base, base.near
-    close = problem.linear(place, every, window)
-    return base, Neighbourhood(layout, close, problem.samples(window))
+    whole = fit(problem, z, prior, enough=_ROUGH, rounds=_FAR_ROUNDS) if far else None
+    if whole is None or left_together(problem, problem.runs, whole.residuals) <= _FAR:
+        linear = problem.linear(z if whole is None else whole.z, every)
+        whole = fit(problem, linear.z, prior, linear=linear, refresh=prior.free, rounds=rounds)
+        base = _judged(problem, (), whole, None)
+        if base.left <= _FAR:
+            return base, np.inf
+    left = left_together(problem, problem.runs, whole.residuals)
+    linear = problem.linear(place, every, window)
+    close = Neighbourhood(layout, linear, problem.samples(window))
+    return Hypothesis((), whole, whole.cost, 0.0, left, left, close), window
 
 
 def _windows(problem: Problem) -> list[float]:
@@ -228,16 +256,17 @@ def _windows(problem: Problem) -> list[float]:
     return [window for window in _WINDOWS_S if window < longest]
 
 
-def _worthy(scores: Sequence[Score], far: bool) -> list[Score]:
-    """Return the scores of the causes that are worth a refit."""
-    best = max((score.worth for score in scores), default=0.0)
-    least = max((_FAR_BEHIND if far else _BEHIND) * best, _MORE)
-    return [score for score in scores[:_SINGLES] if score.worth > least]
+def _worthy(scores: Sequence[Score], least: float) -> list[Score]:
+    """Return the scores that are worth a refit, best first: a share of the best, or near it."""
+    ranked = sorted(scores, key=lambda one: -one.worth)[:_SINGLES]
+    best = max((score.worth for score in ranked), default=0.0)
+    least = max(min(least * best, best - _LIKELY), _LITTLE)
+    return [score for score in ranked if score.worth > least]
 
 
 def _beside(near: Neighbourhood, cause: str) -> list[Score]:
-    """Return the pairs of a cause that a neighbourhood promises most of."""
-    pairs = [near.score((cause, name)) for name in near.heard if name != cause]
+    """Return the pairs of a cause that promise most, far from where any of them ends."""
+    pairs = [near.alone((cause, name)) for name in near.heard if name != cause]
     return sorted(pairs, key=lambda one: one.cost)[:_ADDED]
 
 

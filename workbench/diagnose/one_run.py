@@ -14,13 +14,14 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
-from workbench.diagnose.answer import SUSPECTED, Answer, Rival, left_over
+from workbench.diagnose.answer import Answer, Rival, left_over, suspicious
 from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood
 
 __all__ = ["Carrier", "carriers", "with_carriers"]
 
+_BELIEVED = 6.0  # worth: the other runs alone would have shown such a cause
 _LEAST_OTHERS = 2  # runs that are left must be able to speak
 _CONFIRMED = 0.01  # chance by which runs without a cause would speak for it so much
 _TOLD = 1e-6  # of the variance: what a run adds less to, the difference says nothing of
@@ -61,7 +62,7 @@ def carriers(best: Hypothesis) -> list[Carrier]:
         worth = _worth(best.near, rest, best.causes)
         left = {k: _worth(near, rest, best.causes) for k, near in others.items()}
         run = min(left, key=lambda k: left[k])
-        if worth > SUSPECTED > left[run]:
+        if worth > _BELIEVED > left[run]:
             excluded = _excludes(others[run], best, cause)
             confirmed = float(chi2.isf(_CONFIRMED, len(best.near.layout.of_cause[cause]))) / 2
             found.append(Carrier(cause, run, worth, left[run], excluded, confirmed))
@@ -115,6 +116,8 @@ def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     """
     if answer.kind == "NONE":
         return _with_source(answer, refits, problem)
+    if answer.kind == "SET" and refits.worth(answer.best) <= _BELIEVED:
+        return _unless_of_one_run(answer, refits, problem)
     found = carriers(answer.best)
     if not found:
         return answer
@@ -185,8 +188,35 @@ def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     excluded = [one for one in guess if one.excluded and one.run == run]
     if excluded:
         return _at_fault(answer, refits, excluded, problem)
+    return _found_in(answer, problem, run, left[run])
+
+
+def _unless_of_one_run(answer: Answer, refits: Refits, problem: Problem) -> Answer:
+    """Return a suspicion, or NONE where it is one run that raises it."""
+    linear = refits.base.near.linear
+    if len(linear.runs) <= _LEAST_OTHERS:
+        return answer
+    left = {}
+    for k in linear.runs:
+        kept = [at for at, run in enumerate(linear.runs) if run != k]
+        rest = [linear.residuals[at] for at in kept]
+        left[k] = left_together(problem, [linear.runs[at] for at in kept], rest)
+    run = min(left, key=lambda k: left[k])
+    if suspicious(refits, left[run]):
+        return answer
+    before = refits.base.left
+    nothing = Answer(
+        "NONE", (), refits.base, {}, answer.rivals,
+        f"{before:.2f} noise deviations of the misfit hang together in time, and no cause is worth "
+        "its name",
+    )  # fmt: skip
+    return _found_in(nothing, problem, run, left[run])
+
+
+def _found_in(answer: Answer, problem: Problem, run: int, left: float) -> Answer:
+    """Return an answer whose reason says in which run all of it is."""
     return replace(
         answer,
         reason=f"{answer.reason}. All of it is in {problem.rig.runs[run].name}: the other runs "
-        f"leave {left[run]:.2f}. Look at that run first, and repeat it",
+        f"leave {left:.2f}. Look at that run first, and repeat it",
     )
