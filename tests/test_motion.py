@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, lfilter, sosfiltfilt
 
 from workbench.motion import (
     FOOT,
@@ -152,6 +152,22 @@ def test_a_release_is_found_as_well_as_the_docstring_says(
         assert found is not None
         late.append(1000 * (found - start))
     assert abs(np.mean(late)) < bias_ms
+    assert np.std(late) < scatter_ms
+
+
+@pytest.mark.parametrize(("pull", "scatter_ms"), [(0.1, 32.0), (0.39, 10.0), (1.2, 4.0)])
+def test_a_release_in_noise_that_lasts_is_found_less_well(pull: float, scatter_ms: float) -> None:
+    path, times = let_go(Condition("decay", LOCKED, pull=pull)), np.arange(0, 6, 1 / RATE)
+    late = []
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        start = 2.0 + rng.uniform(0, 1 / RATE)
+        fresh = rng.normal(0, 0.6 * 0.0003, (len(times), 3))
+        found = release(times, path(times - start) + lfilter([1], [1, -0.8], fresh, axis=0))
+        assert found is not None
+        late.append(1000 * (found - start))
+    print(np.mean(late), np.std(late))
+    assert abs(np.mean(late)) < 10
     assert np.std(late) < scatter_ms
 
 

@@ -231,6 +231,13 @@ def test_a_run_that_is_not_what_it_is_said_to_be_is_told(
     assert re.search(evidence, told(found, name)), found
 
 
+@pytest.mark.parametrize("seconds", [-0.09, 0.09])
+def test_a_release_found_as_badly_as_lasting_noise_allows_is_no_fault(
+    clamped: Runs, seconds: float
+) -> None:
+    assert faults(spoiled(clamped, "decay_0.3", later(seconds))) == []
+
+
 def test_names_and_axes_exchanged_in_all_runs_are_told_of_all(clamped: Runs) -> None:
     for lie, evidence in (
         (exchanged("top", "rotor"), "T and rotor are exchanged"),

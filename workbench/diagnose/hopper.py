@@ -58,6 +58,7 @@ _RELEASES = {
 _STEP = 1e-4  # of a base number, as a share
 _LAG_S = 0.05
 _DELAY_S = 0.01
+_LEAST_N = 0.05
 _WEAK_N = 0.25  # a release from a weaker pull is found less well, as the pull is weaker
 _GAIN = 1e-3  # how well a supply repeats a speed, as a share
 _ANGLE_RAD = 5e-3
@@ -146,7 +147,7 @@ class HopperRig:
         A strip is not equally stiff from run to run: it warms, and its clamp sits anew.
         """
         measured = self.measured[run]
-        weak = _WEAK_N / measured.pull if measured.mode == "decay" else 1.0
+        weak = _WEAK_N / max(measured.pull, _LEAST_N) if measured.mode == "decay" else 1.0
         unknowns = [
             Unknown("delay", "s", 0.0, _DELAY_S * max(weak, 1.0), -0.1, 0.1, 1e-4),
             Unknown("stiffness", "1", 0.0, _WARMTH, -0.1, 0.1, 1e-5),

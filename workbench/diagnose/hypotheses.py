@@ -29,6 +29,7 @@ _POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that
 _FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbourhood of it
 _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
+_MISLED = 10  # times the excess cost: a neighbourhood far from the truth may be wrong by so much
 _ARRIVING = 2  # of a race, fitted to whole runs, and what is as good as the best
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
@@ -103,7 +104,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     search = _Search(problem, base, window, tell)
     scores = base.near.scores()
     if search.far:
-        search.race(_worthy([base.near.alone((name,)) for name in base.near.heard], _FAR_BEHIND))
+        alone = [base.near.alone((name,)) for name in base.near.heard]
+        search.race(_plausible(_worthy(alone, _FAR_BEHIND), base.near))
         for best in search.found(1)[:1]:
             if best.left > _FAR:
                 search.race(_beside(base.near, best.causes[0]))
@@ -184,12 +186,17 @@ class _Search:
             self._fit(causes, running[causes], None)
 
     def simplify(self) -> None:
-        """Fit each half of the best pair alone, from where the pair's fit ended."""
-        pairs, singles = self.found(2), self.found(1)
-        if not pairs or (singles and pairs[0].cost > singles[0].cost - _MORE):
-            return
-        for name in pairs[0].causes:
-            self._fit((name,), pairs[0].fit.z, None)
+        """Fit each half of the best pair alone, from where the pair's fit ended.
+
+        The better half comes first: where the pair was only fitted further than it, that shows.
+        """
+        reached = {one.causes[0]: one.cost for one in self.found(1)}
+        for pair in self.found(2)[:1]:
+            for name in sorted(pair.causes, key=lambda name: reached.get(name, np.inf)):
+                singles = self.found(1)
+                if singles and pair.cost > singles[0].cost - _MORE:
+                    return
+                self._fit((name,), pair.fit.z, None)
 
     def _around(self, z: NDArray[np.float64], columns: NDArray[np.int_]) -> Linear:
         """Return a neighbourhood over whole runs with some columns taken anew."""
@@ -262,6 +269,12 @@ def _worthy(scores: Sequence[Score], least: float) -> list[Score]:
     best = max((score.worth for score in ranked), default=0.0)
     least = max(min(least * best, best - _LIKELY), _LITTLE)
     return [score for score in ranked if score.worth > least]
+
+
+def _plausible(scores: Sequence[Score], near: Neighbourhood) -> list[Score]:
+    """Return the scores whose excess over the noise is foretold to be near that of the first."""
+    excess = [max(score.cost - near.samples / 2, _MORE) for score in scores]
+    return [score for score, over in zip(scores, excess, strict=True) if over < _MISLED * excess[0]]
 
 
 def _beside(near: Neighbourhood, cause: str) -> list[Score]:
