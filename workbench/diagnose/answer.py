@@ -9,7 +9,6 @@ from scipy.special import softmax
 
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
-from workbench.diagnose.solve import CLUTTER
 
 __all__ = [
     "LEAST_WORTH",
@@ -21,7 +20,6 @@ __all__ = [
     "decide",
     "left_over",
     "negligible",
-    "suspicious",
 ]
 
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
@@ -125,12 +123,7 @@ def _suspect(refits: Refits) -> Hypothesis | None:
     """
     if not refits.singles or left_over(refits, refits.base.beyond):
         return None
-    return refits.singles[0] if suspicious(refits, refits.base.left) else None
-
-
-def suspicious(refits: Refits, left: float) -> bool:
-    """Tell whether the base leaves more noise deviations than a little of every cause would."""
-    return left**2 > len(refits.base.near.heard) * CLUTTER**2 + refits.doubt
+    return refits.singles[0] if refits.suspicious(refits.base.left) else None
 
 
 def alike(refits: Refits, best: Hypothesis, reach: float) -> list[Hypothesis]:

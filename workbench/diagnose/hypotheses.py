@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import CLUTTER, Fit, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
@@ -37,8 +37,8 @@ _ROUNDS = 8
 _REFIT_ROUNDS = 5
 _FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
-_LITTLE = 1.0  # of worth, below which nothing is refitted
-_MORE = 4.0  # of worth that a pair must promise beyond its better half
+_LITTLE = 0.5  # of worth: what promises more may be the truth where something must be there
+_MORE = 4.0  # of worth that a cause must promise elsewhere, and a pair beyond its better half
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +88,10 @@ class Refits:
         """Return the singles or the pairs, best first."""
         return self.singles if causes == 1 else self.pairs
 
+    def suspicious(self, left: float) -> bool:
+        """Tell whether noise deviations that are left are more than a little of every cause is."""
+        return _suspicious(self.base, left, self.doubt)
+
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
@@ -102,22 +106,23 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     tell("fit the base within its tolerances")
     base, window = _base(problem)
     search = _Search(problem, base, window, tell)
-    scores = base.near.scores()
+    scores, doubt = base.near.scores(), _doubt(problem)
     if search.far:
         alone = [base.near.alone((name,)) for name in base.near.heard]
-        search.race(_plausible(_worthy(alone, _FAR_BEHIND), base.near))
+        search.race(_plausible(_worthy(alone, _FAR_BEHIND, _MORE), base.near))
         for best in search.found(1)[:1]:
             if best.left > _FAR:
                 search.race(_beside(base.near, best.causes[0]))
             else:
                 search.refit(_adding(best), best)
     else:
-        search.refit(_worthy(scores, _BEHIND), base)
+        least = _LITTLE if _suspicious(base, base.left, doubt) else _MORE
+        search.refit(_worthy(scores, _BEHIND, least), base)
         search.refit(_promising(base.near, search.found(1)), base)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
-    return Refits(base, singles, pairs, tuple(scores), threshold, _doubt(problem))
+    return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
 
 
 class _Search:
@@ -147,6 +152,7 @@ class _Search:
             self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
             found = self._fit(score.causes, score.z, around.fit.linear)
             short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
+            short = short and score.worth > _MORE
             if short and found.left > max(_POOR, _POOR * self.base.left):
                 misled.append(score)
         if not self.far and self.retries:
@@ -263,11 +269,11 @@ def _windows(problem: Problem) -> list[float]:
     return [window for window in _WINDOWS_S if window < longest]
 
 
-def _worthy(scores: Sequence[Score], least: float) -> list[Score]:
+def _worthy(scores: Sequence[Score], share: float, least: float) -> list[Score]:
     """Return the scores that are worth a refit, best first: a share of the best, or near it."""
     ranked = sorted(scores, key=lambda one: -one.worth)[:_SINGLES]
     best = max((score.worth for score in ranked), default=0.0)
-    least = max(min(least * best, best - _LIKELY), _LITTLE)
+    least = max(min(share * best, best - _LIKELY), least)
     return [score for score in ranked if score.worth > least]
 
 
@@ -314,6 +320,10 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
     left = left_together(problem, problem.runs, found.residuals)
     beyond = left_together(problem, problem.runs, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
+
+
+def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
+    return left**2 > len(base.near.heard) * CLUTTER**2 + doubt
 
 
 def _doubt(problem: Problem) -> float:

@@ -14,13 +14,14 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
-from workbench.diagnose.answer import Answer, Rival, left_over, suspicious
+from workbench.diagnose.answer import Answer, Rival, left_over
 from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood
 
 __all__ = ["Carrier", "carriers", "with_carriers"]
 
+_MOST_ELSEWHERE = 0.5  # of what is left, squared: less of it, and one run raises a suspicion
 _BELIEVED = 6.0  # worth: the other runs alone would have shown such a cause
 _LEAST_OTHERS = 2  # runs that are left must be able to speak
 _CONFIRMED = 0.01  # chance by which runs without a cause would speak for it so much
@@ -201,10 +202,9 @@ def _unless_of_one_run(answer: Answer, refits: Refits, problem: Problem) -> Answ
         kept = [at for at, run in enumerate(linear.runs) if run != k]
         rest = [linear.residuals[at] for at in kept]
         left[k] = left_together(problem, [linear.runs[at] for at in kept], rest)
-    run = min(left, key=lambda k: left[k])
-    if suspicious(refits, left[run]):
+    run, before = min(left, key=lambda k: left[k]), refits.base.left
+    if refits.suspicious(left[run]) or left[run] ** 2 > _MOST_ELSEWHERE * before**2:
         return answer
-    before = refits.base.left
     nothing = Answer(
         "NONE", (), refits.base, {}, answer.rivals,
         f"{before:.2f} noise deviations of the misfit hang together in time, and no cause is worth "
