@@ -1,44 +1,18 @@
-"""Refits of the true problem: the base alone, then with one or two causes released."""
+"""What is compared: the base, and models with one or two causes, each fitted to all runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.problem import Linear, Problem
+from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import CLUTTER, Fit, fit, prior_of, renewed
-from workbench.progress import Progress, counted
+from workbench.diagnose.solve import CLUTTER, Fit
 
-__all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
-
-
-_WINDOWS_S = (1.0, 2.5, 5.0)
-"""How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
-whole runs that starts far off falls into a wrong valley."""
-_ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
-_SINGLES = 8
-_ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
-_EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
-_BEHIND = 0.5  # share of the best worth below which no refit is tried
-_POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
-_FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbourhood of it
-_FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
-_RACING = 3  # times the excess cost of the best: what is dearer leaves the race
-_MISLED = 10  # times the excess cost: a neighbourhood far from the truth may be wrong by so much
-_ARRIVING = 2  # of a race, fitted to whole runs, and what is as good as the best
-_KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
-_RETRIES = 3  # fits in growing windows are dear
-_ROUNDS = 8
-_REFIT_ROUNDS = 5
-_FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
-_LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
-_LITTLE = 0.5  # of worth: what promises more may be the truth where something must be there
-_MORE = 4.0  # of worth that a cause must promise elsewhere, and a pair beyond its better half
+__all__ = ["Hypothesis", "Refits", "doubt_of", "judged", "left_together", "more_than_a_little"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,230 +64,22 @@ class Refits:
 
     def suspicious(self, left: float) -> bool:
         """Tell whether noise deviations that are left are more than a little of every cause is."""
-        return _suspicious(self.base, left, self.doubt)
+        return more_than_a_little(self.base, left, self.doubt)
 
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
 
 
-def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
-    """Fit the base, score all causes, refit the promising ones and pairs of them.
+def judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
+    """Return what a fit with some causes came to.
 
-    Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
-    there for any neighbourhood to reach the truth, in the longest window that it still follows.
+    Args:
+        problem: that was fitted.
+        causes: that were released.
+        found: the fit, with the columns of all causes around it.
+        base: that of the base; None where this is it.
     """
-    tell("fit the base within its tolerances")
-    base, window = _base(problem)
-    search = _Search(problem, base, window, tell)
-    scores, doubt = base.near.scores(), _doubt(problem)
-    if search.far:
-        alone = [base.near.alone((name,)) for name in base.near.heard]
-        search.race(_plausible(_worthy(alone, _FAR_BEHIND, _MORE), base.near))
-        for best in search.found(1)[:1]:
-            if best.left > _FAR:
-                search.race(_beside(base.near, best.causes[0]))
-            else:
-                search.refit(_adding(best), best)
-    else:
-        least = _LITTLE if _suspicious(base, base.left, doubt) else _MORE
-        search.refit(_worthy(scores, _BEHIND, least), base)
-        search.refit(_promising(base.near, search.found(1)), base)
-    search.simplify()
-    singles, pairs = search.found(1), search.found(2)
-    threshold = base.near.threshold(seed)
-    return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
-
-
-class _Search:
-    """The hypotheses that were refitted so far, the best fit of each."""
-
-    def __init__(self, problem: Problem, base: Hypothesis, window: float, tell: Progress) -> None:
-        self.problem, self.base, self.window, self.tell = problem, base, window, tell
-        self.best: dict[tuple[str, ...], Hypothesis] = {}
-        self.retries = _RETRIES
-        self.seen = None if self.far else base.fit.linear
-        """All columns over whole runs, where a fit follows them: those not taken anew."""
-
-    @property
-    def far(self) -> bool:
-        """Tell whether the minimum lies in no neighbourhood of the base."""
-        return self.base.left > _FAR
-
-    def found(self, count: int) -> tuple[Hypothesis, ...]:
-        """Return those with so many causes, best first."""
-        same = [one for one in self.best.values() if len(one.causes) == count]
-        return tuple(sorted(same, key=lambda one: one.cost))
-
-    def refit(self, scores: Sequence[Score], around: Hypothesis) -> None:
-        """Fit each from where the neighbourhood of a fit expects it; race those that it misled."""
-        misled = []
-        for k, score in enumerate(scores):
-            self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
-            found = self._fit(score.causes, score.z, around.fit.linear)
-            short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
-            short = short and score.worth > _MORE
-            if short and found.left > max(_POOR, _POOR * self.base.left):
-                misled.append(score)
-        if not self.far and self.retries:
-            self.race(misled[: self.retries])
-            self.retries -= len(misled[: self.retries])
-
-    def race(self, scores: Sequence[Score]) -> None:
-        """Fit in growing windows, the causes released from the first on.
-
-        What is far behind in a window does not enter the next.
-        """
-        layout, near = self.problem.layout, self.base.near
-        windows, linear, begin = _windows(self.problem), None, np.zeros(len(layout))
-        if self.far:  # as much as the base follows is no race, and how it goes on from there known
-            windows = [until for until in windows if until >= self.window]
-            linear, begin = near.linear, near.z
-        running = {score.causes: begin for score in scores}
-        excess = dict.fromkeys(running, 0.0)
-        for until in windows:
-            excess = {}
-            for k, (causes, z) in enumerate(running.items()):
-                words = f"fit {until:g} s with {' and '.join(causes)}"
-                self.tell(counted(words, k + 1, len(running)))
-                prior = prior_of(layout, causes)
-                found = fit(self.problem, z, prior, until, linear=linear, enough=_ROUGH)
-                running[causes] = found.z
-                excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
-            linear = None
-            most = _RACING * min(excess.values(), default=0.0)
-            running = {causes: running[causes] for causes in sorted(excess, key=excess.__getitem__)
-                       if excess[causes] <= most}  # fmt: skip
-        least = min(excess.values(), default=0.0)
-        arriving = [causes for k, causes in enumerate(running)
-                    if k < _ARRIVING or excess[causes] < least + _LIKELY]  # fmt: skip
-        for k, causes in enumerate(arriving):
-            self.tell(counted(f"refit with {' and '.join(causes)}", k + 1, len(arriving)))
-            self._fit(causes, running[causes], None)
-
-    def simplify(self) -> None:
-        """Fit each half of the best pair alone, from where the pair's fit ended.
-
-        The better half comes first: where the pair was only fitted further than it, that shows.
-        """
-        reached = {one.causes[0]: one.cost for one in self.found(1)}
-        for pair in self.found(2)[:1]:
-            for name in sorted(pair.causes, key=lambda name: reached.get(name, np.inf)):
-                singles = self.found(1)
-                if singles and pair.cost > singles[0].cost - _MORE:
-                    return
-                self._fit((name,), pair.fit.z, None)
-
-    def _around(self, z: NDArray[np.float64], columns: NDArray[np.int_]) -> Linear:
-        """Return a neighbourhood over whole runs with some columns taken anew."""
-        if self.seen is not None:
-            return renewed(self.problem, z, columns, np.inf, self.seen)
-        self.seen = self.problem.linear(z, np.arange(len(z)))
-        return self.seen
-
-    def _fit(
-        self, causes: tuple[str, ...], z: NDArray[np.float64], linear: Linear | None
-    ) -> Hypothesis:
-        layout = self.problem.layout
-        quantities = layout.quantities(causes)
-        begin = z.copy()
-        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
-        if linear is not None:
-            begin[layout.own()] = linear.z[layout.own()]
-        prior = prior_of(layout, causes)
-        near = linear or self._around(begin, prior.free)
-        refresh = quantities if linear is not None else prior.free
-        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_REFIT_ROUNDS)
-        judged = _judged(self.problem, causes, found, self.base.fit)
-        if causes not in self.best or judged.cost < self.best[causes].cost:
-            self.best[causes] = judged
-        return judged
-
-
-def _base(problem: Problem) -> tuple[Hypothesis, float]:
-    """Return the base with all causes around it, and how much of each run those are seen in [s].
-
-    Where it leaves too much for any neighbourhood to reach the truth, they are seen around its fit
-    of the longest window that it still follows, or of the first.
-    """
-    layout = problem.layout
-    prior, every = prior_of(layout), np.arange(len(layout))
-    z, far, rounds, windows = np.zeros(len(layout)), False, _ROUNDS, _windows(problem)
-    place, window = z, windows[0] if windows else np.inf
-    for until in windows:
-        found = fit(problem, z, prior, until, enough=_ROUGH)
-        z = found.z
-        far = left_together(problem, problem.runs, found.residuals) > _FAR
-        if not far or until == window:
-            place, window = z, until
-        if far:
-            break
-        problem.look_again(z)
-        twice = found.cost > problem.samples(until)  # what noise leaves
-        rounds = _FAR_ROUNDS if twice else _ROUNDS
-    whole = fit(problem, z, prior, enough=_ROUGH, rounds=_FAR_ROUNDS) if far else None
-    if whole is None or left_together(problem, problem.runs, whole.residuals) <= _FAR:
-        linear = problem.linear(z if whole is None else whole.z, every)
-        whole = fit(problem, linear.z, prior, linear=linear, refresh=prior.free, rounds=rounds)
-        base = _judged(problem, (), whole, None)
-        if base.left <= _FAR:
-            return base, np.inf
-    left = left_together(problem, problem.runs, whole.residuals)
-    linear = problem.linear(place, every, window)
-    close = Neighbourhood(layout, linear, problem.samples(window))
-    return Hypothesis((), whole, whole.cost, 0.0, left, left, close), window
-
-
-def _windows(problem: Problem) -> list[float]:
-    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
-    return [window for window in _WINDOWS_S if window < longest]
-
-
-def _worthy(scores: Sequence[Score], share: float, least: float) -> list[Score]:
-    """Return the scores that are worth a refit, best first: a share of the best, or near it."""
-    ranked = sorted(scores, key=lambda one: -one.worth)[:_SINGLES]
-    best = max((score.worth for score in ranked), default=0.0)
-    least = max(min(share * best, best - _LIKELY), least)
-    return [score for score in ranked if score.worth > least]
-
-
-def _plausible(scores: Sequence[Score], near: Neighbourhood) -> list[Score]:
-    """Return the scores whose excess over the noise is foretold to be near that of the first."""
-    excess = [max(score.cost - near.samples / 2, _MORE) for score in scores]
-    return [score for score, over in zip(scores, excess, strict=True) if over < _MISLED * excess[0]]
-
-
-def _beside(near: Neighbourhood, cause: str) -> list[Score]:
-    """Return the pairs of a cause that promise most, far from where any of them ends."""
-    pairs = [near.alone((cause, name)) for name in near.heard if name != cause]
-    return sorted(pairs, key=lambda one: one.cost)[:_ADDED]
-
-
-def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
-    """Return pairs that are worth a refit.
-
-    First those that add to the best single cause, seen from its own fit; then those of two others
-    that promise more from the base than it reached, for there may be pairs of which no half helps.
-    """
-    if not singles:
-        return []
-    best, found = singles[0], _adding(singles[0])
-    if best.beyond < _EXPLAINED:
-        return found
-    pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
-    others = [one for one in map(near.score, pairs) if best.cost - one.cost > _MORE]
-    return [*found, *sorted(others, key=lambda one: one.cost)[:_OTHERS]]
-
-
-def _adding(best: Hypothesis) -> list[Score]:
-    """Return pairs of a cause and another that promises more, seen from the fit of the first."""
-    near = best.near
-    added = [near.score((*best.causes, name)) for name in near.heard if name not in best.causes]
-    found = [one for one in added if best.cost - one.cost > _MORE]
-    return sorted(found, key=lambda one: one.cost)[:_ADDED]
-
-
-def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
     samples = problem.samples()
     near = Neighbourhood(problem.layout, found.linear, samples)
     size = 0.0 if base is None else found.apart(base, samples)
@@ -322,11 +88,12 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 
 
-def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
+def more_than_a_little(base: Hypothesis, left: float, doubt: float) -> bool:
+    """Tell whether noise deviations that are left are more than a little of every cause makes."""
     return left**2 > len(base.near.heard) * CLUTTER**2 + doubt
 
 
-def _doubt(problem: Problem) -> float:
+def doubt_of(problem: Problem) -> float:
     """Return how far chance, and a memory known from few samples at rest, move what is left."""
     rest = sum(len(run.rest) for run in problem.rig.runs)
     return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1)))
