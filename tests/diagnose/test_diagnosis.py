@@ -56,21 +56,20 @@ def test_causes_that_look_the_same_are_answered_as_a_set(tmp_path: Path) -> None
     assert "cannot be told apart by these runs" in diagnosis.answer.reason
 
 
-@pytest.mark.parametrize(("amount", "words"), [(0.2, "may be there, but"), (0.6, "told apart")])
 def test_all_of_many_that_look_the_same_are_listed(
-    amount: float, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ten of them hide each other: none is worth much, and yet the base leaves too much."""
     alike = [f"wobble_{k}" for k in range(9)]
     for name in alike:
         monkeypatch.setitem(TERMS, name, TERMS["wobble"])
     causes = (*CAUSES, *(cause(name) for name in alike))
-    diagnosis = found(replace(measured(1, {"wobble": amount}), causes=causes), tmp_path)
+    diagnosis = found(replace(measured(1, {"wobble": 0.2}), causes=causes), tmp_path)
     print(diagnosis.refits.base.left, [(one.causes, one.worth) for one in diagnosis.refits.scores])
     assert diagnosis.answer.kind == "SET"
     assert len(names(diagnosis)) == 8
     assert set(names(diagnosis)) <= {"wobble", *alike}
-    assert words in diagnosis.answer.reason
+    assert "may be there, but" in diagnosis.answer.reason
 
 
 def test_what_no_cause_explains_is_answered_with_none(tmp_path: Path) -> None:

@@ -67,10 +67,13 @@ def _height(hop: Hop) -> float:
     return summarize(hop.simulation.motion, hop.duration).hop_height_m
 
 
+_ROUNDING = 1e-9  # a cost of transport that a robot at rest may seem to have
+
+
 def _efficiency(hop: Hop) -> float:
     """Return 1 / cost of transport: unlike the cost it is finite for a robot that stays."""
     cost = gait(hop.simulation, hop.duration).cost_of_transport
-    return 1 / cost if cost > 0 else 0.0  # NaN where it did not travel forward
+    return 1 / cost if cost > _ROUNDING else 0.0  # NaN where it did not travel forward
 
 
 def _stability(hop: Hop) -> float:

@@ -4,12 +4,10 @@
 `mjcf` any MJCF model with a rig file. The engine: `soundness` tells which runs can be trusted,
 `layout` puts all unknowns in a row, `noise` tells what the cameras add, `problem` what is measured
 less what is predicted, `solve` finds minima, `screen` says what each cause is worth beside the
-clutter of all others. `base` fits the model as far as it follows the runs, `promising` tells what
-is worth a refit, `refitting` makes them, `hypotheses` is what they come to; `answer` decides and
-`one_run` asks whether that rests on one run. `extension` writes the extended model and `proof`
-judges the file on runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`,
-`figures` and `report` make the page that shows it, `kept` the answer as a file that `workbench
-review` looks into.
+clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
+whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
+runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `figures` and `report`
+make the page that shows it, `kept` the answer as a file that `workbench review` looks into.
 
 What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from workbench.diagnose.answer import Answer, decide
-from workbench.diagnose.hypotheses import Hypothesis, Refits
+from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.one_run import with_carriers
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
-from workbench.diagnose.refitting import refit_all
 from workbench.diagnose.rig import Effects, Rig
 from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
 from workbench.diagnose.wording import digits

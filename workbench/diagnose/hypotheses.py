@@ -1,18 +1,43 @@
-"""What is compared: the base, and models with one or two causes, each fitted to all runs."""
+"""Refits of the true problem: the base alone, then with one or two causes released."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.problem import Problem
+from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import CLUTTER, Fit
+from workbench.diagnose.solve import CLUTTER, Fit, fit, prior_of, renewed
+from workbench.progress import Progress, counted
 
-__all__ = ["Hypothesis", "Refits", "doubt_of", "judged", "left_together", "more_than_a_little"]
+__all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
+
+
+_WINDOWS_S = (1.0, 2.5, 5.0)
+"""How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
+whole runs that starts far off falls into a wrong valley."""
+_ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
+_SINGLES = 8
+_ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
+_EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
+_BEHIND = 0.5  # share of the best worth below which no refit is tried
+_POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
+_FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbourhood of it
+_FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
+_RACING = 3  # times the excess cost of the best: what is dearer leaves the race
+_ARRIVING = 2  # of a race, fitted to whole runs
+_KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
+_RETRIES = 3  # fits in growing windows are dear
+_ROUNDS = 8
+_REFIT_ROUNDS = 5
+_FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
+_LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
+_LITTLE = 0.5  # of worth: what promises more may be the truth where something must be there
+_MORE = 4.0  # of worth that a pair must promise beyond its better half
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,22 +89,193 @@ class Refits:
 
     def suspicious(self, left: float) -> bool:
         """Tell whether noise deviations that are left are more than a little of every cause is."""
-        return more_than_a_little(self.base, left, self.doubt)
+        return _suspicious(self.base, left, self.doubt)
 
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
 
 
-def judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
-    """Return what a fit with some causes came to.
+def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
+    """Fit the base, score all causes, refit the promising ones and pairs of them.
 
-    Args:
-        problem: that was fitted.
-        causes: that were released.
-        found: the fit, with the columns of all causes around it.
-        base: that of the base; None where this is it.
+    Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
+    there for any neighbourhood to reach the truth, in the longest window that it still follows.
     """
+    tell("fit the base within its tolerances")
+    base, close = _base(problem)
+    search = _Search(problem, base, tell)
+    scores = close.scores()
+    doubt = _doubt(problem)
+    little = not search.far and _suspicious(base, base.left, doubt)
+    chosen = _worthy(scores, search.far, _LITTLE if little else _MORE)
+    if search.far:
+        search.race(chosen)
+        best = search.found(1)[:1]
+        if best and best[0].left > _FAR:
+            search.race(_beside(close, best[0].causes[0]))
+        couples = _adding(best[0]) if best and best[0].left <= _FAR else []
+    else:
+        search.refit(chosen)
+        couples = _promising(close, search.found(1))
+    search.refit(couples)
+    search.simplify()
+    singles, pairs = search.found(1), search.found(2)
+    threshold = base.near.threshold(seed)
+    return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
+
+
+class _Search:
+    """The hypotheses that were refitted so far, the best fit of each."""
+
+    def __init__(self, problem: Problem, base: Hypothesis, tell: Progress) -> None:
+        self.problem, self.base, self.tell = problem, base, tell
+        self.best: dict[tuple[str, ...], Hypothesis] = {}
+        self.retries = _RETRIES
+
+    @property
+    def far(self) -> bool:
+        """Tell whether the minimum lies in no neighbourhood of the base."""
+        return self.base.left > _FAR
+
+    def found(self, count: int) -> tuple[Hypothesis, ...]:
+        """Return those with so many causes, best first."""
+        same = [one for one in self.best.values() if len(one.causes) == count]
+        return tuple(sorted(same, key=lambda one: one.cost))
+
+    def refit(self, scores: Sequence[Score]) -> None:
+        """Fit each from where a neighbourhood expects its minimum; race those that it misled."""
+        misled = []
+        for k, score in enumerate(scores):
+            self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
+            begin = None if self.far else self.base.fit.linear
+            found = self._fit(score.causes, score.z, begin)
+            short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
+            short = short and score.worth > _MORE
+            if short and found.left > max(_POOR, _POOR * self.base.left):
+                misled.append(score)
+        if not self.far and self.retries:
+            self.race(misled[: self.retries])
+            self.retries -= len(misled[: self.retries])
+
+    def race(self, scores: Sequence[Score]) -> None:
+        """Fit in growing windows, the causes released from the first second on.
+
+        What is far behind in a window does not enter the next.
+        """
+        layout = self.problem.layout
+        running = {score.causes: np.zeros(len(layout)) for score in scores}
+        for until in _windows(self.problem):
+            excess = {}
+            for k, (causes, z) in enumerate(running.items()):
+                words = f"fit {until:g} s with {' and '.join(causes)}"
+                self.tell(counted(words, k + 1, len(running)))
+                found = fit(self.problem, z, prior_of(layout, causes), until, enough=_ROUGH)
+                running[causes] = found.z
+                excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
+            most = _RACING * min(excess.values(), default=0.0)
+            running = {causes: running[causes] for causes in sorted(excess, key=excess.__getitem__)
+                       if excess[causes] <= most}  # fmt: skip
+        for k, causes in enumerate(list(running)[:_ARRIVING]):
+            words = f"refit with {' and '.join(causes)}"
+            self.tell(counted(words, k + 1, min(len(running), _ARRIVING)))
+            self._fit(causes, running[causes], None)
+
+    def simplify(self) -> None:
+        """Fit each half of the best pair alone, from where the pair's fit ended."""
+        pairs, singles = self.found(2), self.found(1)
+        if not pairs or (singles and pairs[0].cost > singles[0].cost - _MORE):
+            return
+        for name in pairs[0].causes:
+            self._fit((name,), pairs[0].fit.z, None)
+
+    def _fit(
+        self, causes: tuple[str, ...], z: NDArray[np.float64], linear: Linear | None
+    ) -> Hypothesis:
+        layout = self.problem.layout
+        quantities = layout.quantities(causes)
+        begin = z.copy()
+        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
+        if linear is not None:
+            begin[layout.own()] = self.base.fit.z[layout.own()]
+        prior = prior_of(layout, causes)
+        near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
+        refresh = quantities if linear is not None else prior.free
+        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_REFIT_ROUNDS)
+        judged = _judged(self.problem, causes, found, self.base.fit)
+        if causes not in self.best or judged.cost < self.best[causes].cost:
+            self.best[causes] = judged
+        return judged
+
+
+def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
+    """Return the base, and all causes around its fit of the longest window that it follows."""
+    layout = problem.layout
+    prior, every = prior_of(layout), np.arange(len(layout))
+    z, rounds, follows = np.zeros(len(layout)), _ROUNDS, True
+    place, window = z, np.inf
+    for until in _windows(problem):
+        found = fit(problem, z, prior, until, enough=_ROUGH)
+        z = found.z
+        follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
+        if follows or window == np.inf:
+            place, window = z, until
+        problem.look_again(z)
+        twice = found.cost > problem.samples(until)  # what noise leaves
+        rounds = _FAR_ROUNDS if twice else _ROUNDS
+    linear = problem.linear(z, every)
+    found = fit(problem, z, prior, linear=linear, refresh=prior.free, rounds=rounds)
+    base = _judged(problem, (), found, None)
+    if base.left <= _FAR or window == np.inf:
+        return base, base.near
+    close = problem.linear(place, every, window)
+    return base, Neighbourhood(layout, close, problem.samples(window))
+
+
+def _windows(problem: Problem) -> list[float]:
+    longest = max(float(problem.rig.runs[k].times[-1]) for k in problem.runs)
+    return [window for window in _WINDOWS_S if window < longest]
+
+
+def _worthy(scores: Sequence[Score], far: bool, least: float) -> list[Score]:
+    """Return the scores that are worth a refit: a share of the best, or near it."""
+    best = max((score.worth for score in scores), default=0.0)
+    share = (_FAR_BEHIND if far else _BEHIND) * best
+    least = max(share if far else min(share, best - _LIKELY), least)
+    return [score for score in scores[:_SINGLES] if score.worth > least]
+
+
+def _beside(near: Neighbourhood, cause: str) -> list[Score]:
+    """Return the pairs of a cause that a neighbourhood promises most of."""
+    pairs = [near.score((cause, name)) for name in near.heard if name != cause]
+    return sorted(pairs, key=lambda one: one.cost)[:_ADDED]
+
+
+def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
+    """Return pairs that are worth a refit.
+
+    First those that add to the best single cause, seen from its own fit; then those of two others
+    that promise more from the base than it reached, for there may be pairs of which no half helps.
+    """
+    if not singles:
+        return []
+    best, found = singles[0], _adding(singles[0])
+    if best.beyond < _EXPLAINED:
+        return found
+    pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
+    others = [one for one in map(near.score, pairs) if best.cost - one.cost > _MORE]
+    return [*found, *sorted(others, key=lambda one: one.cost)[:_OTHERS]]
+
+
+def _adding(best: Hypothesis) -> list[Score]:
+    """Return pairs of a cause and another that promises more, seen from the fit of the first."""
+    near = best.near
+    added = [near.score((*best.causes, name)) for name in near.heard if name not in best.causes]
+    found = [one for one in added if best.cost - one.cost > _MORE]
+    return sorted(found, key=lambda one: one.cost)[:_ADDED]
+
+
+def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
     samples = problem.samples()
     near = Neighbourhood(problem.layout, found.linear, samples)
     size = 0.0 if base is None else found.apart(base, samples)
@@ -88,12 +284,11 @@ def judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | No
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 
 
-def more_than_a_little(base: Hypothesis, left: float, doubt: float) -> bool:
-    """Tell whether noise deviations that are left are more than a little of every cause makes."""
+def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
     return left**2 > len(base.near.heard) * CLUTTER**2 + doubt
 
 
-def doubt_of(problem: Problem) -> float:
+def _doubt(problem: Problem) -> float:
     """Return how far chance, and a memory known from few samples at rest, move what is left."""
     rest = sum(len(run.rest) for run in problem.rig.runs)
     return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1)))

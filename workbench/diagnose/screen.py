@@ -10,7 +10,6 @@ apart only as far as the clutter of the others lets them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,15 +75,6 @@ class Neighbourhood:
         cost, z = self._released(causes)
         return Score(causes, cost, self._nothing - cost, self.size(causes, z), z)
 
-    def alone(self, causes: tuple[str, ...]) -> Score:
-        """Return what some causes are worth where no other contributes anything.
-
-        Far from any minimum that tells more: clutter is too small to matter for what is left there,
-        but a little of everything within its bounds may hide who explains most.
-        """
-        cost, z = self._lowest(prior_of(self.layout, causes))
-        return Score(causes, cost, self._base_alone - cost, self.size(causes, z), z)
-
     def unexplained(self, causes: tuple[str, ...]) -> list[NDArray[np.float64]]:
         """Return the residuals by run that are expected once all clutter has adapted."""
         move = self._released(causes)[1] - self.z
@@ -124,15 +114,9 @@ class Neighbourhood:
 
     def _released(self, causes: tuple[str, ...]) -> tuple[float, NDArray[np.float64]]:
         """Return the lowest cost that is expected with some causes released, and where it is."""
-        return self._lowest(prior_of(self.layout, causes, self.clutter))
-
-    def _lowest(self, prior: Prior) -> tuple[float, NDArray[np.float64]]:
+        prior = prior_of(self.layout, causes, self.clutter)
         step = step_from(self.layout, self.z, self.curvature, self.gradient, prior)
         return self.cost + prior.cost(self.z) - step.gain, step.z
-
-    @cached_property
-    def _base_alone(self) -> float:
-        return self._lowest(prior_of(self.layout))[0]
 
     def _beyond_base(self) -> NDArray[np.float64]:
         """Return the curvature of all quantities after base and own numbers adapted."""
