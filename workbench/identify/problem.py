@@ -58,6 +58,14 @@ class Rows(NamedTuple):
     time: NDArray[np.float64]
 
 
+class _Known(NamedTuple):
+    """What the runs show at one place, and in how many steps a sample it was simulated."""
+
+    x: NDArray[np.float64]
+    curves: list[CubicSpline]
+    steps: int
+
+
 @dataclass(frozen=True, eq=False)
 class _Seen:
     """One run's compared samples."""
@@ -98,7 +106,7 @@ class Problem:
             self.unknowns += [Unknown(name, k) for name in _own(run)]
         self.index = {unknown: i for i, unknown in enumerate(self.unknowns)}
         self.steps = np.full(len(self.unknowns), _STEP)
-        self._known: tuple[NDArray[np.float64], list[CubicSpline]] | None = None
+        self._known: _Known | None = None
         self._slopes: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @property
@@ -124,12 +132,13 @@ class Problem:
 
     def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return measured less simulated over the noise, then the priors, (m,)."""
-        parts = [self._run_residual(k, x, c) for k, c in enumerate(self._responses(x))]
+        parts = [self._run_residual(k, x, c) for k, c in enumerate(self._responses(x).curves)]
         return np.concatenate([*parts, x[len(self.names) :]])
 
     def residuals_of(self, places: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Return the residuals of many unknowns at once, (places, m), in one batch."""
-        curves = iter(self._simulated([(k, x) for x in places for k in range(len(self.runs))]))
+        asked = [(k, x) for x in places for k in range(len(self.runs))]
+        curves = iter(self._simulated(asked, self.robot.steps_per_sample)[0])
         return np.array([
             np.concatenate([*(self._run_residual(k, x, next(curves))
                               for k in range(len(self.runs))), x[len(self.names) :]])
@@ -145,9 +154,9 @@ class Problem:
         if self._slopes is not None and self._hardly_moved(x):
             return self._slopes[1]
         base = self._responses(x)
-        at = [self._run_residual(k, x, c) for k, c in enumerate(base)]
+        at = [self._run_residual(k, x, c) for k, c in enumerate(base.curves)]
         moves = self._moves(x)
-        curves = self._simulated([(k, moved) for _, k, moved in moves])
+        curves, _ = self._simulated([(k, moved) for _, k, moved in moves], base.steps)
         length = [len(part) for part in at]
         begin = np.concatenate([[0], np.cumsum(length)])
         jacobian = np.zeros((begin[-1] + len(x) - len(self.names), len(x)))
@@ -160,7 +169,7 @@ class Problem:
                 for k in range(len(at)) if unknown.run < 0 else [unknown.run]:
                     moved = x.copy()
                     moved[i] += 1e-3
-                    change = self._run_residual(k, moved, base[k]) - at[k]
+                    change = self._run_residual(k, moved, base.curves[k]) - at[k]
                     jacobian[begin[k] : begin[k + 1], i] = change / 1e-3
         count = len(self.names)
         jacobian[begin[-1] :, count:] = np.eye(len(x) - count)
@@ -190,16 +199,19 @@ class Problem:
         wanted = _WANTED_CHANGE / size[moved]
         self.steps[moved] = np.clip(wanted, _LEAST_STEP, _MOST_STEP)
 
-    def _responses(self, x: NDArray[np.float64]) -> list[CubicSpline]:
-        if self._known is None or not np.array_equal(self._known[0], x):
-            curves = self._simulated([(k, x) for k in range(len(self.runs))])
-            self._known = (x.copy(), curves)
-        return self._known[1]
+    def _responses(self, x: NDArray[np.float64]) -> _Known:
+        if self._known is None or not np.array_equal(self._known.x, x):
+            asked = [(k, x) for k in range(len(self.runs))]
+            self._known = _Known(x.copy(), *self._simulated(asked, self.robot.steps_per_sample))
+        return self._known
 
-    def _simulated(self, asked: list[tuple[int, NDArray[np.float64]]]) -> list[CubicSpline]:
-        """Return the response of run k with unknowns x, for each pair asked."""
+    def _simulated(
+        self, asked: list[tuple[int, NDArray[np.float64]]], steps: int
+    ) -> tuple[list[CubicSpline], int]:
+        """Return the response of run k with unknowns x, for each pair asked, and the steps."""
+        results, steps = self._results(asked, steps)
         curves = []
-        for (k, _), result in zip(asked, self._results(asked), strict=True):
+        for (k, _), result in zip(asked, results, strict=True):
             motion = result.motion
             values = motion.select(self.runs[k].channels).values
             if len(motion) < 2:
@@ -207,23 +219,27 @@ class Problem:
             else:
                 times = motion.times
             curves.append(CubicSpline(times, values))
-        return curves
+        return curves, steps
 
-    def _results(self, asked: list[tuple[int, NDArray[np.float64]]]) -> list[Simulation]:
-        """Simulate, in shorter steps from here on where a trial is too stiff for the present ones.
+    def _results(
+        self, asked: list[tuple[int, NDArray[np.float64]]], steps: int
+    ) -> tuple[list[Simulation], int]:
+        """Simulate in so many steps a sample, or in more where a trial is too stiff for them.
 
         Raises:
-            InputError: when even the shortest do not help, or the robot does not stand.
+            InputError: when even the most do not help, or the robot does not stand.
         """
         while True:
-            jobs = [(self._robot(x), self.condition(k, x)) for k, x in asked]
+            jobs = [
+                (replace(self._robot(x), steps_per_sample=steps), self.condition(k, x))
+                for k, x in asked
+            ]
             try:
-                return simulate_all(jobs, self.threads)
+                return simulate_all(jobs, self.threads), steps
             except InputError:
-                steps = 2 * self.robot.steps_per_sample
+                steps *= 2
                 if steps > _MOST_STEPS:
                     raise
-                self.robot = replace(self.robot, steps_per_sample=steps)
 
     def _robot(self, x: NDArray[np.float64]) -> Robot:
         return replace(self.robot, values=dict(self.robot.values) | self.values(x))

@@ -102,11 +102,14 @@ class _Fitter:
         self.progress(Stage(f"look at {_PLACES} places, {_SHORT_S[0]:g} s of each run", 0.0))
         short = self._chosen(robot, self._look_around(first))
         chain = replace(robot, increments=short.problem.robot.increments)
-        problem = self._problem(chain, np.inf, short.problem)
-        problem, x = self._told_apart(problem, short.x)
+        windows = (*(w for w in _LONG_S if w < self.longest), np.inf)
+        problem, x = self._problem(chain, windows[0], short.problem), short.x
+        if undetermined(Solution.at(problem, x), self.tolerances):  # by the rest of the runs too?
+            problem, x = self._told_apart(self._problem(chain, np.inf, short.problem), x)
         meshed: Meshed | None = None
-        for window in (*(w for w in _LONG_S if w < self.longest), np.inf):
-            problem = self._problem(problem.robot, window, problem)
+        for window in windows:
+            if window != problem.window:
+                problem = self._problem(problem.robot, window, problem)
             x = self._minimum(problem, x)
             if chain.increments != robot.increments:
                 meshed = self._meshed(Solution.at(problem, x), meshed)
