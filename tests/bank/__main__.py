@@ -3,10 +3,11 @@
     python -m tests.bank --seed 1 --cases 40 --work build/bank
     python -m tests.bank --seed 1 --flip hinge_cubic_stiffness
 
-One line of JSON is kept for each case; a later call goes on where one was stopped, and the page
-tells of all draws in the work folder. Cases lie in `cases`, their labels in `sealed`; a process of
-its own answers, which is given the case's folder only. With `--flip` the cases of one effect are
-answered once more by a twin that has it with the wrong sign.
+One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
+machine, goes on where one was stopped, and the page tells of all draws that were ever kept. Cases
+lie in the work folder's `cases`, their labels in `sealed`; a process of its own answers, which is
+given the case's folder only. With `--flip` the cases of one effect are answered once more by a twin
+that has it with the wrong sign.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import json
 import multiprocessing
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -27,12 +29,13 @@ from tests.bank.tables import Told, Turned, page
 
 __all__ = ["told_of"]
 
-_LOG = "log.jsonl"
+_FLIP = "-flip-"
 
 
-def _lines(cases: Sequence[Case], work: Path, turned: str | None, processes: int) -> Iterator[Line]:
+def _lines(
+    cases: Sequence[Case], work: Path, log: Path, turned: str | None, processes: int
+) -> Iterator[Line]:
     """Yield a line for every case that was not answered yet, and keep it."""
-    log = work / _LOG
     known = _kept(log)
     fresh = multiprocessing.get_context("spawn")
     missing = [case for case in cases if case.seed not in known]
@@ -53,10 +56,11 @@ def _kept(log: Path) -> dict[int, Line]:
     return {line["seed"]: line for line in read} | answered
 
 
-def told_of(work: Path) -> Told:
-    """Return what all draws in a folder came to."""
-    draws = {int(one.name.removeprefix("seed-")): one for one in sorted(work.glob("seed-*"))}
-    lines = [line for one in draws.values() for line in _kept(one / _LOG).values()]
+def told_of(kept: Path) -> Told:
+    """Return what all draws that are kept in a folder came to."""
+    draws = {int(one.stem.removeprefix("seed-")): one for one in sorted(kept.glob("seed-*.jsonl"))
+             if _FLIP not in one.name}  # fmt: skip
+    lines = [line for draw in draws.values() for line in _kept(draw).values()]
     answered = {line["seed"]: line for line in lines if "answer" in line}
     judged = {seed: judge(one["answer"], one["label"], one) for seed, one in answered.items()}
     plain = {
@@ -70,16 +74,20 @@ def told_of(work: Path) -> Told:
         f"case {line['seed']}: {line['failed']}".replace("\n", " ")
         for line in lines if "failed" in line
     ]  # fmt: skip
-    signs = [one for draw in draws.values() for one in _signs(draw, judged)]
-    return Told(tuple(judged.values()), plain, signs, len(lines), failed, tuple(draws))
+    engines = Counter(str(one.get("engine")) for one in answered.values())
+    signs = list(_signs(kept, judged))
+    return Told(tuple(judged.values()), plain, signs, len(lines), failed, tuple(draws), engines)
 
 
-def _signs(draw: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
-    for folder in sorted(draw.glob("flip-*")):
-        lines = {seed: one for seed, one in _kept(folder / _LOG).items() if "answer" in one}
+def _signs(kept: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
+    turned: dict[str, dict[int, Line]] = {}
+    for file in sorted(kept.glob(f"seed-*{_FLIP}*.jsonl")):
+        lines = turned.setdefault(file.stem.partition(_FLIP)[2], {})
+        lines |= {seed: one for seed, one in _kept(file).items() if "answer" in one}
+    for effect, lines in turned.items():
         both = [seed for seed in lines if seed in judged]
         after = [judge(lines[seed]["answer"], lines[seed]["label"]) for seed in both]
-        yield Turned(folder.name.removeprefix("flip-"), [judged[seed] for seed in both], after)
+        yield Turned(effect, [judged[seed] for seed in both], after)
 
 
 def main() -> None:
@@ -89,19 +97,21 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=40)
     parser.add_argument("--work", type=Path, default=Path("build/bank"))
     parser.add_argument("--page", type=Path, default=Path("docs/reference/bank.md"))
+    parser.add_argument("--kept", type=Path, default=Path("docs/reference/bank"))
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--flip", help="effect whose cases are answered with its sign turned")
     asked = parser.parse_args()
     cases = draw_cases(asked.seed, asked.cases)
-    work = asked.work / f"seed-{asked.seed}"
+    name = f"seed-{asked.seed}"
     if asked.flip:
         cases = [case for case in cases if asked.flip in case.causes]
-        work /= f"flip-{asked.flip}"
-    work.mkdir(parents=True, exist_ok=True)
-    for line in _lines(cases, work, asked.flip, asked.processes):
+        name += f"{_FLIP}{asked.flip}"
+    log = asked.kept / f"{name}.jsonl"
+    asked.kept.mkdir(parents=True, exist_ok=True)
+    for line in _lines(cases, asked.work / name, log, asked.flip, asked.processes):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
-    told = told_of(asked.work)
+    told = told_of(asked.kept)
     asked.page.write_text(page(told), encoding="utf-8")
     print(f"{len(told.judged)} of {told.drawn} cases answered; the page is {asked.page}")
 

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import workbench
 from tests.bank.cases import Case
 from tests.bank.make import make_case
 from tests.bank.write import write_case
 
-__all__ = ["Line", "run_case"]
+__all__ = ["Line", "engine", "run_case"]
 
 Line = dict[str, Any]
-"""`seed`, and either `failed` in words or what `tests.bank.answering` prints with the `label`."""
+"""`seed`, and either `failed` in words or what `tests.bank.answering` printed with the `label`; of
+the answer what is scored, so that lines stay small and name no place of the machine."""
 
 _ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
 _MOST_S = 3600
 _WORDS = 300  # of an error that are kept
+_SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "seconds")
+_SCORED_OF_A_CAUSE = ("effect", "confidence", "parameters")
+_ENGINE = ("diagnose", "sim", "tracking")
+_DIGITS = 8
 
 
 def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
@@ -36,11 +44,28 @@ def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
         label = work / "sealed" / f"{case.name}.json"
         if not label.exists():
             write_case(make_case(case), work / "cases", work / "sealed")
-        line |= _answered(folder, *(["--flip", turned] if turned else []))
+        said = _answered(folder, *(["--flip", turned] if turned else []))
+        line |= said | {"answer": _scored(said["answer"]), "engine": engine()}
         line["label"] = json.loads(label.read_bytes())
     except (ValueError, RuntimeError, subprocess.TimeoutExpired) as error:
         line["failed"] = str(error)[-_WORDS:]
     return line
+
+
+def engine() -> str:
+    """Return which state of the engine answers: the start of a hash of its sources."""
+    root, digest = Path(workbench.__file__).parent, hashlib.sha256()
+    for room in _ENGINE:
+        for source in sorted((root / room).rglob("*.py")):
+            digest.update(source.relative_to(root).as_posix().encode() + source.read_bytes())
+    return digest.hexdigest()[:_DIGITS]
+
+
+def _scored(answer: Mapping[str, Any]) -> Line:
+    causes = [
+        {key: one[key] for key in _SCORED_OF_A_CAUSE if key in one} for one in answer["causes"]
+    ]
+    return {key: answer[key] for key in _SCORED if key in answer} | {"causes": causes}
 
 
 def _answered(*words: str | Path) -> Line:

@@ -43,6 +43,7 @@ class Told:
         drawn: how many cases were drawn.
         failed: what became of those without an answer, one line each.
         seeds: of the draws.
+        engines: state of the engine -> how many cases it answered.
     """
 
     judged: Sequence[Judged]
@@ -51,6 +52,7 @@ class Told:
     drawn: int
     failed: Sequence[str]
     seeds: Sequence[int]
+    engines: Mapping[str, int]
 
 
 def page(told: Told) -> str:
@@ -59,7 +61,7 @@ def page(told: Told) -> str:
     parts = [
         "# The bank of hidden-effect cases", "",
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
-        f"{len(told.judged)} answered. What a case is and how it is scored: "
+        f"{len(told.judged)} answered{_by(told.engines)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %.", "",
         "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
     ]  # fmt: skip
@@ -78,6 +80,14 @@ def page(told: Told) -> str:
     if told.failed:
         parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in told.failed)]
     return "\n".join(parts) + "\n"
+
+
+def _by(engines: Mapping[str, int]) -> str:
+    """Return by which states of the engine, in words, where they are more than one."""
+    if len(engines) < 2:
+        return ""
+    counts = ", ".join(f"{count} by {name}" for name, count in engines.items())
+    return f" by {len(engines)} states of the engine ({counts})"
 
 
 def _beside_plain(told: Told) -> list[str]:

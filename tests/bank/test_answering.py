@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.bank import one_case
 from tests.bank.__main__ import told_of
 from tests.bank.answering import flip
 from tests.bank.baselines import bic, sindy, single
+from tests.bank.cases import draw_cases
+from tests.bank.tables import page
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values
@@ -76,14 +79,33 @@ def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
     said = {"answer": "CLEAN", "causes": [], "seconds": 1.0}
     line = {"answer": said, "label": label, "plain": {"bic": said}, "screening": 2.0, "peak": 3.0}
     for seed in (1, 2):
-        folder = tmp_path / f"seed-{seed}"
-        folder.mkdir()
+        line["engine"] = f"state {seed}"
         lines = [{"seed": 1000 * seed, "failed": "at first"}, {"seed": 1000 * seed} | line]
         lines += [{"seed": 1000 * seed + 1, "failed": "no rest"}] * 2
         text = "\n".join(json.dumps(one) for one in lines)
-        (folder / "log.jsonl").write_text(text + "\n", encoding="utf-8")
+        (tmp_path / f"seed-{seed}.jsonl").write_text(text + "\n", encoding="utf-8")
+    turned = json.dumps({"seed": 1000} | line)
+    (tmp_path / "seed-1-flip-tether.jsonl").write_text(turned + "\n", encoding="utf-8")
     told = told_of(tmp_path)
     assert (told.drawn, len(told.judged), told.seeds) == (4, 2, (1, 2))
     assert told.failed == ["case 1001: no rest", "case 2001: no rest"]
     assert len(told.plain["bic"]) == 2
     assert told.judged[0].screening == 2.0
+    assert told.engines == {"state 1": 1, "state 2": 1}
+    assert [(one.effect, len(one.after)) for one in told.turned] == [("tether", 1)]
+    assert "2 answered by 2 states of the engine (1 by state 1, 1 by state 2)." in page(told)
+
+
+def test_a_line_keeps_what_is_scored_and_no_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = draw_cases(1, 40)[0]
+    (tmp_path / "sealed").mkdir()
+    (tmp_path / "sealed" / f"{case.name}.json").write_text('{"block": "single"}')
+    cause = {"effect": "tether", "confidence": 0.9, "parameters": {}, "sentence": "a cable pulls"}
+    said = {"answer": "NAMED", "causes": [cause], "extended_model": str(tmp_path), "seconds": 1.0}
+    monkeypatch.setattr(one_case, "_answered", lambda *words: {"answer": said, "plain": {}})
+    line = one_case.run_case(case, tmp_path)
+    assert line["answer"]["causes"] == [{"effect": "tether", "confidence": 0.9, "parameters": {}}]
+    assert (line["label"], line["engine"]) == ({"block": "single"}, one_case.engine())
+    assert str(tmp_path) not in json.dumps(line)
