@@ -79,7 +79,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
             f"left of {before:.2f}, and no known cause explains them",
         )  # fmt: skip
-    confidence = _confidence(refits, same)
+    confidence = _confidence(refits, best, same)
     causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
     rivals = _rivals(refits, layout, best, causes)
     sure = refits.worth(best) > LEAST_WORTH
@@ -111,6 +111,8 @@ def _best(refits: Refits) -> Hypothesis | None:
 def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
+    if len(simpler.causes) == 1:
+        gained = _behind(simpler, one)
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
@@ -127,15 +129,32 @@ def _suspect(refits: Refits) -> Hypothesis | None:
 
 
 def alike(refits: Refits, best: Hypothesis, reach: float) -> list[Hypothesis]:
-    """Return the hypotheses with as many causes as the best that cost less than so much more."""
+    """Return the hypotheses with as many causes as the best that are less than so far behind."""
     same = refits.with_as_many(len(best.causes))
-    return [one for one in same if one.cost - best.cost < reach]
+    return [one for one in same if _behind(one, best) < reach]
 
 
-def _confidence(refits: Refits, likely: list[Hypothesis]) -> dict[str, float]:
-    """Return the share of each cause in all hypotheses, weighed by what they are worth."""
-    same = refits.with_as_many(len(likely[0].causes))
-    weights = softmax([-one.cost for one in same])
+def _behind(one: Hypothesis, best: Hypothesis) -> float:
+    """Return how much dearer a hypothesis is than another, as if noise alone parted their costs.
+
+    Where the other leaves residuals u and the predictions part by d, the costs part by the sum of
+    u d + d^2 / 2. Noise gives the first term the variance of the sum of d^2. What no hypothesis
+    explains hangs together through a run and gives it more, told from the squares of its sums over
+    each run (as robust standard errors are of clustered data; White 1982, doi:10.2307/1912526). By
+    that ratio the difference is shortened. So two causes are told apart only where they part by
+    more than what neither explains.
+    """
+    pairs = zip(best.near.unexplained(best.causes), one.near.unexplained(one.causes), strict=True)
+    parts = [(left, other - left) for left, other in pairs]
+    noise = sum(float(d @ d) for _, d in parts)
+    chance = sum(float(left @ d) ** 2 for left, d in parts)
+    return (one.cost - best.cost) / max(chance / max(noise, 1e-12), 1.0)
+
+
+def _confidence(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
+    """Return the share of each cause in all hypotheses, weighed by how far they are behind."""
+    same = refits.with_as_many(len(best.causes))
+    weights = softmax([-_behind(one, best) for one in same])
     found: dict[str, float] = {}
     for one, weight in zip(same, weights, strict=True):
         for name in one.causes if one in likely else ():

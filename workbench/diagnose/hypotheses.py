@@ -107,8 +107,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     search = _Search(problem, base, tell)
     scores = close.scores()
     doubt = _doubt(problem)
-    little = not search.far and _suspicious(base, base.left, doubt)
-    chosen = _worthy(scores, search.far, _LITTLE if little else _MORE)
+    there = search.far or _suspicious(base, base.left, doubt)
+    chosen = _worthy(scores, search.far, _LITTLE if there else _MORE)
     if search.far:
         search.race(chosen)
         best = search.found(1)[:1]
