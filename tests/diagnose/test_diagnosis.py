@@ -82,6 +82,25 @@ def test_what_no_cause_explains_is_answered_with_none(tmp_path: Path) -> None:
     assert diagnosis.extended is None
 
 
+def test_a_base_that_is_far_off_is_never_clean(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What sets in at the end shows in no window that the base follows, and forty hide each other.
+
+    Their clutter together explains all, none of them was worth a refit.
+    """
+    late = [f"late_{k}" for k in range(40)]
+    for name in late:
+        monkeypatch.setitem(TERMS, name, lambda t, a: 1e-3 * (t / 6) ** 40)
+    causes = (*CAUSES, *(cause(name) for name in late))
+    diagnosis = found(replace(measured(9, {late[0]: 5.0}), causes=causes), tmp_path)
+    left = diagnosis.refits.base.left
+    assert left > 1
+    assert diagnosis.answer.kind == "NONE"
+    assert f"{left:.2f} noise deviations of the misfit hang together" in diagnosis.answer.reason
+    assert "All of it is in" not in diagnosis.answer.reason
+
+
 def test_a_sensor_s_cause_is_a_fault_of_the_data(tmp_path: Path) -> None:
     diagnosis = found(measured(5, {"scale": 0.05}), tmp_path)
     assert diagnosis.answer.kind == "DATA_FAULT"

@@ -123,7 +123,7 @@ def _suspect(refits: Refits) -> Hypothesis | None:
     It is not sure enough to be named, nor is any other, but to say that nothing is there would be
     wrong as well.
     """
-    if not refits.singles or left_over(refits, refits.base.beyond):
+    if not refits.singles or refits.far or left_over(refits, refits.base.beyond):
         return None
     return refits.singles[0] if refits.suspicious(refits.base.left) else None
 
@@ -164,9 +164,10 @@ def _confidence(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> d
 
 def _without_cause(refits: Refits) -> Answer:
     base = refits.base
-    if left_over(refits, base.beyond):
+    if refits.far or left_over(refits, base.beyond):
+        left = base.left if refits.far else base.beyond
         reason = (
-            f"{base.beyond:.2f} noise deviations of the misfit hang together in time, and no known "
+            f"{left:.2f} noise deviations of the misfit hang together in time, and no known "
             "cause explains them"
         )
         return Answer("NONE", (), base, {}, _named(refits), reason)

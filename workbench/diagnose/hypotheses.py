@@ -87,6 +87,11 @@ class Refits:
         """Return the singles or the pairs, best first."""
         return self.singles if causes == 1 else self.pairs
 
+    @property
+    def far(self) -> bool:
+        """Tell whether the base misses the runs by more than any mixture of little causes."""
+        return self.base.left > _FAR
+
     def suspicious(self, left: float) -> bool:
         """Tell whether noise deviations that are left are more than a little of every cause is."""
         return _suspicious(self.base, left, self.doubt)
@@ -107,8 +112,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     search = _Search(problem, base, tell)
     scores = close.scores()
     doubt = _doubt(problem)
-    there = search.far or _suspicious(base, base.left, doubt)
-    chosen = _worthy(scores, search.far, _LITTLE if there else _MORE)
+    little = _LITTLE if _suspicious(base, base.left, doubt) else _MORE
+    chosen = _worthy(scores, search.far, 0.0 if search.far else little)
     if search.far:
         search.race(chosen)
         best = search.found(1)[:1]

@@ -176,7 +176,7 @@ def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     """
     best = answer.best
     runs = best.near.linear.runs
-    if len(runs) <= _LEAST_OTHERS:
+    if len(runs) <= _LEAST_OTHERS or not left_over(refits, best.beyond):
         return answer
     left = {}
     for k in runs:
