@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 
 from tests.identify.robots import MODEL, SHAPE, changed, driven, released
 from workbench.errors import InputError
-from workbench.identify import Identification, identify, write_model
+from workbench.identify import Identification, MeasuredRun, identify, write_model
 from workbench.identify.determinacy import Combination
 from workbench.identify.drive import lagged_angle, lagged_command
 from workbench.identify.intervals import bootstrap
@@ -24,6 +25,7 @@ from workbench.sim import make_robot
 STIFF = ("hinge_stiffness", "root_stiffness")
 TRUE = {"hinge_stiffness": 11.6, "root_stiffness": 9.4}
 ROBOT = make_robot(MODEL.values(), SHAPE)
+COARSE = 17  # steps a sample that are too few for a beam twice as stiff
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +92,30 @@ def test_the_jacobian_is_the_slope_of_the_residuals() -> None:
         slope = (problem.residuals(ahead) - problem.residuals(behind)) / (2 * step)
         apart = np.linalg.norm(slopes[:, i] - slope) / np.linalg.norm(slope)
         assert apart < 0.02, unknown
+
+
+def test_only_what_is_too_stiff_is_simulated_in_shorter_steps() -> None:
+    """At the edge a step of the difference is over it, and base and step must be made alike."""
+    runs = [released(changed(**TRUE), 0.4, 0.5)]
+    stiff, soft = 1.0, 0.0
+    while stiff - soft > 5e-5:
+        x = (stiff + soft) / 2
+        problem = coarse(runs)
+        problem.residuals(np.append(x, problem.start[1:]))
+        assert problem._known is not None
+        stiff, soft = (x, soft) if problem._known.steps > COARSE else (stiff, x)
+    problem, finer = coarse(runs), coarse(runs, 2 * COARSE)
+    edge = np.append(soft, problem.start[1:])
+    problem.residuals(edge)
+    assert problem._known is not None
+    assert problem._known.steps == COARSE
+    np.testing.assert_allclose(problem.jacobian(edge)[:, 0], finer.jacobian(edge)[:, 0], rtol=1e-6)
+    problem.residuals(problem.start)
+    assert problem._known.steps == COARSE
+
+
+def coarse(runs: list[MeasuredRun], steps: int = 0) -> Problem:
+    return Problem(runs, replace(ROBOT, steps_per_sample=steps or COARSE), ["hinge_stiffness"])
 
 
 def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:

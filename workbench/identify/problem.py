@@ -153,10 +153,11 @@ class Problem:
         """
         if self._slopes is not None and self._hardly_moved(x):
             return self._slopes[1]
-        base = self._responses(x)
+        base, moves = self._responses(x), self._moves(x)
+        curves, steps = self._simulated([(k, moved) for _, k, moved in moves], base.steps)
+        if steps != base.steps:  # a difference of two step sizes is no derivative
+            base = self._at(x, steps)
         at = [self._run_residual(k, x, c) for k, c in enumerate(base.curves)]
-        moves = self._moves(x)
-        curves, _ = self._simulated([(k, moved) for _, k, moved in moves], base.steps)
         length = [len(part) for part in at]
         begin = np.concatenate([[0], np.cumsum(length)])
         jacobian = np.zeros((begin[-1] + len(x) - len(self.names), len(x)))
@@ -201,9 +202,12 @@ class Problem:
 
     def _responses(self, x: NDArray[np.float64]) -> _Known:
         if self._known is None or not np.array_equal(self._known.x, x):
-            asked = [(k, x) for k in range(len(self.runs))]
-            self._known = _Known(x.copy(), *self._simulated(asked, self.robot.steps_per_sample))
+            self._known = self._at(x, self.robot.steps_per_sample)
         return self._known
+
+    def _at(self, x: NDArray[np.float64], steps: int) -> _Known:
+        asked = [(k, x) for k in range(len(self.runs))]
+        return _Known(x.copy(), *self._simulated(asked, steps))
 
     def _simulated(
         self, asked: list[tuple[int, NDArray[np.float64]]], steps: int
