@@ -1,15 +1,21 @@
-"""The minimum between bounds, beside scipy's."""
+"""The minimum between bounds, and the way to that of the true problem, beside scipy's."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import lsq_linear
+from scipy.optimize import least_squares, lsq_linear
 
-from tests.diagnose.paper import measured
+from tests.diagnose.paper import PaperRig, measured
 from workbench.diagnose.layout import Layout
-from workbench.diagnose.solve import Prior, step_from
+from workbench.diagnose.noise import noise_of
+from workbench.diagnose.problem import Problem
+from workbench.diagnose.rig import Asked
+from workbench.diagnose.solve import ENOUGH, Prior, fit, prior_of, step_from
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -31,3 +37,40 @@ def test_a_step_ends_at_the_minimum_within_all_bounds(seed: int) -> None:
     assert np.all((step.z >= layout.low) & (step.z <= layout.high))
     off = np.linalg.norm(root @ step.z - wanted) - np.linalg.norm(root @ theirs - wanted)
     assert abs(off) < 1e-6 * np.linalg.norm(wanted)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_fit_follows_a_curved_valley_to_its_end(seed: int) -> None:
+    rig = Counting(**vars(measured(seed, {"hardening": 0.08})))
+    layout = Layout(rig)
+    problem = Problem(rig, layout, noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    prior = prior_of(layout, ("hardening",))
+    begin = np.random.default_rng(seed).uniform(-1, 1, len(layout))
+    begin[layout.base] *= 3.0  # at the end of a run the phase is up to 1.8 rad off
+    begin[np.setdiff1d(np.arange(len(layout)), prior.free)] = 0.0
+    free = prior.free
+
+    def theirs(at: np.ndarray) -> np.ndarray:
+        z = np.zeros(len(layout))
+        z[free] = at
+        return np.concatenate([*problem.residuals(z), np.sqrt(prior.precision[free]) * at])
+
+    low, high = layout.low[free], layout.high[free]
+    best = least_squares(theirs, np.zeros(len(free)), bounds=(low, high), x_scale="jac")
+    asked = len(Counting.asked)
+    found = fit(problem, begin, prior)
+    assert found.cost < best.cost + ENOUGH, f"{found.cost:.1f} where scipy finds {best.cost:.1f}"
+    assert len(Counting.asked) - asked < 60 * len(problem.runs)
+
+
+class Counting(PaperRig):
+    """Writes down what was asked for."""
+
+    asked: ClassVar[list[Asked]] = []
+
+    def predict(
+        self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
+    ) -> list[np.ndarray]:
+        """Count, and answer."""
+        self.asked.extend(asked)
+        return super().predict(asked, until, coarse)

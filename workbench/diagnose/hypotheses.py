@@ -32,9 +32,9 @@ _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING = 2  # of a race, fitted to whole runs
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
-_ROUNDS = 8
-_REFIT_ROUNDS = 5
-_FAR_ROUNDS = 2  # of a base that cannot follow the runs anyway
+_TRIALS = 24
+_REFIT_TRIALS = 12
+_FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
 _LITTLE = 0.5  # of worth: what promises more may be the truth where something must be there
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
@@ -175,7 +175,8 @@ class _Search:
             for k, (causes, z) in enumerate(running.items()):
                 words = f"fit {until:g} s with {' and '.join(causes)}"
                 self.tell(counted(words, k + 1, len(running)))
-                found = fit(self.problem, z, prior_of(layout, causes), until, enough=_ROUGH)
+                prior = prior_of(layout, causes)
+                found = fit(self.problem, z, prior, until, enough=_ROUGH, settle=False)
                 running[causes] = found.z
                 excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
             most = _RACING * min(excess.values(), default=0.0)
@@ -206,7 +207,7 @@ class _Search:
         prior = prior_of(layout, causes)
         near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         refresh = quantities if linear is not None else prior.free
-        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, rounds=_REFIT_ROUNDS)
+        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, trials=_REFIT_TRIALS)
         judged = _judged(self.problem, causes, found, self.base.fit)
         if causes not in self.best or judged.cost < self.best[causes].cost:
             self.best[causes] = judged
@@ -217,19 +218,22 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
     """Return the base, and all causes around its fit of the longest window that it follows."""
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
-    z, rounds, follows = np.zeros(len(layout)), _ROUNDS, True
+    z, trials, follows = np.zeros(len(layout)), _TRIALS, True
     place, window = z, np.inf
     for until in _windows(problem):
-        found = fit(problem, z, prior, until, enough=_ROUGH)
+        found = fit(problem, z, prior, until, enough=_ROUGH, settle=False)
         z = found.z
         follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
         if follows or window == np.inf:
             place, window = z, until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
-        rounds = _FAR_ROUNDS if twice else _ROUNDS
+        trials = _FAR_TRIALS if twice else _TRIALS
+    first = fit(problem, z, prior, trials=trials, settle=False)
+    z = first.z
     linear = problem.linear(z, every)
-    found = fit(problem, z, prior, linear=linear, refresh=prior.free, rounds=rounds)
+    found = fit(problem, z, prior, linear=linear, trials=trials, settle=False,
+                damping=first.damping)  # fmt: skip
     base = _judged(problem, (), found, None)
     if base.left <= _FAR or window == np.inf:
         return base, base.near

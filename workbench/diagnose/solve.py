@@ -28,11 +28,14 @@ _ROUGH = 0.01
 """Share of the cost beyond noise: a model that is far off need not be fitted closer."""
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
-_ROUNDS = 8
-_CUTS = 4
+_TRIALS, _RENEWALS = 24, 2
+_MISLED = 5  # trials not believed: a neighbourhood that was taught so often is taken anew
 _PATIENCE = 3  # pivots that make nothing better, before they go one at a time
-_NO_WAY = 0.1  # share of the expected gain
 _TRUST = 3.0  # times: a step is believed while the true gain is a third of the expected one
+_HARDER, _EASIER = 2.0, 1 / 3  # times the damping, after a step that was not believed or was
+_UNDAMPED = 0.01  # of what is expected of an unknown
+_RENEWED = 0.01  # of the damping: some of it came of derivatives that were wrong
+_ABSURD = 100.0  # times the cost: a robot that cannot stand teaches nothing of one that does
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +79,12 @@ class Fit:
     Args:
         linear: the neighbourhood used last, with the residuals where the fit ended.
         cost: half the sum of squares, priors included.
+        damping: of its last step.
     """
 
     linear: Linear
     cost: float
+    damping: float = 0.0
 
     @property
     def z(self) -> NDArray[np.float64]:
@@ -129,6 +134,7 @@ def step_from(
     curvature: NDArray[np.float64],
     gradient: NDArray[np.float64],
     prior: Prior,
+    damping: float = 0.0,
 ) -> Step:
     """Return the minimum of a linear neighbourhood within all bounds.
 
@@ -138,14 +144,16 @@ def step_from(
         curvature: (u, u) sum of J^T J over the runs that count.
         gradient: (u,) sum of J^T r.
         prior: of the unknowns.
+        damping: precision with which unknowns are held where they are.
     """
     free = prior.free
     matrix = prior.added_to(curvature)
+    damped = matrix + damping * np.eye(len(free))
     slope = gradient[free] - prior.precision[free] * z[free]
-    move = cho_solve(cho_factor(matrix), slope)
+    move = cho_solve(cho_factor(damped), slope)
     low, high = layout.low[free] - z[free], layout.high[free] - z[free]
     if np.any(move < low - 1e-9) or np.any(move > high + 1e-9):
-        move = _within(matrix, slope, np.minimum(low, 0.0), np.maximum(high, 0.0))
+        move = _within(damped, slope, np.minimum(low, 0.0), np.maximum(high, 0.0))
     there = z.copy()
     there[free] += move
     return Step(there, float(slope @ move - move @ matrix @ move / 2))
@@ -194,12 +202,18 @@ def fit(
     linear: Linear | None = None,
     refresh: NDArray[np.int_] | None = None,
     enough: float = ENOUGH,
-    rounds: int = _ROUNDS,
+    trials: int = _TRIALS,
+    settle: bool = True,
+    damping: float = 0.0,
     tell: Progress = lambda text: None,
 ) -> Fit:
     """Find the minimum of the true problem near a place.
 
-    The neighbourhood is used as long as it foretells what a step gains, then it is taken anew.
+    By damped steps (Levenberg and Marquardt, unknowns in deviations of what is expected), whose
+    neighbourhood learns from every trial what it foretold wrongly (Broyden; the secant version in
+    Madsen, Nielsen and Tingleff, Methods for non-linear least squares problems, 2004, 3.5). A trial
+    simulates every run once, derivatives ten times. The valleys of a lightly damped beam are
+    curved: steps that were only cut short stopped on the way down (`tests/diagnose/test_solve.py`).
 
     Args:
         problem: with its runs.
@@ -209,31 +223,74 @@ def fit(
         linear: a neighbourhood taken nearby.
         refresh: which columns are taken anew; None takes those that are free.
         enough: expected gain of the cost that is worth no further step.
-        rounds: most steps.
-        tell: is told each round.
+        trials: most steps, also of those that do not pay.
+        settle: whether to take derivatives anew where nothing more is foretold, and go on once.
+        damping: of the first step.
+        tell: is told each trial.
     """
     layout, noise = problem.layout, problem.samples(until) / 2
     columns = prior.free if refresh is None else refresh
-    fresh = linear is None
+    learnt = linear is not None and not np.array_equal(linear.z, z)
     if linear is None:
         linear = problem.linear(z, columns, until)
-    elif not np.array_equal(linear.z, z):
+    elif learnt:
         linear = linear.at(z, problem.residuals(z, until))
-    cost = _cost(linear.residuals, z, prior)
-    for _ in range(rounds):
-        step = step_from(layout, z, linear.curvatures.sum(0), linear.gradients.sum(0), prior)
-        if step.gain < max(enough, _ROUGH * (cost - noise)):
-            break
-        linear, less = _believed(problem, linear, step, prior, until, cost)
-        gained = cost - less
-        tell(f"{less:.1f}, expected {cost - step.gain:.1f}")
-        z, cost = linear.z, less
-        if fresh and gained < max(enough, _NO_WAY * step.gain):
-            break  # fresh derivatives foretell what is not there: the cost is rough
-        fresh = gained * _TRUST < step.gain
-        if fresh:
-            linear = renewed(problem, z, columns, until, linear)
-    return Fit(linear, cost)
+    cost, harder, misled, renewals = _cost(linear.residuals, z, prior), _HARDER, 0, _RENEWALS
+    while True:
+        curvature, gradient = linear.curvatures.sum(0), linear.gradients.sum(0)
+        step = step_from(layout, linear.z, curvature, gradient, prior, damping)
+        ended = step.gain < max(enough, _ROUGH * (cost - noise))
+        wanted = learnt and settle if ended else misled >= _MISLED
+        if wanted and renewals > 0 and trials > 0:
+            linear, learnt = renewed(problem, linear.z, columns, until, linear), False
+            damping, harder, misled, renewals = _RENEWED * damping, _HARDER, 0, renewals - 1
+            settle = settle and not ended
+            continue
+        if ended or trials <= 0:
+            return Fit(linear, cost, damping)
+        trials -= 1
+        residuals = problem.residuals(step.z, until)
+        less = _cost(residuals, step.z, prior)
+        tell(f"{less:.1f}, expected {cost - step.gain:.1f}, damping {damping:.2g}")
+        if less < _ABSURD * cost:
+            linear, learnt = _taught(layout, linear, step.z, residuals, less < cost), True
+        kept = (cost - less) / step.gain
+        cost = min(cost, less)
+        if kept * _TRUST > 1:
+            damping *= max(_EASIER, 1 - (2 * min(kept, 1.0) - 1) ** 3)
+            damping, harder = damping if damping > _UNDAMPED else 0.0, _HARDER
+        else:
+            damping, harder, misled = max(damping, 1.0) * harder, 2 * harder, misled + 1
+
+
+def _taught(
+    layout: Layout,
+    linear: Linear,
+    z: NDArray[np.float64],
+    residuals: list[NDArray[np.float64]],
+    arrive: bool,
+) -> Linear:
+    """Return a neighbourhood that foretells a trial: each run's derivatives changed the least.
+
+    Args:
+        layout: tells which unknowns a run depends on.
+        linear: neighbourhood that the trial was taken from.
+        z: (u,) place of the trial.
+        residuals: there, by run.
+        arrive: whether the trial is the new place, or only taught something of the old one.
+    """
+    move, matrices = z - linear.z, []
+    parts = zip(linear.runs, linear.residuals, residuals, linear.jacobians, strict=True)
+    for k, before, after, matrix in parts:
+        own = np.flatnonzero((move != 0) & ((layout.run < 0) | (layout.run == k)))
+        taught = matrix.copy()
+        if len(own):
+            missed = before - after - matrix[:, own] @ move[own]
+            taught[:, own] += np.outer(missed, move[own] / (move[own] @ move[own]))
+        matrices.append(taught)
+    curvatures = np.array([matrix.T @ matrix for matrix in matrices])
+    place = (z, residuals) if arrive else (linear.z, linear.residuals)
+    return Linear(place[0], linear.runs, place[1], matrices, curvatures)
 
 
 def renewed(
@@ -252,26 +309,6 @@ def renewed(
         matrices.append(mixed)
     curvatures = np.array([matrix.T @ matrix for matrix in matrices])
     return Linear(z, taken.runs, taken.residuals, matrices, curvatures)
-
-
-def _believed(
-    problem: Problem,
-    linear: Linear,
-    step: Step,
-    prior: Prior,
-    until: float,
-    cost: float,
-) -> tuple[Linear, float]:
-    """Go along a step, a third as far each time it does not pay; stay where it never does."""
-    share = 1.0
-    for _ in range(_CUTS):
-        there = linear.z + share * (step.z - linear.z)
-        residuals = problem.residuals(there, until)
-        less = _cost(residuals, there, prior)
-        if less < cost:
-            return linear.at(there, residuals), less
-        share /= 3
-    return linear, cost
 
 
 def _cost(residuals: list[NDArray[np.float64]], z: NDArray[np.float64], prior: Prior) -> float:
