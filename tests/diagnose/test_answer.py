@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.answer import APART, alike
+from workbench.diagnose.answer import APART, LEAST_WORTH, alike, believable
 
 RUNS, SAMPLES = 5, 1000
 TIMES = np.arange(SAMPLES) / 100
@@ -62,3 +62,21 @@ def test_what_neither_explains_lets_neither_be_named() -> None:
     true, false = named(0.8)
     print(true, false)
     assert false < 10
+
+
+def test_a_second_cause_is_not_believed_because_five_runs_agree_by_chance() -> None:
+    rng = np.random.default_rng(0)
+    pulls = rng.standard_normal((100_000, RUNS))  # of each run, for or against it
+    spread = pulls - pulls.mean(axis=1, keepdims=True)
+    gained = RUNS * pulls.mean(axis=1) ** 2 / (spread**2).sum(axis=1) * (RUNS - 1) / 2
+    worth = np.array([believable(float(one), 1e6, RUNS) for one in gained])
+    assert np.mean(gained > LEAST_WORTH) > 0.01
+    assert np.mean(worth > LEAST_WORTH) < 3e-4
+
+
+def test_a_gain_counts_whole_where_noise_alone_moves_it_or_many_runs_tell_the_scatter() -> None:
+    assert believable(20.0, 1.0, RUNS) == 20.0
+    assert believable(20.0, 30.0, RUNS) < LEAST_WORTH < believable(20.0, 1.05, RUNS)
+    assert abs(believable(20.0, 30.0, 10_000) - 20.0) < 0.1
+    assert believable(-3.0, 30.0, RUNS) == -3.0
+    assert believable(5e4, 1.001, 100) > 1e3

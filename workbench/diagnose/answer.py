@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from scipy.special import softmax
+from scipy.stats import norm, t
 
 from workbench.diagnose.hypotheses import Hypothesis, Refits
 from workbench.diagnose.layout import Layout
@@ -17,6 +18,7 @@ __all__ = [
     "Kind",
     "Rival",
     "alike",
+    "believable",
     "decide",
     "left_over",
     "negligible",
@@ -112,7 +114,7 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     if len(simpler.causes) == 1:
-        gained = _behind(simpler, one)
+        gained = believable(_behind(simpler, one), _scatter(simpler, one), len(one.fit.linear.runs))
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
@@ -144,11 +146,35 @@ def _behind(one: Hypothesis, best: Hypothesis) -> float:
     that ratio the difference is shortened. So two causes are told apart only where they part by
     more than what neither explains.
     """
+    return (one.cost - best.cost) / _scatter(one, best)
+
+
+def _scatter(one: Hypothesis, best: Hypothesis) -> float:
+    """Return the ratio of those variances, at least one."""
     pairs = zip(best.near.unexplained(best.causes), one.near.unexplained(one.causes), strict=True)
     parts = [(left, other - left) for left, other in pairs]
     noise = sum(float(d @ d) for _, d in parts)
     chance = sum(float(left @ d) ** 2 for left, d in parts)
-    return (one.cost - best.cost) / max(chance / max(noise, 1e-12), 1.0)
+    return max(chance / max(noise, 1e-12), 1.0)
+
+
+def believable(gained: float, scatter: float, runs: int) -> float:
+    """Return what a gain is worth where some of its scatter is told from a few runs.
+
+    Noise is known; the rest is not, and five runs may agree by chance. So the gain has Student's
+    distribution, with degrees of freedom by Satterthwaite (Biometrics Bulletin 2, 1946,
+    doi:10.2307/3002019), and counts as one that is as rare where all scatter is known.
+
+    Args:
+        gained: of the cost, shortened by the scatter.
+        scatter: variance of the gain over that by noise, 1 or more.
+        runs: that told it.
+    """
+    if gained <= 0 or scatter <= 1:
+        return gained
+    freedom = max(runs - 1, 1) * (scatter / (scatter - 1)) ** 2
+    chance = float(t.sf((2 * gained) ** 0.5, freedom))
+    return min(float(norm.isf(chance)) ** 2 / 2, gained) if chance > 0 else gained
 
 
 def _confidence(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
