@@ -105,7 +105,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     """Fit the base, score all causes, refit the promising ones and pairs of them.
 
     Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
-    there for any neighbourhood to reach the truth, in the longest window that it still follows.
+    there for any neighbourhood to reach the truth, in the longest window that it still follows. A
+    second cause is sought where one leaves more than a little of every cause makes.
     """
     tell("fit the base within its tolerances")
     base, close = _base(problem)
@@ -123,8 +124,9 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     else:
         search.refit(chosen)
         couples = _promising(close, search.found(1))
-    search.refit(couples)
-    search.simplify()
+    if all(_suspicious(base, one.left, doubt) for one in search.found(1)[:1]):
+        search.refit(couples)
+        search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
     return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
