@@ -114,7 +114,8 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     if len(simpler.causes) == 1:
-        gained = believable(_behind(simpler, one), _scatter(simpler, one), len(one.fit.linear.runs))
+        scatter = _scatter(simpler, one)
+        gained = believable(gained / scatter, scatter, len(one.fit.linear.runs))
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import CLUTTER, Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import CLUTTER, TRIALS, Fit, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
@@ -32,7 +32,6 @@ _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING = 2  # of a race, fitted to whole runs
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
-_TRIALS = 24
 _REFIT_TRIALS = 12
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
@@ -220,7 +219,7 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
     """Return the base, and all causes around its fit of the longest window that it follows."""
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
-    z, trials, follows = np.zeros(len(layout)), _TRIALS, True
+    z, trials, follows = np.zeros(len(layout)), TRIALS, True
     place, window = z, np.inf
     for until in _windows(problem):
         found = fit(problem, z, prior, until, enough=_ROUGH, settle=False)
@@ -230,7 +229,7 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
             place, window = z, until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
-        trials = _FAR_TRIALS if twice else _TRIALS
+        trials = _FAR_TRIALS if twice else TRIALS
     first = fit(problem, z, prior, trials=trials, settle=False)
     z = first.z
     linear = problem.linear(z, every)

@@ -16,7 +16,18 @@ from workbench.diagnose.layout import Layout
 from workbench.diagnose.problem import Linear, Problem
 from workbench.progress import Progress
 
-__all__ = ["CLUTTER", "ENOUGH", "Fit", "Prior", "Step", "fit", "prior_of", "renewed", "step_from"]
+__all__ = [
+    "CLUTTER",
+    "ENOUGH",
+    "TRIALS",
+    "Fit",
+    "Prior",
+    "Step",
+    "fit",
+    "prior_of",
+    "renewed",
+    "step_from",
+]
 
 CLUTTER = 0.05
 """Noise deviations (root mean square) that each cause may well contribute unasked."""
@@ -28,7 +39,10 @@ _ROUGH = 0.01
 """Share of the cost beyond noise: a model that is far off need not be fitted closer."""
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
-_TRIALS, _RENEWALS = 24, 2
+TRIALS = 24
+"""Most steps of a fit, also of those that do not pay."""
+
+_RENEWALS = 2
 _MISLED = 5  # trials not believed: a neighbourhood that was taught so often is taken anew
 _PATIENCE = 3  # pivots that make nothing better, before they go one at a time
 _TRUST = 3.0  # times: a step is believed while the true gain is a third of the expected one
@@ -202,7 +216,7 @@ def fit(
     linear: Linear | None = None,
     refresh: NDArray[np.int_] | None = None,
     enough: float = ENOUGH,
-    trials: int = _TRIALS,
+    trials: int = TRIALS,
     settle: bool = True,
     damping: float = 0.0,
     tell: Progress = lambda text: None,
