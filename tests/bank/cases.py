@@ -63,6 +63,7 @@ class Case:
         sizes: of the causes, in noise deviations.
         kind: of a sensor's fault, or of a trap.
         reduced: to seven runs of four seconds.
+        attempt: counts the robots and runs that were drawn for it.
     """
 
     seed: int
@@ -74,11 +75,16 @@ class Case:
     sizes: tuple[float, ...] = ()
     kind: str = ""
     reduced: bool = False
+    attempt: int = 0
 
     @property
     def name(self) -> str:
         """Return the folder's name; it tells nothing of the truth."""
         return f"case-{self.seed:06d}"
+
+    def rng(self, *part: int) -> np.random.Generator:
+        """Return the generator of one part of what is drawn, another with every attempt."""
+        return np.random.default_rng([self.seed, *part, self.attempt])
 
 
 class Plan(NamedTuple):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +18,7 @@ from tests.bank.cases_twin import TwinGenerator
 from tests.bank.courses import Course, Generator, Job, Quantities
 from tests.bank.expected import expected
 from tests.bank.observe import FAULTS, Fault, film
-from tests.bank.size import BASE, Sizing
+from tests.bank.size import BASE, Sizing, UnreachableError
 from workbench.protocol import load_model, load_shape
 from workbench.timeseries import TimeSeries
 
@@ -27,6 +29,7 @@ CLUTTER = 0.05
 TIED = 0.30
 """Share of a true cause that its double may leave in a tie."""
 
+_ATTEMPTS = 5
 _DOUBLED = 0.3  # size at which a double's changes are taken, small enough to be linear
 _PULL_ERROR, _LATE_S = 0.01, 0.002
 _SCATTER = {"gain": 5e-4, "stiffness": 1e-3}  # between runs, with noise B
@@ -55,7 +58,7 @@ def robot_of(case: Case) -> Robot:
     model = load_model("thesis", Path()).content
     stated = model.values()
     tolerances = {name: getattr(model.parameters, name).tolerance for name in stated}
-    rng = np.random.default_rng([case.seed, 1])
+    rng = case.rng(1)
     values = dict(stated)
     for name in BASE:
         values[name] += rng.uniform(-1, 1) * tolerances[name]
@@ -75,11 +78,21 @@ def sizing_of(case: Case, robot: Robot, runs: Sequence[Plan], shown: str) -> Siz
 def make_case(case: Case) -> Made:
     """Make the runs and the label of a case.
 
+    A robot that falls, or on which its causes cannot be what the case asks, is no case: another is
+    drawn in its place, with other runs.
+
     Raises:
-        UnreachableError: when its causes cannot be as large as drawn.
-        ValueError: when the robot cannot do what is asked, or a tie is none.
+        UnreachableError: when this was the last robot to be drawn.
+        ValueError: when the robot cannot do what is asked.
     """
-    robot, rng = robot_of(case), np.random.default_rng([case.seed, 2])
+    for attempt in range(_ATTEMPTS - 1):
+        with suppress(UnreachableError):
+            return _made(replace(case, attempt=attempt))
+    return _made(replace(case, attempt=_ATTEMPTS - 1))
+
+
+def _made(case: Case) -> Made:
+    robot, rng = robot_of(case), case.rng(2)
     runs = plans(case.protocols, rng, case.reduced)
     effects, told = _amounts(case, robot, runs, rng)
     clutter = _clutter(case, effects, rng)
@@ -89,12 +102,13 @@ def make_case(case: Case) -> Made:
         motion.times[-1] < run.course.duration - 1
         for motion, run in zip(motions, runs, strict=True)
     ):
-        raise ValueError(f"{case.name}: the robot falls")
+        raise UnreachableError(f"{case.name}: the robot falls")
     filmed = [_filmed(case, run, k, motion) for k, (run, motion) in
               enumerate(zip(runs, motions, strict=True))]  # fmt: skip
     label = {
-        "seed": case.seed, "block": case.block, "generator": case.generator,
-        "protocols": case.protocols, "noise": case.noise, "kind": case.kind,
+        "seed": case.seed, "attempt": case.attempt,
+        "block": case.block, "generator": case.generator, "protocols": case.protocols,
+        "noise": case.noise, "kind": case.kind,
         "drawn_sizes": list(case.sizes),
         "effects": effects, "clutter": clutter, "values": dict(robot.values),
         **told, "expected": expected(case),
@@ -142,7 +156,8 @@ def _share(case: Case, effects: Quantities, sizing: Sizing) -> float:
     others = [sizing.change({double: scaled(double, way, _DOUBLED)}) for way in ways]
     share = sizing.share(sizing.change({true: effects[true]}), others)
     if share > TIED:
-        raise ValueError(f"{case.name}: {double} leaves {share:.0%} of {true}, that is no tie")
+        left = f"{double} leaves {share:.0%} of {true}, that is no tie"
+        raise UnreachableError(f"{case.name}: {left}")
     return share
 
 
@@ -175,7 +190,7 @@ def _job(
 
 def _filmed(case: Case, run: Plan, k: int, motion: TimeSeries) -> Run:
     """Return a run as cameras and paper have it."""
-    rng = np.random.default_rng([case.seed, 3, k])
+    rng = case.rng(3, k)
     fault: Fault = "none"
     if case.block == "sensor":
         fault = next(one for one in FAULTS if one == case.kind)

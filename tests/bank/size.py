@@ -41,7 +41,7 @@ _MOST_GROWTH = 10.0  # of one trial
 
 
 class UnreachableError(ValueError):
-    """An effect cannot be made as large as asked within what is physical."""
+    """A robot on which a case cannot be made: its causes are too weak there, or it falls."""
 
 
 @dataclass(frozen=True, eq=False)

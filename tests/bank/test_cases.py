@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -191,6 +192,42 @@ def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
         assert np.array_equal(a.motion.values, b.motion.values, equal_nan=True)
     assert Counter(run.role for run in measured(one)) == {"train": 1, "held_out": 1}
     assert one.label["expected"] == {"answers": ["CLEAN"], "listed": [], "named": []}
+
+
+class _Falling:
+    """A generator whose robots fall after a second until enough were drawn."""
+
+    def __init__(self, rod: Rod, falls: int) -> None:
+        """Let this many robots fall."""
+        self.generator, self.falls = RodGenerator(rod.angles, rod.length), falls
+        self.stiffness: list[float] = []
+
+    def motions(self, jobs: Sequence[Job]) -> list[TimeSeries]:
+        """Return motions of the independent generator, cut short where the robot falls."""
+        self.stiffness.append(jobs[0].values["hinge_stiffness"])
+        whole = self.generator.motions(jobs)
+        return [one.between(0, 1) for one in whole] if len(self.stiffness) <= self.falls else whole
+
+
+def test_another_robot_is_drawn_for_one_that_falls(
+    rod: Rod, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "tests.bank.make.plans",
+        lambda *_: [Plan("a", "held_out", Course("decay", 2.5, pull=0.3))],
+    )
+    upright, twice, always = (_Falling(rod, falls) for falls in (0, 2, 99))
+    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: upright)
+    assert make_case(NULL).label["attempt"] == 0
+    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: twice)
+    made = make_case(NULL)
+    assert made.label["attempt"] == 2
+    assert made.case.name == NULL.name
+    assert len(set(twice.stiffness)) == 3
+    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: always)
+    with pytest.raises(UnreachableError, match="case-000005: the robot falls"):
+        make_case(NULL)
+    assert len(always.stiffness) == 5
 
 
 def test_base_parameters_are_off_within_the_model_s_tolerances(model: ModelFile) -> None:
