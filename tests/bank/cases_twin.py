@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tests.bank.courses import RATE_HZ, TIP, Course, Job
+from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import ShapeFile
 from workbench.sim import Condition, Simulation, make_robot, simulate_all
@@ -31,7 +32,7 @@ class TwinGenerator:
         """Return the motions asked for.
 
         Raises:
-            ValueError: when an effect is not in the twin's library.
+            ValueError: when an effect is not in the twin's library, or the robot does not stand.
         """
         for job in jobs:
             lacking = [name for name in job.effects if name not in EFFECTS]
@@ -43,7 +44,10 @@ class TwinGenerator:
             (make_robot(job.values, self.shape, effects=_plain(job.effects)), _asked(job.course))
             for job in jobs
         ]
-        done = simulate_all(asked, self.threads)
+        try:
+            done = simulate_all(asked, self.threads)
+        except InputError as error:
+            raise ValueError(str(error)) from error
         return [_series(one) for one in done]
 
 

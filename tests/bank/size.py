@@ -2,19 +2,24 @@
 
     size = RMS over T and rotor of (e - X b) / 0.3 mm,
 
-e the change that the effect makes, X the changes by the base parameters, the instant, speed and
-start angle of each run and an offset for each place, b their least-squares amounts. Parameters of
-the model pay for their amount by their tolerance. All derivatives are the generator's own.
+e the change that the effect makes, X b what base parameters, the instant, speed and start angle of
+each run and an offset for each place make of it, b their least-squares amounts. Parameters of the
+model pay for their amount by their tolerance and stay within it. The refit simulates what it moves,
+for a hop does not answer in proportion; its derivatives, the generator's own differences at first,
+learn from every trial (Broyden 1965, doi:10.1090/S0025-5718-1965-0198670-6).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.optimize import lsq_linear
 
 from tests.bank.courses import RATE_HZ, Course, Generator, Job, Quantities
 from tests.bank.observe import NOISE_M
@@ -35,7 +40,10 @@ FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "f
 _STEP = 0.02  # of a tolerance
 _GAIN, _ANGLE_RAD, _PULL, _INSTANT_S = 1e-4, 1e-3, 1e-3, 1e-4
 _CLOSE = 0.1  # a share by which a size may miss its target
-_LINEAR = 5.0  # noise deviations that T and rotor may move by
+_LINEAR = 5.0  # noise deviations that T and rotor may move by where a refit begins
+_REFITS = 15
+_SHORTER, _SHORTEST = 0.3, 0.02  # of a step, where it does not pay
+_PAYS = 0.02  # of what is left: a whole step that gains less is the last
 _TRIALS = 10
 _MOST_GROWTH = 10.0  # of one trial
 
@@ -51,20 +59,25 @@ class Sizing:
     Args:
         generator: of the motions.
         values: of the robot, SI.
+        tolerances: of the base.
         courses: the runs, cut to what is looked at.
         motions: without the effect.
         base: (r,) motions without the effect, in noise deviations.
         columns: (r, c) changes by all that a base fit may change, then a row for each prior.
-        priors: how many those are.
     """
 
     generator: Generator
     values: Mapping[str, float]
+    tolerances: Mapping[str, float]
     courses: tuple[Course, ...]
     motions: tuple[TimeSeries, ...]
     base: Array
     columns: Array
-    priors: int
+
+    @property
+    def priors(self) -> int:
+        """Return how many numbers of the base pay for their amounts."""
+        return len(self.tolerances)
 
     @classmethod
     def of(
@@ -83,8 +96,8 @@ class Sizing:
         base = _stacked(motions, motions)
         free = any(course.mode in ("hop", "drop") for course in courses)
         names = BASE + FLOOR if free else BASE
-        moved = [_with(values, name, _STEP * tolerances[name]) for name in names]
-        jobs = [Job(other, {}, course) for other in moved for course in courses]
+        others = [_with(values, name, _STEP * tolerances[name]) for name in names]
+        jobs = [Job(other, {}, course) for other in others for course in courses]
         done, count = generator.motions(jobs), len(courses)
         columns = [
             (_stacked(done[count * i : count * (i + 1)], motions) - base) / _STEP
@@ -93,9 +106,10 @@ class Sizing:
         begin = 0
         for course, motion in zip(courses, motions, strict=True):
             here = _stacked([motion], [motion])
+            moved = [Job(values, {}, one.by(course, one.step)) for one in _own(course)]
             changes = [
-                (_stacked(generator.motions([Job(values, {}, other)]), [motion]) - here) / step
-                for other, step in _own(course)
+                (_stacked([other], [motion]) - here) / one.step
+                for other, one in zip(generator.motions(moved), _own(course), strict=True)
             ]
             for change in [*changes, *_observed(motion)]:
                 column = np.zeros(len(base))
@@ -104,7 +118,8 @@ class Sizing:
             begin += len(here)
         priors = np.eye(len(names), len(columns))
         whole = np.vstack([np.column_stack(columns), priors])
-        return cls(generator, values, tuple(courses), tuple(motions), base, whole, len(names))
+        paid = {name: tolerances[name] for name in names}
+        return cls(generator, values, paid, tuple(courses), tuple(motions), base, whole)
 
     def change(self, effects: Quantities) -> Array:
         """Return what effects change, (r,) in noise deviations."""
@@ -122,10 +137,8 @@ class Sizing:
         if also:
             more = [np.append(other, np.zeros(priors)) for other in also]
             columns = np.column_stack([columns, *more])
-        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        wanted = np.append(change, np.zeros(priors))
-        amounts = np.linalg.lstsq(columns / scale, wanted, rcond=1e-12)[0]
-        return change - (columns / scale @ amounts)[: len(change)]
+        amounts = _least(columns, np.append(change, np.zeros(priors)))
+        return change - (columns @ amounts)[: len(change)]
 
     def share(self, one: Array, others: Sequence[Array]) -> float:
         """Return how much of what is left of one change others together cannot imitate."""
@@ -162,12 +175,68 @@ class Sizing:
         raise UnreachableError(f"{name} has size {size:.3g} at {values}; {target:g} is asked")
 
     def _size(self, name: str, grow: Callable[[float], dict[str, float]], factor: float) -> float:
-        """Return a size; a change too large to be linear is taken from a smaller one."""
+        """Return a size; a refit of a large change begins where a small one points to."""
         change = self.change({name: grow(factor)})
-        part = _LINEAR / max(rms(change), _LINEAR)
-        if part < 1:
-            change = self.change({name: grow(part * factor)}) / part
-        return rms(self.left(change))
+        part = min(_LINEAR / max(rms(change), 1e-12), 1.0)
+        small = change if part == 1 else self.change({name: grow(part * factor)})
+        amounts = _least(self.columns, np.append(small, np.zeros(self.priors))) / part
+        return self.refitted(change, np.clip(amounts, -self._reach, self._reach))
+
+    def refitted(self, change: Array, start: Array) -> float:
+        """Return the root mean square of what a refit of the base leaves of a change.
+
+        Args:
+            change: (r,).
+            start: (c,) amounts to begin with, those of the base within their tolerances.
+        """
+        scale = np.maximum(np.linalg.norm(self.columns, axis=0), 1e-300)
+        wanted, columns = np.append(change, np.zeros(self.priors)), self.columns / scale
+        here, shown = np.zeros(len(scale)), np.zeros(len(wanted))
+        reach = self._reach * scale
+        trial, share = start * scale, 1.0
+        for k in range(_REFITS):
+            there, move, before = shown, trial - here, rms(wanted - shown)
+            with suppress(ValueError):  # such a robot cannot do it
+                there = self._shown(trial / scale)
+                columns += np.outer(there - shown - columns @ move, move) / (move @ move + 1e-300)
+            after = rms(wanted - there)
+            if after < before:
+                here, shown = trial, there
+                if k and share == 1.0 and after > (1 - _PAYS) * before:
+                    break
+                share = min(1.0, share / _SHORTER)
+            else:
+                share *= _SHORTER
+            if share < _SHORTEST:
+                break
+            q, r = np.linalg.qr(columns)
+            bounds = (-reach - here, reach - here)
+            trial = here + share * lsq_linear(r, q.T @ (wanted - shown), bounds).x
+        return rms((wanted - shown)[: len(change)])
+
+    @property
+    def _reach(self) -> Array:
+        """Return how far each amount may go, (c,): tolerances for the base."""
+        return np.where(np.arange(self.columns.shape[1]) < self.priors, 1.0, np.inf)
+
+    def _shown(self, amounts: Array) -> Array:
+        """Return what amounts change, simulated, then what the base pays, (r + priors,)."""
+        base, own = amounts[: self.priors], iter(amounts[self.priors :])
+        values = dict(self.values)
+        for (name, tolerance), amount in zip(self.tolerances.items(), base, strict=True):
+            values[name] += amount * tolerance
+        jobs, seen = [], []
+        for course, motion in zip(self.courses, self.motions, strict=True):
+            moved = course
+            for change in _own(course):
+                moved = change.by(moved, next(own))
+            jobs.append(Job(values, {}, moved))
+            seen.append((next(own), [next(own) for _ in range(_places(motion).shape[1])]))
+        parts = []
+        done = self.generator.motions(jobs)
+        for motion, like, (late, offsets) in zip(done, self.motions, seen, strict=True):
+            parts.append((_rows(motion, like, late) + offsets).ravel())
+        return np.append(np.concatenate(parts) - self.base, base)
 
 
 def rms(values: Array) -> float:
@@ -175,17 +244,36 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def _least(columns: Array, wanted: Array) -> Array:
+    """Return the amounts of columns that leave least, (c,)."""
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    return np.linalg.lstsq(columns / scale, wanted, rcond=1e-12)[0] / scale
+
+
 def _with(values: Mapping[str, float], name: str, more: float) -> dict[str, float]:
     return dict(values) | {name: values[name] + more}
 
 
-def _own(course: Course) -> list[tuple[Course, float]]:
-    """Return changed courses and their steps: what a fit may change of one run alone."""
+class _Own(NamedTuple):
+    """A number of one run: how a course is changed by it, and the step of a difference."""
+
+    by: Callable[[Course, float], Course]
+    step: float
+
+
+def _own(course: Course) -> list[_Own]:
+    """Return what a fit may change of one run alone."""
     if course.mode == "decay":
-        return [(course._replace(pull=course.pull * (1 + _PULL)), _PULL)]
-    faster = tuple((t, speed * (1 + _GAIN)) for t, speed in course.steps)
-    turned = course._replace(start_angle=course.start_angle + _ANGLE_RAD)
-    return [(course._replace(steps=faster), _GAIN), (turned, _ANGLE_RAD)]
+        return [_Own(lambda one, by: one._replace(pull=one.pull * (1 + by)), _PULL)]
+    return [_Own(_faster, _GAIN), _Own(_turned, _ANGLE_RAD)]
+
+
+def _faster(course: Course, share: float) -> Course:
+    return course._replace(steps=tuple((t, speed * (1 + share)) for t, speed in course.steps))
+
+
+def _turned(course: Course, angle: float) -> Course:
+    return course._replace(start_angle=course.start_angle + angle)
 
 
 def _places(motion: TimeSeries) -> Array:
@@ -210,13 +298,16 @@ def _stacked(motions: Sequence[TimeSeries], like: Sequence[TimeSeries]) -> Array
 
     A motion that ends early, its robot fallen, stays where it is.
     """
-    parts = []
-    for motion, base in zip(motions, like, strict=True):
-        at = np.minimum(np.arange(len(base)), len(motion) - 1)
-        names = motion.names
-        held = TimeSeries(base.times, motion.values[at], names, motion.valid[at])
-        parts.append(_shifted(held, motion.times[0] - base.times[0]))
-    return np.concatenate([_places(part).ravel() for part in parts])
+    return np.concatenate(
+        [_rows(motion, base).ravel() for motion, base in zip(motions, like, strict=True)]
+    )
+
+
+def _rows(motion: TimeSeries, like: TimeSeries, early: float = 0.0) -> Array:
+    """Return what is compared of a motion, (n, p), at another's stamps or so much later [s]."""
+    at = np.minimum(np.arange(len(like)), len(motion) - 1)
+    held = TimeSeries(like.times, motion.values[at], motion.names, motion.valid[at])
+    return _places(_shifted(held, motion.times[0] - like.times[0] - early))
 
 
 def _shifted(motion: TimeSeries, late: float) -> TimeSeries:

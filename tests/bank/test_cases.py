@@ -111,6 +111,28 @@ def test_on_the_floor_the_base_takes_up_the_floor(rod: Rod) -> None:
     assert rms(hop.left(cable)) > 0.1 * rms(cable)
 
 
+def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
+    """More friction is the base's own, but a hop does not answer to it in proportion."""
+    robot = robot_of(NULL)
+    engine = RodGenerator(rod.angles, rod.length)
+    hop = Sizing.of(engine, robot.values, robot.tolerances, [Course("hop", 2.5, ramp(17.0))])
+    slippery = hop.change({"friction_level": {"share": -0.1}})
+    begin = np.zeros(hop.columns.shape[1])
+    left = hop.refitted(slippery, begin)
+    print(f"of {rms(slippery):.2f} differences leave {rms(hop.left(slippery)):.3f}, "
+          f"a refit {left:.3f} noise deviations")  # fmt: skip
+    assert left < 0.3 * rms(hop.left(slippery))
+    assert left < 0.02 * rms(slippery)
+
+
+def test_a_refit_keeps_the_base_within_its_tolerances(sizing: Sizing) -> None:
+    """What differences would move a damping by twice its tolerance for is not taken up."""
+    change = sizing.change({"hinge_damping": {"share": 3 * 0.3}})
+    assert rms(sizing.left(change)) < 0.2 * rms(change)
+    begin = np.zeros(sizing.columns.shape[1])
+    assert sizing.refitted(change, begin) > 2 * rms(sizing.left(change))
+
+
 def test_a_cause_reaches_the_size_that_is_asked(sizing: Sizing) -> None:
     unit = {"k3": 30.0}
     values, size = sizing.scale("hinge_cubic_stiffness", lambda f: scaled("", unit, f), 1.0, 60)
