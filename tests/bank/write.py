@@ -61,7 +61,7 @@ def write_case(made: Made, folder: Path, sealed: Path) -> Path:
     here.mkdir(parents=True)
     sealed.mkdir(parents=True, exist_ok=True)
     for k, run in enumerate(made.runs):
-        write_motive(_take(run, made.case.seed, k), here / f"{run.name}.csv")
+        write_motive(_take(run, made.case.rng(4, k)), here / f"{run.name}.csv")
     (here / "sheet.yaml").write_text(_sheet(made), encoding="utf-8")
     label = sealed_label(made)
     (here / "truth.sha256").write_text(hashlib.sha256(label).hexdigest() + "\n", encoding="ascii")
@@ -119,9 +119,8 @@ def _sheet(made: Made) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _take(run: Run, seed: int, k: int) -> Take:
+def _take(run: Run, rng: np.random.Generator) -> Take:
     filmed, count = run.filmed, len(run.filmed.times)
-    rng = np.random.default_rng([seed, 4, k])
     bodies = {
         name: _body(name, number, filmed, body, rng)
         for number, (body, name) in enumerate(_BODIES.items(), start=1)

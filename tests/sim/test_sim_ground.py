@@ -143,7 +143,7 @@ def test_a_change_of_state_counts_from_where_it_was_in_the_step() -> None:
     assert _friction(PARAMETERS, state, 1e-3, 0.015, 1.0) == pytest.approx(-0.4 + 0.5 * 0.1)
     assert state[0] == UNLOCKED
     state = corner(UNLOCKED, 0.012)
-    state[4] = 0.0  # it was in the air
+    assert _friction(PARAMETERS, state, 0.7, 0.012, 0.0) == 0.0  # in the air
     assert _friction(PARAMETERS, state, 0.7, 0.008, 1.0) == pytest.approx(-30.0 * 0.008)
 
 

@@ -158,7 +158,7 @@ def _friction(
     """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
     mu_slide, mu_stick, v_th, stiffness, damping, step = p[7], p[8], p[9], p[10], p[11], p[16]
     mu_slide *= 1 + p[15] * np.sign(vx)
-    speed, before, touched = abs(vx), abs(corner[6]), corner[4] > 0.0
+    speed, before = abs(vx), abs(corner[6])  # zero where it did not touch
     corner[6] = vx if fz > 0.0 else 0.0
     if fz <= 0.0:
         corner[0] = UNLOCKED
@@ -168,7 +168,7 @@ def _friction(
     if corner[0] == UNLOCKED:
         if speed >= v_th:
             return sliding
-        if touched and before > v_th:
+        if before > v_th:
             late = (v_th - speed) / (before - speed)
         corner[0] = LOCKED
         corner[1] = x - vx * late * step
