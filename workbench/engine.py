@@ -5,11 +5,9 @@ A run without a drive leaves the supply alone: it is neither opened nor asked an
 
 from __future__ import annotations
 
-import signal
-import threading
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -34,13 +32,13 @@ from workbench.protocol import (
     calibration_text,
 )
 from workbench.resume import Course, begin
+from workbench.signals import Signals
 from workbench.timeseries import TimeSeries
 from workbench.versions import versions
 
 __all__ = ["carry_out"]
 
 _POLL_S = 0.2
-_ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two on some systems only
 _HAND_S = 1.5  # a person lets go within this time of being asked
 
 
@@ -137,41 +135,50 @@ class _Conductor:
         self.shape = experiment.shape_of(run)
         self.answers: dict[str, Any] = {}
         self.readings: list[Reading] = []
+        self.signals = Signals()
         self.start = bench.clock.now()
         self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._facts())
 
     def conduct(self, answers: Sequence[Answered]) -> Bundle:
-        try:
-            self._keep_inputs()
-            for one in answers:
-                self._keep(one)
-            self._ask(self.run.before)
-            take = self._measure()
-            self._ask(self.run.after)
-            if take is not None:
-                self.bundle.add_take(take)
-                self.progress("track, twin, views")
-                pair(self.bundle)
-        except KeyboardInterrupt:
-            self._end("interrupted", "stopped by the user")
-            raise Interrupted(self._told("stopped by the user")) from None
-        except SafetyStop as error:
-            self._set_latch(str(error))
-            self._end("safety-stop", str(error))
-            error.args = (self._told(str(error)),)
-            raise
-        except WorkbenchError as error:
-            self._end("failed", str(error))
-            error.args = (self._told(str(error)),)
-            raise
-        except Exception:
-            self._end("failed", traceback.format_exc())
-            raise
-        finally:
-            self.bench.stop_cameras()
-        self._journal("complete")
-        self.bundle.finish("complete")
+        with self.signals:
+            try:
+                try:
+                    self._carry_out(answers)
+                finally:
+                    self.signals.hold()  # a second Ctrl-C would cut off what follows the first
+            except KeyboardInterrupt:
+                self._end("interrupted", "stopped by the user")
+                raise Interrupted(self._told("stopped by the user")) from None
+            except SafetyStop as error:
+                self._set_latch(str(error))
+                self._end("safety-stop", str(error))
+                error.args = (self._told(str(error)),)
+                raise
+            except WorkbenchError as error:
+                self._end("failed", str(error))
+                error.args = (self._told(str(error)),)
+                raise
+            except Exception:
+                self._end("failed", traceback.format_exc())
+                raise
+            finally:
+                self.bench.stop_cameras()
+            self._journal("complete")
+            self.bundle.finish("complete")
         return self.bundle
+
+    def _carry_out(self, answers: Sequence[Answered]) -> None:
+        """Do all that the run asks for, from its inputs in the bundle to its pair."""
+        self._keep_inputs()
+        for one in answers:
+            self._keep(one)
+        self._ask(self.run.before)
+        take = self._measure()
+        self._ask(self.run.after)
+        if take is not None:
+            self.bundle.add_take(take)
+            self.progress("track, twin, views")
+            pair(self.bundle)
 
     def _facts(self) -> dict[str, Any]:
         run, protocol = self.run, self.experiment.protocol
@@ -227,15 +234,16 @@ class _Conductor:
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
-        with self.bench.supply(self.bundle) as supply:
+        with self.signals.first_only(), self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
             began = self._start_cameras()
             try:
-                self._drive(supply, drive)
-            finally:
-                held_back = self._switch_off(supply)
-            if held_back:
-                raise KeyboardInterrupt(held_back[0].name)
+                try:
+                    self._drive(supply, drive)
+                finally:
+                    self.signals.hold()
+            finally:  # a signal until then raised, and holds back the next by itself
+                self._switch_off(supply)
         self._keep_readings()
         return Window(self.start, self.bench.clock.now(), began)
 
@@ -317,16 +325,14 @@ class _Conductor:
             if left > _POLL_S:
                 self._note_reading(watch(supply))
 
-    def _switch_off(self, supply: Supply) -> list[signal.Signals]:
-        """Switch off, write down whether that was confirmed, and return the signals that waited."""
-        with _signals_held_back() as held_back:
-            off = supply.off()
-            dead = off and supply.terminals_dead()
-            self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
-            self._journal("output_off", confirmed=dead)
+    def _switch_off(self, supply: Supply) -> None:
+        """Switch off, and write down whether that was confirmed."""
+        off = supply.off()
+        dead = off and supply.terminals_dead()
+        self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
+        self._journal("output_off", confirmed=dead)
         if off and not dead:
             raise SafetyStop(f"{supply.name}: it says off but its terminals are live")
-        return held_back
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
@@ -351,7 +357,7 @@ class _Conductor:
     def _end(self, status: Any, reason: str) -> None:
         """Close the bundle of a run that did not succeed, with what there is."""
         # on a full disk the message alone tells what happened
-        with _signals_held_back(), suppress(OSError, RecordError):
+        with suppress(OSError, RecordError):
             self._journal(status, reason=reason)
             if self.readings and not self.bundle.has("supply"):
                 self._keep_readings()
@@ -379,22 +385,3 @@ class _Conductor:
         asked, bench = self.experiment.protocol.path, self.experiment.bench
         lab = "virtual" if bench.path == BUILT_IN else bench.path
         return f"{told}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"
-
-
-@contextmanager
-def _signals_held_back() -> Iterator[list[signal.Signals]]:
-    """Hold back Ctrl-C and its kin in a main thread, which alone gets them; yield what came."""
-    held_back: list[signal.Signals] = []
-    if threading.current_thread() is not threading.main_thread():
-        yield held_back
-        return
-    numbers = [signal.Signals[name] for name in _ENDING if hasattr(signal, name)]
-    previous = {
-        number: signal.signal(number, lambda n, _: held_back.append(signal.Signals(n)))
-        for number in numbers
-    }
-    try:
-        yield held_back
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)

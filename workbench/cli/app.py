@@ -13,7 +13,7 @@ from workbench.cli.everywhere import NoColorFlag, QuietFlag, VersionFlag, moved_
 from workbench.cli.lazy import Verb, lazy_group
 from workbench.errors import InputError, Interrupted, WorkbenchError, what_to_do
 
-__all__ = ["VERBS", "app", "main"]
+__all__ = ["VERBS", "app", "cut_off", "main"]
 
 VERBS = {
     "run": Verb("run", "Carry out a protocol: drive, track, simulate the twin, compare."),
@@ -119,9 +119,19 @@ def main() -> None:
         place = "" if error.filename is None else f"{error.filename}: "
         print(f"workbench: {place}{what_to_do(error)}", file=sys.stderr)
         sys.exit(InputError.exit_code)
-    except KeyboardInterrupt:
-        print("workbench: stopped; no supply was in use", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        told = cut_off(stop) or "stopped; no supply was in use"
+        print(f"workbench: {told}", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
+
+
+def cut_off(stop: BaseException) -> Interrupted | None:
+    """Return what a first Ctrl-C had to tell when a second one came on its way here."""
+    while stop.__context__ is not None:
+        stop = stop.__context__
+        if isinstance(stop, Interrupted):
+            return stop
+    return None
 
 
 def _call(words: list[str]) -> None:

@@ -1,0 +1,182 @@
+"""Ctrl-C and its kin: one ends a run, and wherever a second one comes, the run tells the truth."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from decimal import Decimal
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import pytest
+
+import workbench.engine
+import workbench.signals
+from workbench.bench import VirtualBench, load_bench
+from workbench.bundle import Bundle, verify
+from workbench.cli.app import cut_off
+from workbench.cli.output import QuietOperator
+from workbench.engine import carry_out
+from workbench.errors import Interrupted
+from workbench.experiment import Experiment
+from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
+from workbench.signals import Signals
+
+PROTOCOL = """\
+schema: workbench/protocol-1
+title: Stopped twice
+steps:
+  - run: {mode: clamped, speed: 17 rad/s, rest: 0.5 s, duration: 1 s}
+"""
+# where a signal may come between the first one and the run's end; the rest is called from there
+FILES = {workbench.engine.__file__, workbench.signals.__file__, contextlib.__file__}
+posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+
+def ctrl_c() -> None:
+    signal.raise_signal(signal.SIGINT)
+
+
+def press_twice() -> None:
+    try:
+        ctrl_c()
+    finally:
+        ctrl_c()
+
+
+def press_held_back(signals: Signals) -> None:
+    signals.hold()
+    ctrl_c()
+
+
+@pytest.fixture
+def asked(tmp_path: Path) -> Experiment:
+    path = tmp_path / "p.yaml"
+    path.write_text(PROTOCOL)
+    protocol, bench = load(path, Protocol), load_bench("virtual")
+    plan = make_plan(protocol, bench.content, Decimal("0.01"))
+    model, shape = load_model("thesis", tmp_path), load_shape("thesis-initial", tmp_path)
+    return Experiment(protocol, bench, model, shape, plan)
+
+
+class SecondCtrlC:
+    """Ctrl-C at an event of the journal, and again some lines of the program later.
+
+    Args:
+        lines: how many, of those in `FILES`; None counts them all and presses no second time.
+    """
+
+    def __init__(self, event: str, lines: int | None = None) -> None:
+        self.event, self.lines, self.counted = event, lines, 0
+        self.keep = Bundle.journal
+
+    def journal(self, bundle: Bundle, event: str, time_s: float, **facts: Any) -> None:
+        self.keep(bundle, event, time_s, **facts)
+        if event == self.event and not self.counted:
+            frame = sys._getframe()
+            while frame := frame.f_back:  # those that the first one will unwind
+                frame.f_trace = self.trace
+            sys.settrace(self.trace)
+            ctrl_c()
+
+    def trace(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
+        if frame.f_code.co_filename not in FILES:
+            return None
+        if event == "line":
+            self.counted += 1
+            if self.counted == self.lines:
+                sys.settrace(None)
+                ctrl_c()
+        return self.trace
+
+
+def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, Bundle]:
+    """Begin a run, stop it, and return what was told and the bundle."""
+    bench = VirtualBench(asked.bench.content)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Bundle, "journal", lambda *words, **facts: twice.journal(*words, **facts))
+        try:
+            list(carry_out(asked, bench, folder, QuietOperator(), lambda text: None))
+        except (Interrupted, KeyboardInterrupt) as end:
+            sys.settrace(None)
+            told = cut_off(end) if isinstance(end, KeyboardInterrupt) else end
+    assert not bench.device.output.on
+    return str(told), Bundle.open(next(folder.iterdir()))
+
+
+@posix
+@pytest.mark.parametrize(
+    ("event", "output"),
+    [("asked", "was never switched on"), ("voltage", "is off, confirmed")],
+)
+def test_wherever_a_second_ctrl_c_comes_the_run_ends_as_interrupted(
+    asked: Experiment, tmp_path: Path, event: str, output: str
+) -> None:
+    counting = SecondCtrlC(event)
+    stopped(asked, tmp_path / "counting", counting)
+    assert counting.counted > 20
+    for line in range(1, counting.counted + 1):
+        text, bundle = stopped(asked, tmp_path / str(line), SecondCtrlC(event, line))
+        assert f"stopped by the user\nthe output {output}" in text, line
+        assert bundle.manifest["status"] == "interrupted", line
+        assert verify(bundle.path) == [], line
+
+
+def test_every_signal_raises_unless_held_back() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with Signals() as signals:
+        for _ in range(2):
+            with pytest.raises(KeyboardInterrupt):
+                ctrl_c()
+        signals.hold()
+        ctrl_c()
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_the_first_alone_raises_and_a_later_one_is_held_back() -> None:
+    with Signals() as signals:
+        with pytest.raises(KeyboardInterrupt), signals.first_only():
+            press_twice()
+        ctrl_c()  # still held back: what the first one leads to goes on
+
+
+def test_one_that_was_held_back_raises_at_the_end() -> None:
+    with Signals() as signals:
+        with pytest.raises(KeyboardInterrupt, match="SIGINT"), signals.first_only():
+            press_held_back(signals)
+        with pytest.raises(KeyboardInterrupt):
+            ctrl_c()
+
+
+@posix
+def test_a_signal_that_would_kill_raises_and_an_ignored_one_stays_ignored() -> None:
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    hung_up = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with Signals() as signals:
+            with pytest.raises(KeyboardInterrupt, match="SIGTERM"):
+                os.kill(os.getpid(), signal.SIGTERM)
+            with signals.first_only():
+                signals.hold()
+                os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGHUP, hung_up)
+
+
+def test_another_thread_changes_nothing() -> None:
+    found: list[object] = []
+
+    def enter() -> None:
+        with Signals():
+            found.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=enter)
+    thread.start()
+    thread.join()
+    assert found == [signal.getsignal(signal.SIGINT)]
