@@ -132,18 +132,31 @@ def test_runs_that_cannot_be_judged_are_refused(tmp_path: Path) -> None:
 
 def test_noise_that_remembers_is_no_cause(tmp_path: Path) -> None:
     """Camera noise with a memory of 0.8 from sample to sample raises no alarm."""
-    alarms = 0
-    for seed in range(20):
-        rig = measured(100 + seed)
-        rng = np.random.default_rng(seed)
-        runs = []
-        for run in rig.runs:
-            noise = remembering(rng, len(run.times) + len(run.rest))
-            clean = rig.predict([(len(runs), {})])[0]
-            values = clean + noise[: len(run.times), None]
-            runs.append(replace(run, values=values, rest=noise[len(run.times) :, None]))
-        alarms += found(replace(rig, runs=tuple(runs)), tmp_path).answer.kind != "CLEAN"
-    assert alarms <= 1
+    found_all = [found(remembered(seed), tmp_path) for seed in range(20)]
+    assert [one.answer.kind for one in found_all].count("CLEAN") >= 19
+
+
+def test_a_slow_cause_below_such_noise_is_listed(tmp_path: Path) -> None:
+    """Whitened it is a sixth of the noise; its size, and that of its clutter, is what cameras see.
+
+    Were clutter of a twentieth of the whitened noise granted, half of these were called clean.
+    """
+    listed = sum(
+        "creep" in names(found(remembered(k, {"creep": 0.04}), tmp_path)) for k in range(20)
+    )
+    assert listed >= 18
+
+
+def remembered(seed: int, amounts: dict[str, float] | None = None) -> PaperRig:
+    """Return a rig whose cameras' noise has a memory of 0.8."""
+    rig, rng = measured(100 + seed), np.random.default_rng(seed)
+    values = {f"{name}.amount": amount for name, amount in (amounts or {}).items()}
+    runs = []
+    for k, run in enumerate(rig.runs):
+        noise = remembering(rng, len(run.times) + len(run.rest))
+        seen = rig.predict([(k, values)])[0] + noise[: len(run.times), None]
+        runs.append(replace(run, values=seen, rest=noise[len(run.times) :, None]))
+    return replace(rig, runs=tuple(runs))
 
 
 def remembering(rng: np.random.Generator, count: int, memory: float = 0.8) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Literal
 from scipy.special import softmax
 from scipy.stats import norm, t
 
-from workbench.diagnose.hypotheses import Hypothesis, Refits
+from workbench.diagnose.hypotheses import SURE, Hypothesis, Refits
 from workbench.diagnose.layout import Layout
 
 __all__ = [
@@ -35,7 +35,6 @@ LEAST_SIZE = 0.12
 APART = 5.0
 """Of the cost: a rival so far behind is 150 times less likely."""
 _NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
-_SURE = 3.0  # standard errors
 _LEFT_SHARE = 0.3  # of what hung together before
 
 
@@ -207,7 +206,7 @@ def _without_cause(refits: Refits) -> Answer:
 
 def negligible(refits: Refits) -> float:
     """Return how many noise deviations may be left by what has no practical size, and by chance."""
-    return float((_NOTHING_LEFT**2 + _SURE * refits.doubt) ** 0.5)
+    return float((_NOTHING_LEFT**2 + SURE * refits.doubt) ** 0.5)
 
 
 def left_over(refits: Refits, left: float) -> bool:

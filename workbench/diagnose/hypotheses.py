@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import CLUTTER, TRIALS, Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import TRIALS, Fit, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
-__all__ = ["Hypothesis", "Refits", "left_together", "refit_all"]
+__all__ = ["SURE", "Hypothesis", "Refits", "left_together", "refit_all"]
 
+SURE = 3.0
+"""Standard errors: what is that far off is no chance."""
 
 _WINDOWS_S = (1.0, 2.5, 5.0)
 """How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
@@ -35,7 +37,7 @@ _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
-_LITTLE = 0.5  # of worth: what promises more may be the truth where something must be there
+_LITTLE = 0.5  # of worth: what promises less is not the truth
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
 
 
@@ -112,8 +114,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     search = _Search(problem, base, tell)
     scores = close.scores()
     doubt = _doubt(problem)
-    little = _LITTLE if _suspicious(base, base.left, doubt) else _MORE
-    chosen = _worthy(scores, search.far, 0.0 if search.far else little)
+    something = search.far or _suspicious(base, base.left, doubt)
+    chosen = _worthy(scores, search.far, something)
     if search.far:
         search.race(chosen)
         best = search.found(1)[:1]
@@ -247,11 +249,19 @@ def _windows(problem: Problem) -> list[float]:
     return [window for window in _WINDOWS_S if window < longest]
 
 
-def _worthy(scores: Sequence[Score], far: bool, least: float) -> list[Score]:
-    """Return the scores that are worth a refit: a share of the best, or near it."""
+def _worthy(scores: Sequence[Score], far: bool, something: bool) -> list[Score]:
+    """Return the scores that are worth a refit: a share of the best, or near it.
+
+    Args:
+        scores: best first.
+        far: whether the base cannot follow the runs.
+        something: whether something must be there, however little each cause promises.
+    """
     best = max((score.worth for score in scores), default=0.0)
+    if best < _MORE and not something:
+        return []
     share = (_FAR_BEHIND if far else _BEHIND) * best
-    least = max(share if far else min(share, best - _LIKELY), least)
+    least = share if far else max(min(share, best - _LIKELY), _LITTLE)
     return [score for score in scores[:_SINGLES] if score.worth > least]
 
 
@@ -295,13 +305,19 @@ def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | N
 
 
 def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
-    return left**2 > len(base.near.heard) * CLUTTER**2 + doubt
+    return left**2 > base.near.little + SURE * doubt
 
 
 def _doubt(problem: Problem) -> float:
-    """Return how far chance, and a memory known from few samples at rest, move what is left."""
-    rest = sum(len(run.rest) for run in problem.rig.runs)
-    return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1)))
+    """Return how far chance, and a memory known from few samples at rest, move what is left.
+
+    A memory m that n samples tell has the variance (1 - m^2) / n (Bartlett 1946), and is off by as
+    much as whitened neighbours then have in common.
+    """
+    counted = [np.isfinite(run.rest).sum(axis=0) for run in problem.rig.runs]
+    rows = zip(counted, problem.noise, strict=True)
+    rest = sum(float(np.sum(count / (1 - noise.memory**2))) for count, noise in rows)
+    return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1.0)))
 
 
 def left_together(

@@ -273,17 +273,14 @@ class _Judged:
         """Return the lowest cost of one that stands once trials showed what another foretells."""
         rival = self.foretold.standing[j]
         here, there = self.near[j], self.near[i]
-        jacobians = [rival.known.jacobians[0], *(here.jacobians[k] for k in chosen)]
+        slopes = (rival.known.slopes[0], *(here.slopes[k] for k in chosen))
         residuals = [
             rival.known.residuals[0],
             *(here.residuals[k] - there.residuals[k] for k in chosen),
         ]
-        curvatures = np.array([
-            rival.known.curvatures[0], *(here.curvatures[k] for k in chosen)
-        ])  # fmt: skip
         runs = (-1, *(self.trials[k] for k in chosen))
         samples = rival.samples + sum(len(here.residuals[k]) for k in chosen)
-        linear = Linear(rival.z, runs, residuals, jacobians, curvatures)
+        linear = Linear(rival.z, runs, residuals, slopes)
         return Neighbourhood(self.foretold.layout, linear, samples).lowest(rival.causes)
 
 

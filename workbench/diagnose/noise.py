@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.rig import Observed
 
-__all__ = ["Noise", "noise_of", "whitened"]
+__all__ = ["Noise", "coloured", "noise_of", "whitened"]
 
 _LEAST_REST = 30  # samples that tell a channel's noise
 _MOST_MEMORY = 0.97
@@ -78,6 +78,34 @@ def whitened(
     both = seen[1:] & seen[:-1]
     fresh = (scaled[1:] - memory * scaled[:-1]) / np.sqrt(1 - memory**2)
     out[1:] = np.where(both, fresh, scaled[1:])
+    return out
+
+
+def coloured(
+    white: NDArray[np.float64], valid: NDArray[np.bool_], noise: Noise
+) -> NDArray[np.float64]:
+    """Return what `whitened` was made of, in noise deviations.
+
+    What cameras remember, a slow change hides in: it has its size here, and less weight there.
+
+    Args:
+        white: (n, c) or (n, c, k) as `whitened` returned it.
+        valid: (n, c) that it was given.
+        noise: of the run.
+
+    Returns:
+        The same shape; zero where nothing was seen.
+    """
+    if not noise.memory.any():
+        return white
+    extra = (None,) * (white.ndim - 2)
+    seen = valid[(..., *extra)]
+    memory = noise.memory[(slice(None), *extra)]
+    fresh = np.sqrt(1 - memory**2)
+    both = seen[1:] & seen[:-1]
+    out = white.copy()
+    for k in range(1, len(out)):  # each sample needs the one before it
+        out[k] = np.where(both[k - 1], memory * out[k - 1] + fresh * white[k], white[k])
     return out
 
 

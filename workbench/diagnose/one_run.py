@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from workbench.diagnose.answer import Answer, Rival, left_over
 from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
-from workbench.diagnose.problem import Linear, Problem
+from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
 
 __all__ = ["Carrier", "carriers", "with_carriers"]
@@ -72,16 +72,8 @@ def carriers(best: Hypothesis) -> list[Carrier]:
 
 def _without(near: Neighbourhood, run: int) -> Neighbourhood:
     """Return the same neighbourhood as seen by all other runs."""
-    linear = near.linear
-    kept = [at for at, k in enumerate(linear.runs) if k != run]
-    chosen = Linear(
-        linear.z,
-        tuple(linear.runs[at] for at in kept),
-        [linear.residuals[at] for at in kept],
-        [linear.jacobians[at] for at in kept],
-        linear.curvatures[kept],
-    )
-    share = sum(len(part) for part in chosen.residuals) / sum(map(len, linear.residuals))
+    chosen = near.linear.without(run)
+    share = sum(map(len, chosen.residuals)) / sum(map(len, near.linear.residuals))
     return Neighbourhood(near.layout, chosen, round(share * near.samples))
 
 
@@ -193,16 +185,16 @@ def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
 
 
 def _unless_of_one_run(answer: Answer, refits: Refits, problem: Problem) -> Answer:
-    """Return a suspicion, or NONE where it is one run that raises it."""
-    linear = refits.base.near.linear
-    if len(linear.runs) <= _LEAST_OTHERS:
+    """Return a suspicion that what is left raises, or NONE where that is left of one run alone."""
+    linear, before = refits.base.near.linear, refits.base.left
+    if len(linear.runs) <= _LEAST_OTHERS or not refits.suspicious(before):
         return answer
     left = {}
     for k in linear.runs:
         kept = [at for at, run in enumerate(linear.runs) if run != k]
         rest = [linear.residuals[at] for at in kept]
         left[k] = left_together(problem, [linear.runs[at] for at in kept], rest)
-    run, before = min(left, key=lambda k: left[k]), refits.base.left
+    run = min(left, key=lambda k: left[k])
     if refits.suspicious(left[run]) or left[run] ** 2 > _MOST_ELSEWHERE * before**2:
         return answer
     nothing = Answer(

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
-from workbench.diagnose.noise import Noise, whitened
+from workbench.diagnose.noise import Noise, coloured, whitened
 from workbench.diagnose.rig import Rig
 from workbench.tracking.glitches import spikes
 
-__all__ = ["Linear", "Problem"]
+__all__ = ["Linear", "Problem", "Slope"]
 
 Vectors = list[NDArray[np.float64]]
 
@@ -23,32 +24,107 @@ _GLITCH = 8.0  # deviations of the noise from the median of the samples around
 
 
 @dataclass(frozen=True, eq=False)
+class Slope:
+    """How the prediction of one run changes with each unknown.
+
+    Args:
+        jacobian: (m, u) of the whitened prediction.
+        seen: (n, c) which of the n c = m values count.
+        noise: of the run.
+    """
+
+    jacobian: NDArray[np.float64]
+    seen: NDArray[np.bool_]
+    noise: Noise
+
+    @cached_property
+    def curvature(self) -> NDArray[np.float64]:
+        """Return J^T J, (u, u)."""
+        return self.jacobian.T @ self.jacobian
+
+    @cached_property
+    def squares(self) -> NDArray[np.float64]:
+        """Return the same of the prediction as it is, in noise deviations, not whitened."""
+        plain = self.coloured(self.jacobian)
+        return plain.T @ plain
+
+    def coloured(self, white: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return whitened changes of the prediction, (m,) or (m, k), as they are."""
+        if not self.noise.memory.any():
+            return white
+        shape = (*self.seen.shape, *white.shape[1:])
+        return coloured(white.reshape(shape), self.seen, self.noise).reshape(white.shape)
+
+    def with_jacobian(self, jacobian: NDArray[np.float64]) -> Slope:
+        """Return the slope with other derivatives, (m, u)."""
+        return Slope(jacobian, self.seen, self.noise)
+
+
+@dataclass(frozen=True, eq=False)
 class Linear:
-    """The runs in the neighbourhood of a point: gradients and curvatures by run.
+    """The runs in the neighbourhood of a point.
 
     Args:
         z: (u,) where the residuals are.
         runs: which ones, in this order.
         residuals: by run, (m_k,) whitened.
-        jacobians: by run, (m_k, u): how the whitened prediction changes.
-        curvatures: (r, u, u), J^T J by run.
+        slopes: by run.
     """
 
     z: NDArray[np.float64]
     runs: tuple[int, ...]
     residuals: Vectors
-    jacobians: Vectors
-    curvatures: NDArray[np.float64]
+    slopes: tuple[Slope, ...]
 
     @property
-    def gradients(self) -> NDArray[np.float64]:
-        """Return J^T r by run, (r, u): where the prediction should go."""
+    def jacobians(self) -> Vectors:
+        """Return how the whitened prediction changes, by run, (m_k, u)."""
+        return [slope.jacobian for slope in self.slopes]
+
+    @property
+    def curvature(self) -> NDArray[np.float64]:
+        """Return the sum of J^T J over the runs, (u, u)."""
+        return sum((slope.curvature for slope in self.slopes), np.zeros((len(self.z),) * 2))
+
+    @property
+    def squares(self) -> NDArray[np.float64]:
+        """Return the same of the predictions as they are, in noise deviations, not whitened."""
+        return sum((slope.squares for slope in self.slopes), np.zeros((len(self.z),) * 2))
+
+    @property
+    def gradient(self) -> NDArray[np.float64]:
+        """Return the sum of J^T r over the runs, (u,): where the prediction should go."""
         pairs = zip(self.jacobians, self.residuals, strict=True)
-        return np.array([jacobian.T @ residual for jacobian, residual in pairs])
+        return sum((slope.T @ residual for slope, residual in pairs), np.zeros(len(self.z)))
 
     def at(self, z: NDArray[np.float64], residuals: Vectors) -> Linear:
         """Return the same neighbourhood with the residuals of another point in it."""
-        return Linear(z, self.runs, residuals, self.jacobians, self.curvatures)
+        return Linear(z, self.runs, residuals, self.slopes)
+
+    def with_jacobians(self, jacobians: Vectors) -> Linear:
+        """Return the same place with other derivatives."""
+        pairs = zip(self.slopes, jacobians, strict=True)
+        slopes = tuple(slope.with_jacobian(jacobian) for slope, jacobian in pairs)
+        return Linear(self.z, self.runs, self.residuals, slopes)
+
+    def without(self, run: int) -> Linear:
+        """Return the same of all other runs."""
+        kept = [at for at, k in enumerate(self.runs) if k != run]
+        return Linear(
+            self.z,
+            tuple(self.runs[at] for at in kept),
+            [self.residuals[at] for at in kept],
+            tuple(self.slopes[at] for at in kept),
+        )
+
+    def apart(self, other: Linear) -> float:
+        """Return the sum of squares by which the predictions at two places differ, not whitened.
+
+        Args:
+            other: the same runs, in noise deviations too.
+        """
+        rows = zip(self.slopes, self.residuals, other.residuals, strict=True)
+        return sum(float(np.sum(slope.coloured(a - b) ** 2)) for slope, a, b in rows)
 
 
 class Problem:
@@ -125,9 +201,9 @@ class Problem:
             change = whitened((predicted - base) / step, self.seen[k][rows], self.noise[k])
             jacobians[k][:, i] = change.ravel()
         self._adapt(jacobians)
-        matrices = [jacobians[k] for k in self.runs]
-        curvatures = np.array([matrix.T @ matrix for matrix in matrices])
-        return Linear(z, self.runs, self.residuals(z, until), matrices, curvatures)
+        slopes = [Slope(jacobians[k], self.seen[k][self._rows(k, until)], self.noise[k])
+                  for k in self.runs]  # fmt: skip
+        return Linear(z, self.runs, self.residuals(z, until), tuple(slopes))
 
     def _step(self, i: int, z: NDArray[np.float64]) -> float:
         """Return the step of a difference, away from a bound."""

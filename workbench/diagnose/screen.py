@@ -54,15 +54,23 @@ class Neighbourhood:
         linear: where the fit ended, with the columns of all causes; those that it released are not
             zero there.
         samples: compared.
+
+    Attributes:
+        clutter: (u,) how large each quantity may be unasked.
+        silent, heard: causes that the runs say nothing of, and the others.
+        little: mean square that the clutter of all causes adds to whitened residuals.
     """
 
     def __init__(self, layout: Layout, linear: Linear, samples: int) -> None:
         self.layout, self.z, self.linear, self.samples = layout, linear.z, linear, samples
-        self.curvature, self.gradient = linear.curvatures.sum(0), linear.gradients.sum(0)
-        self._left = self._beyond_base()
+        self.curvature, self.gradient = linear.curvature, linear.gradient
+        self._quantities = layout.quantities(tuple(layout.of_cause))
+        adapted = self._adapted()
+        self._left, white = (adapted.T @ m @ adapted for m in (linear.squares, self.curvature))
         self.clutter = self._clutter()
         self.silent = tuple(name for name in layout.of_cause if self._is_silent(name))
         self.heard = tuple(name for name in layout.of_cause if name not in self.silent)
+        self.little = self._expected_clutter(np.diag(white))
         self.cost = sum(float(part @ part) for part in linear.residuals) / 2
         self._nothing = self.lowest(())
 
@@ -118,14 +126,14 @@ class Neighbourhood:
         step = step_from(self.layout, self.z, self.curvature, self.gradient, prior)
         return self.cost + prior.cost(self.z) - step.gain, step.z
 
-    def _beyond_base(self) -> NDArray[np.float64]:
-        """Return the curvature of all quantities after base and own numbers adapted."""
-        prior = prior_of(self.layout)
-        free, total = prior.free, self.curvature
-        self._quantities = self.layout.quantities(tuple(self.layout.of_cause))
-        cross = total[np.ix_(free, self._quantities)]
-        left = total[np.ix_(self._quantities, self._quantities)]
-        return left - cross.T @ np.linalg.solve(prior.added_to(total), cross)
+    def _adapted(self) -> NDArray[np.float64]:
+        """Return one unit of each quantity, base and own numbers adapted to it, (u, q)."""
+        prior, asked = prior_of(self.layout), self._quantities
+        cross = self.curvature[np.ix_(prior.free, asked)]
+        moves = np.zeros((len(self.layout), len(asked)))
+        moves[asked, np.arange(len(asked))] = 1.0
+        moves[prior.free] = -np.linalg.solve(prior.added_to(self.curvature), cross)
+        return moves
 
     def _clutter(self) -> NDArray[np.float64]:
         """Return how large each quantity may be unasked, (u,) deviations; zero where it is silent.
@@ -140,6 +148,12 @@ class Neighbourhood:
             if left > self.samples * _SEEN**2 and i not in released:
                 clutter[i] = min(CLUTTER * np.sqrt(self.samples / left), 1.0)
         return clutter
+
+    def _expected_clutter(self, white: NDArray[np.float64]) -> float:
+        """Return what is expected of all clutter, a mean square; white (q,) is that of one unit."""
+        squares = np.zeros(len(self.layout))
+        squares[self._quantities] = white * self.clutter[self._quantities] ** 2 / self.samples
+        return float(sum(np.mean(squares[self.layout.of_cause[name]]) for name in self.heard))
 
     def _is_silent(self, name: str) -> bool:
         """Tell whether the runs say nothing about a cause."""

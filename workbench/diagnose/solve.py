@@ -111,9 +111,8 @@ class Fit:
         return self.linear.residuals
 
     def apart(self, other: Fit, samples: int) -> float:
-        """Return the root mean square over samples by which the predictions of two fits differ."""
-        pairs = zip(self.residuals, other.residuals, strict=True)
-        return float(np.sqrt(sum(float(np.sum((a - b) ** 2)) for a, b in pairs) / samples))
+        """Return by how many noise deviations two fits' predictions differ, root mean square."""
+        return float(np.sqrt(self.linear.apart(other.linear) / samples))
 
 
 def prior_of(
@@ -251,7 +250,7 @@ def fit(
         linear = linear.at(z, problem.residuals(z, until))
     cost, harder, misled, renewals = _cost(linear.residuals, z, prior), _HARDER, 0, _RENEWALS
     while True:
-        curvature, gradient = linear.curvatures.sum(0), linear.gradients.sum(0)
+        curvature, gradient = linear.curvature, linear.gradient
         step = step_from(layout, linear.z, curvature, gradient, prior, damping)
         ended = step.gain < max(enough, _ROUGH * (cost - noise))
         wanted = learnt and settle if ended else misled >= _MISLED
@@ -302,9 +301,7 @@ def _taught(
             missed = before - after - matrix[:, own] @ move[own]
             taught[:, own] += np.outer(missed, move[own] / (move[own] @ move[own]))
         matrices.append(taught)
-    curvatures = np.array([matrix.T @ matrix for matrix in matrices])
-    place = (z, residuals) if arrive else (linear.z, linear.residuals)
-    return Linear(place[0], linear.runs, place[1], matrices, curvatures)
+    return (linear.at(z, residuals) if arrive else linear).with_jacobians(matrices)
 
 
 def renewed(
@@ -321,8 +318,7 @@ def renewed(
         mixed = old.copy()
         mixed[:, columns] = new[:, columns]
         matrices.append(mixed)
-    curvatures = np.array([matrix.T @ matrix for matrix in matrices])
-    return Linear(z, taken.runs, taken.residuals, matrices, curvatures)
+    return taken.with_jacobians(matrices)
 
 
 def _cost(residuals: list[NDArray[np.float64]], z: NDArray[np.float64], prior: Prior) -> float:

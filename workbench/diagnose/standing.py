@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from workbench.diagnose.answer import APART, LEAST_WORTH, SUSPECTED, alike
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.hypotheses import Hypothesis
 from workbench.diagnose.layout import Layout
-from workbench.diagnose.problem import Linear
+from workbench.diagnose.noise import Noise
+from workbench.diagnose.problem import Linear, Slope
 
 __all__ = ["Standing", "names_standing", "still_standing"]
 
@@ -145,6 +147,22 @@ def _places(before: Layout, layout: Layout) -> NDArray[np.int_]:
     return np.array([found[pair] for pair in pairs])
 
 
+@dataclass(frozen=True, eq=False)
+class _Condensed(Slope):
+    """The slope of a short run that stands for others.
+
+    Args:
+        squared: (u, u) of the others.
+    """
+
+    squared: NDArray[np.float64]
+
+    @cached_property
+    def squares(self) -> NDArray[np.float64]:
+        """Return what is known of the runs that it stands for, (u, u)."""
+        return self.squared
+
+
 def _condensed(linear: Linear, places: NDArray[np.int_], z: NDArray[np.float64]) -> Linear:
     """Return a neighbourhood, in more unknowns, as one short run of the same sums of squares."""
     rows = np.concatenate(linear.jacobians)
@@ -152,4 +170,8 @@ def _condensed(linear: Linear, places: NDArray[np.int_], z: NDArray[np.float64])
     short: NDArray[np.float64] = np.linalg.qr(both).R
     jacobian = np.zeros((len(short), len(z)))
     jacobian[:, places] = short[:, :-1]
-    return Linear(z, (-1,), [short[:, -1]], [jacobian], np.array([jacobian.T @ jacobian]))
+    squared = np.zeros((len(z), len(z)))
+    squared[np.ix_(places, places)] = linear.squares
+    seen, white = np.ones((len(short), 1), dtype=bool), Noise(np.ones(1), np.zeros(1))
+    slope = _Condensed(jacobian, seen, white, squared)
+    return Linear(z, (-1,), [short[:, -1]], (slope,))
