@@ -118,16 +118,14 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     chosen = _worthy(scores, search.far, something)
     if search.far:
         search.race(chosen)
-        best = search.found(1)[:1]
-        if best and best[0].left > _FAR:
-            search.race(_beside(close, best[0].causes[0]))
-        couples = _adding(best[0]) if best and best[0].left <= _FAR else []
     else:
         search.refit(chosen)
-        couples = _promising(close, search.found(1))
-    if all(_suspicious(base, one.left, doubt) for one in search.found(1)[:1]):
-        search.refit(couples)
-        search.simplify()
+    for best in search.found(1)[:1]:
+        if search.far and best.left > _FAR:
+            search.race(_beside(close, best.causes[0]))
+        elif _suspicious(base, best.left, doubt):
+            search.refit(_adding(best) if search.far else _promising(close, best))
+    search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
     return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
@@ -271,15 +269,13 @@ def _beside(near: Neighbourhood, cause: str) -> list[Score]:
     return sorted(pairs, key=lambda one: one.cost)[:_ADDED]
 
 
-def _promising(near: Neighbourhood, singles: Sequence[Hypothesis]) -> list[Score]:
+def _promising(near: Neighbourhood, best: Hypothesis) -> list[Score]:
     """Return pairs that are worth a refit.
 
     First those that add to the best single cause, seen from its own fit; then those of two others
     that promise more from the base than it reached, for there may be pairs of which no half helps.
     """
-    if not singles:
-        return []
-    best, found = singles[0], _adding(singles[0])
+    found = _adding(best)
     if best.beyond < _EXPLAINED:
         return found
     pairs = [pair for pair in combinations(near.heard, 2) if best.causes[0] not in pair]
