@@ -100,11 +100,11 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
     bench = VirtualBench(asked.bench.content)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Bundle, "journal", lambda *words, **facts: twice.journal(*words, **facts))
-        try:
+        with pytest.raises((Interrupted, KeyboardInterrupt)) as caught:
             list(carry_out(asked, bench, folder, QuietOperator(), lambda text: None))
-        except (Interrupted, KeyboardInterrupt) as end:
-            sys.settrace(None)
-            told = cut_off(end) if isinstance(end, KeyboardInterrupt) else end
+        sys.settrace(None)
+    end = caught.value
+    told = cut_off(end) if isinstance(end, KeyboardInterrupt) else end
     assert not bench.device.output.on
     return str(told), Bundle.open(next(folder.iterdir()))
 
