@@ -13,17 +13,17 @@ that has it with the wrong sign.
 from __future__ import annotations
 
 import argparse
-import json
-import multiprocessing
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from tests.bank.baselines import NAMES
-from tests.bank.cases import Case, draw_cases
+from tests.bank.cases import draw_cases
+from tests.bank.kept import keep_all, kept
 from tests.bank.one_case import Line, run_case
+from tests.bank.resolving import ties_of
 from tests.bank.score import Judged, judge
 from tests.bank.tables import Told, Turned, page
 
@@ -32,35 +32,11 @@ __all__ = ["told_of"]
 _FLIP = "-flip-"
 
 
-def _lines(
-    cases: Sequence[Case], work: Path, log: Path, turned: str | None, processes: int
-) -> Iterator[Line]:
-    """Yield a line for every case that was not answered yet, and keep it."""
-    known = _kept(log)
-    fresh = multiprocessing.get_context("spawn")
-    missing = [case for case in cases if case.seed not in known]
-    with ProcessPoolExecutor(processes, mp_context=fresh) as pool:
-        for future in as_completed([pool.submit(run_case, one, work, turned) for one in missing]):
-            line = future.result()
-            with log.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(line) + "\n")
-            yield line
-
-
-def _kept(log: Path) -> dict[int, Line]:
-    """Return the last line of each case."""
-    if not log.exists():
-        return {}
-    read = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
-    answered = {line["seed"]: line for line in read if "answer" in line}
-    return {line["seed"]: line for line in read} | answered
-
-
-def told_of(kept: Path) -> Told:
+def told_of(folder: Path) -> Told:
     """Return what all draws that are kept in a folder came to."""
-    draws = {int(one.stem.removeprefix("seed-")): one for one in sorted(kept.glob("seed-*.jsonl"))
+    draws = {int(one.stem.removeprefix("seed-")): one for one in sorted(folder.glob("seed-*.jsonl"))
              if _FLIP not in one.name}  # fmt: skip
-    lines = [line for draw in draws.values() for line in _kept(draw).values()]
+    lines = [line for draw in draws.values() for line in kept(draw).values()]
     answered = {line["seed"]: line for line in lines if "answer" in line}
     judged = {seed: judge(one["answer"], one["label"], one) for seed, one in answered.items()}
     plain = {
@@ -75,15 +51,18 @@ def told_of(kept: Path) -> Told:
         for line in lines if "failed" in line
     ]  # fmt: skip
     engines = Counter(str(one.get("engine")) for one in answered.values())
-    signs = list(_signs(kept, judged))
-    return Told(tuple(judged.values()), plain, signs, len(lines), failed, tuple(draws), engines)
+    signs = list(_signs(folder, judged))
+    return Told(
+        tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
+        engines,
+    )  # fmt: skip
 
 
-def _signs(kept: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
+def _signs(folder: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
     turned: dict[str, dict[int, Line]] = {}
-    for file in sorted(kept.glob(f"seed-*{_FLIP}*.jsonl")):
+    for file in sorted(folder.glob(f"seed-*{_FLIP}*.jsonl")):
         lines = turned.setdefault(file.stem.partition(_FLIP)[2], {})
-        lines |= {seed: one for seed, one in _kept(file).items() if "answer" in one}
+        lines |= {seed: one for seed, one in kept(file).items() if "answer" in one}
     for effect, lines in turned.items():
         both = [seed for seed in lines if seed in judged]
         after = [judge(lines[seed]["answer"], lines[seed]["label"]) for seed in both]
@@ -107,8 +86,8 @@ def main() -> None:
         cases = [case for case in cases if asked.flip in case.causes]
         name += f"{_FLIP}{asked.flip}"
     log = asked.kept / f"{name}.jsonl"
-    asked.kept.mkdir(parents=True, exist_ok=True)
-    for line in _lines(cases, asked.work / name, log, asked.flip, asked.processes):
+    task = partial(run_case, work=asked.work / name, turned=asked.flip)
+    for line in keep_all(cases, log, task, asked.processes):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
     told = told_of(asked.kept)

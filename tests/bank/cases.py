@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from tests.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS
 from tests.bank.courses import Course
 from tests.bank.observe import FAULTS, Filmed, Noise
+from workbench.diagnose import Trial
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",
-           "draw_cases", "plans"]  # fmt: skip
+           "draw_cases", "plan_of", "plans"]  # fmt: skip
 
 Block = Literal["single", "null", "pair", "outside", "tie", "sensor", "trap"]
 Source = Literal["twin", "rod"]
@@ -118,7 +119,7 @@ class Made:
 
     case: Case
     runs: tuple[Run, ...]
-    label: Mapping[str, object] = field(default_factory=dict)
+    label: Mapping[str, Any] = field(default_factory=dict)
 
 
 def draw_cases(seed: int, count: int) -> list[Case]:
@@ -217,8 +218,30 @@ def _plan(mode: str, k: int, held: bool, course: Course) -> Plan:
     return Plan(f"{mode}-{k + 1}", "held_out" if held else "train", course)
 
 
-def _driven(mode: Literal["clamped", "hop"], speed: float, rng: np.random.Generator) -> Course:
-    duration = float(rng.choice([_SHORT_S, _LONG_S]))
+def plan_of(trial: Trial, number: int, rng: np.random.Generator) -> Plan:
+    """Return a run that a diagnosis asks for, with its own scatter; it may be fitted.
+
+    Args:
+        trial: what is asked for.
+        number: of the run, behind its name.
+        rng: of start angle and lag.
+    """
+    name = f"{trial.mode}-{number}"
+    if trial.mode in ("clamped", "hop"):
+        return Plan(name, "train", _driven(trial.mode, trial.amount, rng, trial.duration))
+    if trial.mode == "decay":
+        return Plan(name, "train", Course("decay", trial.duration, pull=trial.amount))
+    return Plan(name, "train", Course("drop", trial.duration, height=trial.amount))
+
+
+def _driven(
+    mode: Literal["clamped", "hop"],
+    speed: float,
+    rng: np.random.Generator,
+    duration: float | None = None,
+) -> Course:
+    if duration is None:
+        duration = float(rng.choice([_SHORT_S, _LONG_S]))
     angle = np.pi / 2 + rng.normal(0, _ANGLE_RAD)
     return Course(mode, duration, ramp(speed), angle, lag=float(rng.uniform(*_LAG_S)))
 

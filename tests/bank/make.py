@@ -22,7 +22,7 @@ from tests.bank.size import BASE, Sizing, UnreachableError
 from workbench.protocol import load_model, load_shape
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Robot", "generator_of", "make_case", "robot_of", "sizing_of"]
+__all__ = ["Robot", "further_runs", "generator_of", "make_case", "robot_of", "sizing_of"]
 
 CLUTTER = 0.05
 """Size of every other effect in a case with noise B."""
@@ -96,15 +96,7 @@ def _made(case: Case) -> Made:
     runs = plans(case.protocols, rng, case.reduced)
     effects, told = _amounts(case, robot, runs, rng)
     clutter = _clutter(case, effects, rng)
-    jobs = [_job(case, robot, run, k, effects, clutter, rng) for k, run in enumerate(runs)]
-    motions = generator_of(case).motions(jobs)
-    if any(
-        motion.times[-1] < run.course.duration - 1
-        for motion, run in zip(motions, runs, strict=True)
-    ):
-        raise UnreachableError(f"{case.name}: the robot falls")
-    filmed = [_filmed(case, run, k, motion) for k, (run, motion) in
-              enumerate(zip(runs, motions, strict=True))]  # fmt: skip
+    filmed = _runs(case, robot, runs, effects, clutter, rng)
     label = {
         "seed": case.seed, "attempt": case.attempt,
         "block": case.block, "generator": case.generator, "protocols": case.protocols,
@@ -114,6 +106,34 @@ def _made(case: Case) -> Made:
         **told, "expected": expected(case),
     }  # fmt: skip
     return Made(case, tuple(filmed), label)
+
+
+def further_runs(made: Made, asked: Sequence[Plan]) -> list[Run]:
+    """Make more runs of a case's robot, as a diagnosis asks for them.
+
+    Raises:
+        UnreachableError: when the robot falls.
+    """
+    case, label, first = made.case, made.label, len(made.runs)
+    robot = Robot(label["values"], {}, {})
+    rng = case.rng(5, first)
+    return _runs(case, robot, asked, label["effects"], label["clutter"], rng, first)
+
+
+def _runs(
+    case: Case, robot: Robot, asked: Sequence[Plan], effects: Quantities, clutter: Quantities,
+    rng: np.random.Generator, first: int = 0,
+) -> list[Run]:  # fmt: skip
+    """Return runs as a laboratory has them; `first` is the number of the first."""
+    jobs = [_job(case, robot, run, first + k, effects, clutter, rng) for k, run in enumerate(asked)]
+    motions = generator_of(case).motions(jobs)
+    if any(
+        motion.times[-1] < run.course.duration - 1
+        for motion, run in zip(motions, asked, strict=True)
+    ):
+        raise UnreachableError(f"{case.name}: the robot falls")
+    return [_filmed(case, run, first + k, motion) for k, (run, motion) in
+            enumerate(zip(asked, motions, strict=True))]  # fmt: skip
 
 
 def _cut(course: Course) -> Course:

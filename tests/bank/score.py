@@ -14,7 +14,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-__all__ = ["BARS", "Bar", "Judged", "Score", "confusion", "covered", "judge", "scores", "wilson"]
+__all__ = [
+    "BARS",
+    "Bar",
+    "Judged",
+    "Score",
+    "confusion",
+    "counted",
+    "covered",
+    "judge",
+    "scores",
+    "wilson",
+]
 
 Answer = Mapping[str, object]
 Label = Mapping[str, object]
@@ -277,7 +288,7 @@ def covered(one: Judged, effect: str) -> list[bool]:
 def _coverage(judged: Iterable[Judged]) -> Score:
     right = [one for one in judged if one.names and one.right]
     inside = [hit for one in right for effect in one.truth for hit in covered(one, effect)]
-    return _counted("90 % interval coverage", sum(inside), len(inside))
+    return counted("90 % interval coverage", sum(inside), len(inside))
 
 
 def _calibration(named: Sequence[Judged]) -> Score:
@@ -295,10 +306,11 @@ def _calibration(named: Sequence[Judged]) -> Score:
 
 
 def _share(name: str, judged: Sequence[Judged], hit: Callable[[Judged], bool]) -> Score:
-    return _counted(name, sum(hit(one) for one in judged), len(judged))
+    return counted(name, sum(hit(one) for one in judged), len(judged))
 
 
-def _counted(name: str, hits: int, count: int) -> Score:
+def counted(name: str, hits: int, count: int) -> Score:
+    """Return the score that is a share."""
     return Score(name, hits / count if count else math.nan, hits, count, wilson(hits, count))
 
 

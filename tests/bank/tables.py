@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.bank.score import BARS, Judged, Score, confusion, covered, scores
+from tests.bank.one_case import Line
+from tests.bank.resolving import ROUNDS, rounds_of, wrongly
+from tests.bank.score import BARS, Judged, Score, confusion, counted, covered, scores
 
 __all__ = ["Told", "Turned", "page"]
 
 _MOST_COVERED = 0.97
+_WITHIN = 2
+_RESOLVED = {"twin": 0.80, "rod": 0.70}
+_TIMES = 1.5
 _SOURCES = {"twin": "the twin", "rod": "the independent engine"}
 _COMPARED = (
     "top-1 name, size 3", "top-1 name, size 1", "named and wrong", "false alarm on nulls",
@@ -40,6 +45,7 @@ class Told:
         judged: answers beside their labels.
         plain: name of a dumb engine -> its answers to the same cases.
         turned: sign-flip checks.
+        ties: lines of `tests.bank.resolving`.
         drawn: how many cases were drawn.
         failed: what became of those without an answer, one line each.
         seeds: of the draws.
@@ -49,6 +55,7 @@ class Told:
     judged: Sequence[Judged]
     plain: Mapping[str, Sequence[Judged]]
     turned: Sequence[Turned]
+    ties: Sequence[Line]
     drawn: int
     failed: Sequence[str]
     seeds: Sequence[int]
@@ -73,6 +80,7 @@ def page(told: Told) -> str:
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
     parts += _beside_plain(told)
     parts += _signs(told.turned)
+    parts += _ties(told.ties)
     parts += ["", "## What was said of what", "", "| truth | answers |", "|---|---|"]
     for truth, said in sorted(confusion(told.judged).items()):
         words = ", ".join(f"{answer} {count}" for answer, count in said.most_common())
@@ -135,6 +143,38 @@ def _sized(judged: Sequence[Judged], effect: str) -> str:
     """Return how many named the effect with an interval that holds its true size."""
     holds = [all(covered(one, effect)) for one in judged if effect in one.causes]
     return f"{sum(holds)} of {len(judged)}"
+
+
+def _ties(ties: Sequence[Line]) -> list[str]:
+    """Return how soon ties were resolved by the runs that were proposed, and by any."""
+    if not ties:
+        return []
+    parts = [
+        "", "## Ties and the next experiment", "",
+        "Constructed ties that were answered as a set. Runs are asked for, made and diagnosed with "
+        f"all before, up to {ROUNDS} times, until one cause is named: those that the diagnosis "
+        "proposes, and clamped runs and ring-downs at random that take as long. Of what was not "
+        f"resolved, {ROUNDS + 1} rounds are counted.", "",
+        "| cases of | resolved within 2 proposals | bar | named and wrong | rounds | at random "
+        "| times as many | bar |",
+        "|---|---|---|---|---|---|---|---|",
+    ]  # fmt: skip
+    for source, words in _SOURCES.items():
+        own = [one for one in ties if one["label"]["generator"] == source]
+        soon = [rounds_of(one, "proposed") for one in own]
+        late = [rounds_of(one, "random") for one in own]
+        within = counted("within", sum(rounds <= _WITHIN for rounds in soon), len(own))
+        wrong = counted("wrong", sum(wrongly(one, "proposed") for one in own), len(own))
+        cells = [_cell(within), _verdict(within, _RESOLVED[source], True), _cell(wrong)]
+        if own:
+            times = sum(late) / sum(soon)
+            verdict = "met" if times >= _TIMES else "missed"
+            cells += [f"{sum(soon) / len(own):.2f}", f"{sum(late) / len(own):.2f}", f"{times:.2f}",
+                      f"at least {_TIMES}, {verdict}"]  # fmt: skip
+        else:
+            cells += ["no case"] * 3 + [f"at least {_TIMES}"]
+        parts.append(f"| {words} | {' | '.join(cells)} |")
+    return parts
 
 
 def _named(found: Sequence[Score]) -> dict[str, Score]:

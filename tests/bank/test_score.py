@@ -162,7 +162,7 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
         judge(opposite, label("single", TRUE)),
     )
     turned = [Turned("root_play", [right], [wrong])]
-    text = page(Told(judged, plain, turned, 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
+    text = page(Told(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
     assert "seeds 4, 5: 3 cases drawn, 2 answered. What" in text
     assert "| root_play | tether 1 |" in text
     assert "at least 0.7, missed" in text
