@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import TRIALS, Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import LEADING, TRIALS, Fit, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["SURE", "Hypothesis", "Refits", "left_together", "refit_all"]
@@ -119,12 +119,14 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     if search.far:
         search.race(chosen)
     else:
-        search.refit(chosen)
+        search.refit(chosen, _worthy(scores, True, something))
+    search.arrive(1)
     for best in search.found(1)[:1]:
         if search.far and best.left > _FAR:
             search.race(_beside(close, best.causes[0]))
         elif _suspicious(base, best.left, doubt):
             search.refit(_adding(best) if search.far else _promising(close, best))
+    search.arrive(2)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
@@ -149,20 +151,30 @@ class _Search:
         same = [one for one in self.best.values() if len(one.causes) == count]
         return tuple(sorted(same, key=lambda one: one.cost))
 
-    def refit(self, scores: Sequence[Score]) -> None:
-        """Fit each from where a neighbourhood expects its minimum; race those that it misled."""
+    def refit(self, scores: Sequence[Score], rivals: Sequence[Score] = ()) -> None:
+        """Fit each from where a neighbourhood expects its minimum; race those that it misled.
+
+        What promised less than another has reached needs no race.
+
+        Args:
+            scores: that are fitted.
+            rivals: that race as well: where a neighbourhood misled, its word against others is
+                worth as little.
+        """
         misled = []
         for k, score in enumerate(scores):
             self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
             begin = None if self.far else self.base.fit.linear
-            found = self._fit(score.causes, score.z, begin)
+            found = self._fit(score.causes, score.z, linear=begin)
             short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
             short = short and score.worth > _MORE
             if short and found.left > max(_POOR, _POOR * self.base.left):
                 misled.append(score)
-        if not self.far and self.retries:
-            self.race(misled[: self.retries])
-            self.retries -= len(misled[: self.retries])
+        reached = min((one.cost for one in self.best.values()), default=np.inf)
+        again = [score for score in misled if score.cost < reached][: self.retries]
+        if again and not self.far:
+            self.race([*again, *(one for one in rivals if one not in again)])
+            self.retries -= len(again)
 
     def race(self, scores: Sequence[Score]) -> None:
         """Fit in growing windows, the causes released from the first second on.
@@ -170,15 +182,16 @@ class _Search:
         What is far behind in a window does not enter the next.
         """
         layout = self.problem.layout
-        running = {score.causes: np.zeros(len(layout)) for score in scores}
+        running = {score.causes: (np.zeros(len(layout)), 0.0) for score in scores}
         for until in _windows(self.problem):
             excess = {}
-            for k, (causes, z) in enumerate(running.items()):
+            for k, (causes, (z, damping)) in enumerate(running.items()):
                 words = f"fit {until:g} s with {' and '.join(causes)}"
                 self.tell(counted(words, k + 1, len(running)))
                 prior = prior_of(layout, causes)
-                found = fit(self.problem, z, prior, until, enough=_ROUGH, settle=False)
-                running[causes] = found.z
+                found = fit(self.problem, z, prior, until, enough=_ROUGH, rough=LEADING,
+                            settle=False, damping=damping)  # fmt: skip
+                running[causes] = found.z, found.damping
                 excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
             most = _RACING * min(excess.values(), default=0.0)
             running = {causes: running[causes] for causes in sorted(excess, key=excess.__getitem__)
@@ -186,7 +199,14 @@ class _Search:
         for k, causes in enumerate(list(running)[:_ARRIVING]):
             words = f"refit with {' and '.join(causes)}"
             self.tell(counted(words, k + 1, min(len(running), _ARRIVING)))
-            self._fit(causes, running[causes], None)
+            self._fit(causes, *running[causes])
+
+    def arrive(self, count: int) -> None:
+        """Go on with the best of so many causes where its trials were used up."""
+        for best in self.found(count)[:1]:
+            if not best.fit.arrived:
+                self.tell(f"go on with {' and '.join(best.causes)}")
+                self._fit(best.causes, best.fit.z, best.fit.damping)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -194,10 +214,14 @@ class _Search:
         if not pairs or (singles and pairs[0].cost > singles[0].cost - _MORE):
             return
         for name in pairs[0].causes:
-            self._fit((name,), pairs[0].fit.z, None)
+            self._fit((name,), pairs[0].fit.z)
 
     def _fit(
-        self, causes: tuple[str, ...], z: NDArray[np.float64], linear: Linear | None
+        self,
+        causes: tuple[str, ...],
+        z: NDArray[np.float64],
+        damping: float = 0.0,
+        linear: Linear | None = None,
     ) -> Hypothesis:
         layout = self.problem.layout
         quantities = layout.quantities(causes)
@@ -208,7 +232,8 @@ class _Search:
         prior = prior_of(layout, causes)
         near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         refresh = quantities if linear is not None else prior.free
-        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, trials=_REFIT_TRIALS)
+        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, trials=_REFIT_TRIALS,
+                    damping=damping)  # fmt: skip
         judged = _judged(self.problem, causes, found, self.base.fit)
         if causes not in self.best or judged.cost < self.best[causes].cost:
             self.best[causes] = judged
@@ -219,18 +244,19 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
     """Return the base, and all causes around its fit of the longest window that it follows."""
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
-    z, trials, follows = np.zeros(len(layout)), TRIALS, True
+    z, trials, follows, damping = np.zeros(len(layout)), TRIALS, True, 0.0
     place, window = z, np.inf
     for until in _windows(problem):
-        found = fit(problem, z, prior, until, enough=_ROUGH, settle=False)
-        z = found.z
+        found = fit(problem, z, prior, until, enough=_ROUGH, rough=LEADING, settle=False,
+                    damping=damping)  # fmt: skip
+        z, damping = found.z, found.damping
         follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
         if follows or window == np.inf:
             place, window = z, until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
         trials = _FAR_TRIALS if twice else TRIALS
-    first = fit(problem, z, prior, trials=trials, settle=False)
+    first = fit(problem, z, prior, trials=trials, settle=False, damping=damping)
     z = first.z
     linear = problem.linear(z, every)
     found = fit(problem, z, prior, linear=linear, trials=trials, settle=False,

@@ -19,6 +19,7 @@ from workbench.progress import Progress
 __all__ = [
     "CLUTTER",
     "ENOUGH",
+    "LEADING",
     "TRIALS",
     "Fit",
     "Prior",
@@ -37,6 +38,9 @@ ENOUGH = 0.5
 
 _ROUGH = 0.01
 """Share of the cost beyond noise: a model that is far off need not be fitted closer."""
+
+LEADING = 0.1
+"""The same of a fit that only leads to a longer window, or out of a race."""
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
 TRIALS = 24
@@ -94,11 +98,13 @@ class Fit:
         linear: the neighbourhood used last, with the residuals where the fit ended.
         cost: half the sum of squares, priors included.
         damping: of its last step.
+        arrived: whether nothing more was foretold; not, where its trials were used up.
     """
 
     linear: Linear
     cost: float
     damping: float = 0.0
+    arrived: bool = True
 
     @property
     def z(self) -> NDArray[np.float64]:
@@ -215,6 +221,7 @@ def fit(
     linear: Linear | None = None,
     refresh: NDArray[np.int_] | None = None,
     enough: float = ENOUGH,
+    rough: float = _ROUGH,
     trials: int = TRIALS,
     settle: bool = True,
     damping: float = 0.0,
@@ -236,6 +243,7 @@ def fit(
         linear: a neighbourhood taken nearby.
         refresh: which columns are taken anew; None takes those that are free.
         enough: expected gain of the cost that is worth no further step.
+        rough: the same as a share of the cost beyond noise.
         trials: most steps, also of those that do not pay.
         settle: whether to take derivatives anew where nothing more is foretold, and go on once.
         damping: of the first step.
@@ -252,7 +260,7 @@ def fit(
     while True:
         curvature, gradient = linear.curvature, linear.gradient
         step = step_from(layout, linear.z, curvature, gradient, prior, damping)
-        ended = step.gain < max(enough, _ROUGH * (cost - noise))
+        ended = step.gain < max(enough, rough * (cost - noise))
         wanted = learnt and settle if ended else misled >= _MISLED
         if wanted and renewals > 0 and trials > 0:
             linear, learnt = renewed(problem, linear.z, columns, until, linear), False
@@ -260,7 +268,7 @@ def fit(
             settle = settle and not ended
             continue
         if ended or trials <= 0:
-            return Fit(linear, cost, damping)
+            return Fit(linear, cost, damping, ended)
         trials -= 1
         residuals = problem.residuals(step.z, until)
         less = _cost(residuals, step.z, prior)

@@ -1,0 +1,75 @@
+"""Which hypotheses are refitted, and which race: where a neighbourhood misled, and only there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.diagnose.paper import measured
+from workbench.diagnose import hypotheses
+from workbench.diagnose.layout import Layout
+from workbench.diagnose.noise import noise_of
+from workbench.diagnose.problem import Problem
+from workbench.diagnose.screen import Score
+from workbench.diagnose.solve import fit, prior_of
+
+BASE = 1000.0
+
+
+class Paper(hypotheses._Search):
+    """Fits arrive at costs that are given, and races are written down."""
+
+    def __init__(self, reached: Mapping[tuple[str, ...], float]) -> None:
+        base: Any = SimpleNamespace(cost=BASE, left=0.9, fit=SimpleNamespace(linear=None))
+        super().__init__(problem=None, base=base, tell=lambda text: None)  # pyright: ignore
+        self.reached, self.raced = reached, list[tuple[str, ...]]()
+
+    def race(self, scores: Sequence[Score]) -> None:
+        """Write down who races."""
+        self.raced += [score.causes for score in scores]
+
+    def _fit(self, causes: tuple[str, ...], *_: Any, **__: Any) -> Any:
+        found = SimpleNamespace(causes=causes, cost=self.reached[causes], left=0.8)
+        self.best[causes] = found  # pyright: ignore[reportArgumentType]
+        return found
+
+
+def promised(cost: float, *causes: str) -> Score:
+    return Score(causes, cost, BASE - cost, 1.0, np.zeros(1))
+
+
+def test_rivals_race_with_one_that_fell_short() -> None:
+    search = Paper({("mass",): 800.0, ("play",): 700.0})
+    short, kept, rival = promised(200, "mass"), promised(680, "play"), promised(850, "cable")
+    search.refit([short, kept], [short, kept, rival])
+    assert search.raced == [("mass",), ("play",), ("cable",)]
+
+
+def test_nobody_races_where_promises_are_kept() -> None:
+    search = Paper({("mass",): 320.0})
+    search.refit([promised(300, "mass")], [promised(850, "cable")])
+    assert search.raced == []
+
+
+def test_what_promised_less_than_another_reached_does_not_race() -> None:
+    search = Paper({("mass", "cable"): 150.0, ("mass", "play"): 900.0, ("play", "cable"): 900.0})
+    search.refit(
+        [promised(100, "mass", "cable"), promised(300, "mass", "play"),
+         promised(120, "play", "cable")]
+    )  # fmt: skip
+    assert search.raced == [("play", "cable")]
+
+
+@pytest.mark.parametrize(("trials", "arrived"), [(2, False), (24, True)])
+def test_a_fit_tells_whether_it_arrived(trials: int, arrived: bool) -> None:
+    rig = measured(3, {"hardening": 0.08})
+    layout = Layout(rig)
+    problem = Problem(rig, layout, noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    begin = np.zeros(len(layout))
+    begin[layout.base] = 2.5
+    found = fit(problem, begin, prior_of(layout, ("hardening",)), trials=trials)
+    assert found.arrived == arrived
