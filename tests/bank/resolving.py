@@ -41,7 +41,6 @@ __all__ = ["ROUNDS", "rounds_of", "ties_of", "wrongly"]
 
 ROUNDS = 3
 _FIRST = 500  # of a seed's thousand: ties of their own, not those of the bank's draw
-_WAYS = ("proposed", "random")
 _PLAIN = [trial for trial in MENU if trial.mode in ("clamped", "decay")]
 
 Ask = Callable[[Diagnosis], Sequence[Trial]]
@@ -53,11 +52,11 @@ def resolve(case: Case) -> Line:
     try:
         made = make_case(case)
         found = _diagnosed(made)
-        proposal = propose(found, MENU) if found.answer.kind == "SET" else None
-        rounds: dict[str, list[Line]] = {way: [] for way in _WAYS}
-        if proposal is not None:
-            rounds["proposed"] = _rounds(made, found, _proposed)
-            rounds["random"] = _rounds(made, found, _at_random(case, proposal.minutes))
+        proposed = _rounds(made, found, _proposed)
+        random: list[Line] = []
+        if proposed:
+            random = _rounds(made, found, _at_random(case, proposed[0]["minutes"]))
+        rounds = {"proposed": proposed, "random": random}
         return line | {"label": made.label, "first": _said(found), "rounds": rounds}
     except (ValueError, DataFault) as error:
         return line | {"failed": str(error)}

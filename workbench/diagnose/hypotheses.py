@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import LEADING, TRIALS, Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import TRIALS, Fit, Prior, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["SURE", "Hypothesis", "Refits", "left_together", "refit_all"]
@@ -22,7 +22,8 @@ SURE = 3.0
 _WINDOWS_S = (1.0, 2.5, 5.0)
 """How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
 whole runs that starts far off falls into a wrong valley."""
-_ROUGH = 1.0  # of the cost: enough for a fit that only leads to the next
+_ROUGH, _LEADING = 1.0, 0.1
+"""Of the cost, and of its excess over noise: enough for a fit that only leads to the next."""
 _SINGLES = 8
 _ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
 _EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
@@ -189,8 +190,7 @@ class _Search:
                 words = f"fit {until:g} s with {' and '.join(causes)}"
                 self.tell(counted(words, k + 1, len(running)))
                 prior = prior_of(layout, causes)
-                found = fit(self.problem, z, prior, until, enough=_ROUGH, rough=LEADING,
-                            settle=False, damping=damping)  # fmt: skip
+                found = _leading(self.problem, z, prior, until, damping)
                 running[causes] = found.z, found.damping
                 excess[causes] = max(found.cost - self.problem.samples(until) / 2, _MORE)
             most = _RACING * min(excess.values(), default=0.0)
@@ -247,8 +247,7 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
     z, trials, follows, damping = np.zeros(len(layout)), TRIALS, True, 0.0
     place, window = z, np.inf
     for until in _windows(problem):
-        found = fit(problem, z, prior, until, enough=_ROUGH, rough=LEADING, settle=False,
-                    damping=damping)  # fmt: skip
+        found = _leading(problem, z, prior, until, damping)
         z, damping = found.z, found.damping
         follows = follows and left_together(problem, problem.runs, found.residuals) < _FAR
         if follows or window == np.inf:
@@ -266,6 +265,14 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
         return base, base.near
     close = problem.linear(place, every, window)
     return base, Neighbourhood(layout, close, problem.samples(window))
+
+
+def _leading(
+    problem: Problem, z: NDArray[np.float64], prior: Prior, until: float, damping: float
+) -> Fit:
+    """Return a fit of the first seconds that only leads to a longer window, or out of a race."""
+    return fit(problem, z, prior, until, enough=_ROUGH, rough=_LEADING, settle=False,
+               damping=damping)  # fmt: skip
 
 
 def _windows(problem: Problem) -> list[float]:

@@ -19,7 +19,6 @@ from workbench.progress import Progress
 __all__ = [
     "CLUTTER",
     "ENOUGH",
-    "LEADING",
     "TRIALS",
     "Fit",
     "Prior",
@@ -38,9 +37,6 @@ ENOUGH = 0.5
 
 _ROUGH = 0.01
 """Share of the cost beyond noise: a model that is far off need not be fitted closer."""
-
-LEADING = 0.1
-"""The same of a fit that only leads to a longer window, or out of a race."""
 
 _FREE = 1e-8  # precision of a number whose size nobody knows
 TRIALS = 24
