@@ -12,11 +12,12 @@ from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
 from workbench.diagnose.hopper_faults import hopper_faults
+from workbench.diagnose.hopper_steps import Job, Stepping
 from workbench.diagnose.imagined import imagined_run
 from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Trial, Unknown
-from workbench.errors import InputError
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
+from workbench.identify.events import EventTest, compare_events, twins
 from workbench.identify.problem import LEAD_S
 from workbench.motion import ROTOR_ANGLE
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
@@ -25,10 +26,8 @@ from workbench.sim import (
     Condition,
     Effect,
     Robot,
-    attempt_all,
     make_robot,
     sample_times,
-    simulate,
 )
 from workbench.sim.effects.apply import observed
 from workbench.timeseries import TimeSeries
@@ -70,9 +69,6 @@ _DISTURBED = 0.01  # of what is known of a start
 _SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
 _LEAST_S, _MOST_S = 1.0, 4.0  # of a hop that are compared
 _UNIT = {"m": 1.0, "rad": 10.0}
-_MOST_STEPS = 136  # of the engine, a sample
-Job = tuple[Robot, Condition]
-
 _FAR_M = 10.0  # what a robot that cannot be simulated is said to do
 
 
@@ -102,7 +98,7 @@ class HopperRig:
         self.robot = replace(
             make_robot(values, shape, model.increments, model.quantities()), planar=True
         )
-        self._steps: dict[tuple[object, ...], int | None] = {}
+        self._stepping = Stepping(threads)
         self.measured, self.places = tuple(runs), dict(places or {})
         self.runs = tuple(_observed(run) for run in runs)
         self.runs = tuple(self._predictable(k) for k in range(len(runs)))
@@ -188,13 +184,33 @@ class HopperRig:
                 robot = self._robot(felt, coarse)
                 effects = {n: own for n, own in robot.effects.items() if not _seen_only(n)}
                 robot = replace(robot, effects=effects)
-                jobs[key] = robot, self._condition(k, felt, until)
+                end = min(float(self.runs[k].times[-1]), until)
+                jobs[key] = robot, self._condition(k, felt, end)
             keys.append(key)
-        motions = dict(zip(jobs, self._simulated(list(jobs.values())), strict=True))
+        motions = dict(zip(jobs, self._stepping.motions(list(jobs.values())), strict=True))
         return [
             self._seen(k, values, motions[key], until)
             for (k, values), key in zip(asked, keys, strict=True)
         ]
+
+    def events(self, run: int, values: Mapping[str, float]) -> tuple[EventTest, ...]:
+        """Compare the hops of a run after the seconds that are compared, as distributions.
+
+        Args:
+            run: its index.
+            values: of its unknowns by name, as for `predict`.
+
+        Returns:
+            One test for each property of a hop; none where the run or its twins hop too little.
+        """
+        measured, compared = self.measured[run], float(self.runs[run].times[-1])
+        if measured.mode != "hop":
+            return ()
+        robot = self._robot(values, coarse=False)
+        condition = self._condition(run, values, float(measured.motion.times[-1]))
+        motions = self._stepping.motions([(robot, one) for one in twins(condition)])
+        told = [motion.shifted(-LEAD_S) for motion in motions if motion is not None]
+        return compare_events(measured, told, compared)
 
     def _predictable(self, k: int) -> Observed:
         """Return what was observed of a run for as long as its start foretells it.
@@ -216,53 +232,6 @@ class HopperRig:
         keep = run.times <= np.clip(end, _LEAST_S, _MOST_S)
         return replace(run, times=run.times[keep], values=run.values[keep], valid=run.valid[keep])
 
-    def _simulated(self, jobs: Sequence[Job]) -> list[TimeSeries | None]:
-        """Simulate, in shorter steps where a robot is too stiff; None where it cannot be.
-
-        A kind of robot that once needed shorter steps keeps them: what is compared should not
-        differ by its steps.
-        """
-        motions: list[TimeSeries | None] = [None] * len(jobs)
-        waiting = list(range(len(jobs)))
-        while waiting:
-            steps = [self._steps_of(jobs[i]) for i in waiting]
-            ready = [
-                (replace(jobs[i][0], steps_per_sample=n), jobs[i][1])
-                for i, n in zip(waiting, steps, strict=True) if n
-            ]  # fmt: skip
-            done = iter(attempt_all(ready, self.threads))
-            refused = []
-            for i, n in zip(waiting, steps, strict=True):
-                result = next(done) if n else None
-                if isinstance(result, InputError):
-                    refused.append(i)
-                elif result is not None:
-                    motions[i] = result.motion
-            waiting = self._in_shorter_steps(jobs, refused)
-        return motions
-
-    def _steps_of(self, job: Job) -> int | None:
-        """Return steps a sample that a kind of robot can be simulated in; its first one tells."""
-        kind = _kind(job)
-        if kind not in self._steps:
-            self._steps[kind] = _steps_for(job)
-        return self._steps[kind]
-
-    def _in_shorter_steps(self, jobs: Sequence[Job], refused: Sequence[int]) -> list[int]:
-        """Shorten the steps of kinds that were refused; return the jobs to be tried again."""
-        again = []
-        shortened: set[tuple[object, ...]] = set()
-        for i in refused:
-            kind = _kind(jobs[i])
-            if kind not in shortened:
-                before, needed = self._steps[kind], _steps_for(jobs[i])
-                if needed is None or before is None or needed <= before:
-                    continue  # no step helps this one
-                self._steps[kind] = needed
-                shortened.add(kind)
-            again.append(i)
-        return again
-
     def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
         for name in ("hinge_stiffness", "root_stiffness"):
@@ -281,9 +250,8 @@ class HopperRig:
             steps_per_sample=steps // 2 if coarse else steps,
         )
 
-    def _condition(self, k: int, values: Mapping[str, float], until: float) -> Condition:
+    def _condition(self, k: int, values: Mapping[str, float], end: float) -> Condition:
         run = self.measured[k]
-        end = min(float(self.runs[k].times[-1]), until)
         times = sample_times(end + 2 * LEAD_S) - LEAD_S
         if not run.driven:
             pull = run.pull * (1 + values.get("pull", 0.0))
@@ -312,26 +280,6 @@ class HopperRig:
                 f"{name} place", self.places.get(f"{name} place", 0.0)
             )
         return np.asarray(curve)
-
-
-def _kind(job: Job) -> tuple[object, ...]:
-    """Return what robots have in common that are simulated in the same steps."""
-    return (*job[0].effects, job[0].steps_per_sample)
-
-
-def _steps_for(job: Job) -> int | None:
-    """Return steps of the engine a sample that a robot can be simulated in, None where none do."""
-    robot, condition = job
-    steps = robot.steps_per_sample
-    while steps <= _MOST_STEPS:
-        try:
-            tried = replace(robot, steps_per_sample=steps)
-            simulate(tried, replace(condition, command=condition.command[:1]))
-        except InputError:
-            steps *= 2
-        else:
-            return steps
-    return None
 
 
 def _felt(name: str, mode: str) -> bool:

@@ -28,12 +28,14 @@ class Errors:
         noise_floor: what the noise of the cameras makes of it.
         unit: of both.
         predicted: by run, (n, c) in the channels' units.
+        values: by run, what it was predicted from, by name.
     """
 
     by_run: dict[str, float]
     noise_floor: float
     unit: str
     predicted: Mapping[str, NDArray[np.float64]]
+    values: Mapping[str, Mapping[str, float]]
 
     @property
     def rmse(self) -> float:
@@ -97,4 +99,5 @@ def errors_of(
         float(np.sqrt(np.mean(np.square(floors)))),
         " and ".join(sorted(units)),
         dict(zip(names, predictions, strict=True)),
+        {name: layout.values(found.z, k) for name, k in zip(names, runs, strict=True)},
     )

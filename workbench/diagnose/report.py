@@ -15,6 +15,7 @@ from workbench.diagnose.answer import Kind, negligible
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.figures import label, score_figure, spectrum_figure, trace_figure
 from workbench.diagnose.hopper import HopperRig
+from workbench.diagnose.hops import hop_table
 from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
@@ -72,6 +73,7 @@ def write_diagnosis(
         ("Error on the runs held out", _errors(found, words)),
         ("Size of the causes" if len(words["causes"]) > 1 else "Size of the cause", _causes(words)),
         ("The misfit", _misfit(found)),
+        ("Later hops", hop_table(found)),
         ("What each cause is worth", _scores(found)),
         ("Rivals, and why they fell", _rivals(found, words)),
         ("Not shown by these runs", _silent(found)),

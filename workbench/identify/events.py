@@ -6,6 +6,7 @@ distributions. The twin's path gets the cameras' noise, so that both pass the sa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -14,12 +15,11 @@ from numpy.typing import NDArray
 from scipy.stats import ks_2samp
 
 from workbench.identify.measured import MeasuredRun
-from workbench.identify.problem import LEAD_S, Problem
 from workbench.motion import FOOT, position
-from workbench.sim import simulate_all
+from workbench.sim import Condition
 from workbench.timeseries import TimeSeries
 
-__all__ = ["EVENTS", "LEAST_HOPS", "EventTest", "compare_events", "hop_events"]
+__all__ = ["EVENTS", "LEAST_HOPS", "EventTest", "compare_events", "hop_events", "twins"]
 
 EVENTS = ("period_s", "apex_m", "contact_s", "stride_m")
 """Of each hop: time to the next, greatest height, time on the ground, forward travel."""
@@ -28,7 +28,8 @@ LEAST_HOPS = 5
 _UP_M, _DOWN_M = 2e-3, 1e-3  # a hop begins above the first, after the foot was below the second
 _SMOOTHED = 3  # samples of a running median
 _TWINS = 4
-_START_RAD = 2e-3  # between the twins: what chaos makes of it is the spread of the hops
+_START_RAD = 2e-3  # between the twins
+_FILMING = 1  # tells the noise of the cameras from the draws of the starts
 
 
 @dataclass(frozen=True)
@@ -88,35 +89,34 @@ def hop_events(motion: TimeSeries, start: float, stop: float) -> NDArray[np.floa
     return np.array(hops).reshape(-1, len(EVENTS))
 
 
+def twins(condition: Condition, seed: int = 0) -> list[Condition]:
+    """Return a condition with starts a little apart: what chaos makes of it spreads their hops."""
+    angles = np.random.default_rng(seed).normal(condition.start_angle, _START_RAD, _TWINS)
+    return [replace(condition, start_angle=float(angle)) for angle in angles]
+
+
 def compare_events(
-    problem: Problem, x: NDArray[np.float64], start: float, seed: int = 0
+    run: MeasuredRun, simulated: Sequence[TimeSeries], start: float, seed: int = 0
 ) -> tuple[EventTest, ...]:
-    """Compare the hops of a problem's first run, from `start` [s] on, with those of twins.
+    """Compare the hops of a run, from `start` [s] on, with those of its twins.
 
     Args:
-        problem: of one hop, whole, with the robot to be judged.
-        x: (u,) its unknowns.
+        run: measured.
+        simulated: motions of twins with starts a little apart, on the run's clock.
         start: from where on.
-        seed: of the twins' starts and noise.
+        seed: of the cameras' noise that the twins get.
 
     Returns:
         One test for each of `EVENTS`; none where either shows fewer than five hops.
     """
-    run = problem.runs[0]
     stop = float(run.motion.times[-1])
     measured = hop_events(_from_rest(run), start, stop)
-    rng = np.random.default_rng(seed)
-    condition = problem.condition(0, x)
-    angles = condition.start_angle + _START_RAD * rng.standard_normal(_TWINS)
-    jobs = [(problem.robot, replace(condition, start_angle=float(a))) for a in angles]
-    twins = [
-        hop_events(_filmed(done.motion.shifted(-LEAD_S), run.noise(), rng), start, stop)
-        for done in simulate_all(jobs, problem.threads)
-    ]
-    simulated = np.concatenate(twins)
-    if min(len(measured), len(simulated)) < LEAST_HOPS:
+    rng = np.random.default_rng([seed, _FILMING])
+    told = [hop_events(_filmed(motion, run.noise(), rng), start, stop) for motion in simulated]
+    every = np.concatenate([np.empty((0, len(EVENTS))), *told])
+    if min(len(measured), len(every)) < LEAST_HOPS:
         return ()
-    return tuple(_test(k, measured, simulated) for k in range(len(EVENTS)))
+    return tuple(_test(k, measured, every) for k in range(len(EVENTS)))
 
 
 def _test(k: int, measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> EventTest:

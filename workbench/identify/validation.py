@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from workbench.errors import InputError
-from workbench.identify.events import EventTest, compare_events
+from workbench.identify.events import EventTest, compare_events, twins
 from workbench.identify.excitation import first_slip
 from workbench.identify.measured import MeasuredRun
-from workbench.identify.problem import Problem
+from workbench.identify.problem import LEAD_S, Problem
 from workbench.identify.solution import ROBUST
 from workbench.motion import FOOT, TOP
 from workbench.protocol import ModelFile, ShapeFile
-from workbench.sim import Robot, make_robot
+from workbench.sim import Robot, make_robot, simulate_all
 
 __all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "validate"]
 
@@ -211,10 +211,19 @@ def _validated(run: MeasuredRun, robots: Sequence[Robot], seed: int, threads: in
     events: list[tuple[EventTest, ...]] = [(), ()]
     if run.mode == "hop":
         whole = [Problem([run], robot, (), threads=threads) for robot in robots]
-        events = [compare_events(p, x, window, seed) for p, x in zip(whole, ends, strict=True)]
+        events = [_events(p, x, window, seed) for p, x in zip(whole, ends, strict=True)]
         if not all(events):
             events = [(), ()]
     return RunValidation(run.name, run.mode, window, points, *events)
+
+
+def _events(
+    problem: Problem, x: NDArray[np.float64], start: float, seed: int
+) -> tuple[EventTest, ...]:
+    jobs = [(problem.robot, condition) for condition in twins(problem.condition(0, x), seed)]
+    done = simulate_all(jobs, problem.threads)
+    motions = [simulation.motion.shifted(-LEAD_S) for simulation in done]
+    return compare_events(problem.runs[0], motions, start, seed)
 
 
 def _own_unknowns(problem: Problem) -> NDArray[np.float64]:
