@@ -37,6 +37,19 @@ def test_a_hidden_cause_is_named_with_its_size_and_proved(name: str, tmp_path: P
     assert diagnosis.proof.extended.rmse == pytest.approx(1000 * NOISE_M, rel=0.1)
 
 
+def test_what_the_runs_held_out_speak_against_is_not_named(tmp_path: Path) -> None:
+    creeping, still = measured(1, {"creep": 0.2}), measured(1)
+    rig = replace(creeping, runs=(*creeping.runs[:3], still.runs[3]))
+    diagnosis = found(rig, tmp_path)
+    assert diagnosis.answer.kind == "SET"
+    assert names(diagnosis) == ["creep"]
+    assert "but on runs held out the extension errs by " in diagnosis.answer.reason
+    assert diagnosis.answer.reason.endswith("mm, so no model is written")
+    assert diagnosis.extended is None
+    assert diagnosis.as_json()["extended_model"] is None
+    assert not list(tmp_path.rglob("*.json"))
+
+
 def test_nothing_hidden_is_answered_as_clean(tmp_path: Path) -> None:
     answers = [found(measured(seed), tmp_path).answer.kind for seed in range(40)]
     assert answers.count("CLEAN") >= 39

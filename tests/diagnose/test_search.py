@@ -32,7 +32,7 @@ class Paper(hypotheses._Search):
         """Write down who races."""
         self.raced += [score.causes for score in scores]
 
-    def _fit(self, causes: tuple[str, ...], *_: Any, **__: Any) -> Any:
+    def _refit(self, causes: tuple[str, ...]) -> Any:
         found = SimpleNamespace(causes=causes, cost=self.reached[causes], left=0.8)
         self.best[causes] = found  # pyright: ignore[reportArgumentType]
         return found
@@ -64,11 +64,51 @@ def test_what_promised_less_than_another_reached_does_not_race() -> None:
     assert search.raced == [("play", "cable")]
 
 
+def swings(seed: int, **amounts: float) -> Problem:
+    rig = measured(seed, amounts)
+    return Problem(rig, Layout(rig), noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+
+
+def test_a_release_takes_the_whole_difference_over_from_its_number() -> None:
+    problem = swings(3)
+    layout = problem.layout
+    (number,), (release,) = layout.replaced(("stiffness", "creep")), layout.of_cause["stiffness"]
+    assert layout.unknowns[number].name == "omega"
+    z = np.zeros(len(layout))
+    z[number], z[release] = 1.2, -0.3
+    there = layout.taken_over(z, ("creep", "stiffness"))
+    assert there[number] == 0.0
+    assert there[release] != z[release]
+    for before, after in zip(problem.predictions(z), problem.predictions(there), strict=True):
+        np.testing.assert_allclose(after, before, atol=1e-12)
+    np.testing.assert_array_equal(layout.taken_over(z, ("creep",)), z)
+
+
+def test_a_number_and_its_release_do_not_move_together() -> None:
+    layout = swings(3).layout
+    (number,), (release,) = layout.replaced(("stiffness",)), layout.of_cause["stiffness"]
+    assert number in prior_of(layout).free
+    assert number in prior_of(layout, ("creep",)).free
+    free = prior_of(layout, ("stiffness",)).free
+    assert release in free
+    assert number not in free
+
+
+def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:
+    problem = swings(5, hardening=0.3, wobble=2.0)
+    base, _ = hypotheses._base(problem)
+    search = hypotheses._Search(problem, base, lambda text: None)
+    for name in problem.layout.causes:
+        assert search._refit((name,)).fit.cost <= base.fit.cost
+    single = search.found(1)[0]
+    pair = search._refit((*single.causes, "creep"))
+    assert pair.fit.cost <= single.fit.cost
+
+
 @pytest.mark.parametrize(("trials", "arrived"), [(2, False), (24, True)])
 def test_a_fit_tells_whether_it_arrived(trials: int, arrived: bool) -> None:
-    rig = measured(3, {"hardening": 0.08})
-    layout = Layout(rig)
-    problem = Problem(rig, layout, noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    problem = swings(3, hardening=0.08)
+    layout = problem.layout
     begin = np.zeros(len(layout))
     begin[layout.base] = 2.5
     found = fit(problem, begin, prior_of(layout, ("hardening",)), trials=trials)

@@ -7,7 +7,7 @@ less what is predicted, `solve` finds minima, `screen` says what each cause is w
 clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
 whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
 runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `hops`, `figures` and
-`report` make the page that shows it, `kept` the answer as a file that `workbench review` looks into.
+`report` make the page that shows it, `kept` the answer as a file that `workbench review` reads.
 
 What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function

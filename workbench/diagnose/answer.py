@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from scipy.special import softmax
 from scipy.stats import norm, t
 
@@ -22,8 +25,10 @@ __all__ = [
     "decide",
     "left_over",
     "negligible",
+    "widened",
 ]
 
+Residuals = Sequence[NDArray[np.float64]]
 Kind = Literal["NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"]
 
 LEAST_WORTH = 8.0
@@ -113,8 +118,8 @@ def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     if len(simpler.causes) == 1:
-        scatter = _scatter(simpler, one)
-        gained = believable(gained / scatter, scatter, len(one.fit.linear.runs))
+        wider = _scatter(simpler, one)
+        gained = believable(gained / wider, wider, len(one.fit.linear.runs))
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
     return gained > max(least, refits.threshold) and size > LEAST_SIZE
 
@@ -150,11 +155,19 @@ def _behind(one: Hypothesis, best: Hypothesis) -> float:
 
 
 def _scatter(one: Hypothesis, best: Hypothesis) -> float:
-    """Return the ratio of those variances, at least one."""
-    pairs = zip(best.near.unexplained(best.causes), one.near.unexplained(one.causes), strict=True)
-    parts = [(left, other - left) for left, other in pairs]
+    return widened(best.near.unexplained(best.causes), one.near.unexplained(one.causes))
+
+
+def widened(left: Residuals, other: Residuals) -> float:
+    """Return how much wider two costs' difference scatters than by noise, a variance ratio >= 1.
+
+    Args:
+        left: what the better one leaves by run, (m_k,) each.
+        other: what the other leaves.
+    """
+    parts = [(here, there - here) for here, there in zip(left, other, strict=True)]
     noise = sum(float(d @ d) for _, d in parts)
-    chance = sum(float(left @ d) ** 2 for left, d in parts)
+    chance = sum(float(here @ d) ** 2 for here, d in parts)
     return max(chance / max(noise, 1e-12), 1.0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import string
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -160,11 +160,26 @@ def diagnose(
         out.mkdir(parents=True, exist_ok=True)
         extended = rig.extend(out / f"{name}-model", values, effects, name)
         proof = Proof(errors, errors_of(extended, noise, held))
+        if proof.harms:
+            extended.source.unlink()
+            answer, extended, proof = _refuted(answer, proof), None, None
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
         time.perf_counter() - begin, seed, sound,
     )  # fmt: skip
+
+
+def _refuted(answer: Answer, proof: Proof) -> Answer:
+    """Return an answer that names nothing, for the runs held out speak against its extension."""
+    unit, base = proof.base.unit, digits(proof.base.rmse)
+    reason = (
+        f"{answer.reason}; but on runs held out the extension errs by "
+        f"{digits(proof.extended.rmse)} {unit} where the base errs by {base} {unit}, so no model "
+        "is written"
+    )
+    kind = "SET" if answer.kind == "NAMED" else answer.kind
+    return replace(answer, kind=kind, reason=reason)
 
 
 def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:

@@ -153,7 +153,7 @@ class _Search:
         return tuple(sorted(same, key=lambda one: one.cost))
 
     def refit(self, scores: Sequence[Score], rivals: Sequence[Score] = ()) -> None:
-        """Fit each from where a neighbourhood expects its minimum; race those that it misled.
+        """Fit each; race those that their neighbourhood misled.
 
         What promised less than another has reached needs no race.
 
@@ -165,8 +165,7 @@ class _Search:
         misled = []
         for k, score in enumerate(scores):
             self.tell(counted(f"refit with {' and '.join(score.causes)}", k + 1, len(scores)))
-            begin = None if self.far else self.base.fit.linear
-            found = self._fit(score.causes, score.z, linear=begin)
+            found = self._refit(score.causes)
             short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
             short = short and score.worth > _MORE
             if short and found.left > max(_POOR, _POOR * self.base.left):
@@ -199,14 +198,14 @@ class _Search:
         for k, causes in enumerate(list(running)[:_ARRIVING]):
             words = f"refit with {' and '.join(causes)}"
             self.tell(counted(words, k + 1, min(len(running), _ARRIVING)))
-            self._fit(causes, *running[causes])
+            self._fit_anew(causes, *running[causes])
 
     def arrive(self, count: int) -> None:
         """Go on with the best of so many causes where its trials were used up."""
         for best in self.found(count)[:1]:
             if not best.fit.arrived:
                 self.tell(f"go on with {' and '.join(best.causes)}")
-                self._fit(best.causes, best.fit.z, best.fit.damping)
+                self._fit_anew(best.causes, best.fit.z, best.fit.damping)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -214,25 +213,42 @@ class _Search:
         if not pairs or (singles and pairs[0].cost > singles[0].cost - _MORE):
             return
         for name in pairs[0].causes:
-            self._fit((name,), pairs[0].fit.z)
+            self._fit_anew((name,), pairs[0].fit.z)
+
+    def _refit(self, causes: tuple[str, ...]) -> Hypothesis:
+        """Fit from the best that was found with fewer of the causes: it cannot end dearer."""
+        layout, origin = self.problem.layout, self._within(causes)
+        fresh = tuple(name for name in causes if name not in origin.causes)
+        place, linear = layout.taken_over(origin.fit.z, fresh), origin.fit.linear
+        if origin is not self.base:
+            linear = renewed(self.problem, place, layout.quantities(fresh), np.inf, linear)
+        return self._fit(causes, place, linear, layout.quantities(causes))
+
+    def _within(self, causes: tuple[str, ...]) -> Hypothesis:
+        fewer = [one for one in self.best.values() if set(one.causes) < set(causes)]
+        return min((self.base, *fewer), key=lambda one: one.fit.cost)
+
+    def _fit_anew(
+        self, causes: tuple[str, ...], z: NDArray[np.float64], damping: float = 0.0
+    ) -> Hypothesis:
+        """Fit from a place where no derivatives were taken yet."""
+        layout, free = self.problem.layout, prior_of(self.problem.layout, causes).free
+        begin = z.copy()
+        quantities = layout.quantities(causes)
+        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
+        near = renewed(self.problem, begin, free, np.inf, self.base.fit.linear)
+        return self._fit(causes, begin, near, free, damping)
 
     def _fit(
         self,
         causes: tuple[str, ...],
         z: NDArray[np.float64],
+        linear: Linear,
+        refresh: NDArray[np.int_],
         damping: float = 0.0,
-        linear: Linear | None = None,
     ) -> Hypothesis:
-        layout = self.problem.layout
-        quantities = layout.quantities(causes)
-        begin = z.copy()
-        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
-        if linear is not None:
-            begin[layout.own()] = self.base.fit.z[layout.own()]
-        prior = prior_of(layout, causes)
-        near = linear or renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
-        refresh = quantities if linear is not None else prior.free
-        found = fit(self.problem, begin, prior, linear=near, refresh=refresh, trials=_REFIT_TRIALS,
+        prior = prior_of(self.problem.layout, causes)
+        found = fit(self.problem, z, prior, linear=linear, refresh=refresh, trials=_REFIT_TRIALS,
                     damping=damping)  # fmt: skip
         judged = _judged(self.problem, causes, found, self.base.fit)
         if causes not in self.best or judged.cost < self.best[causes].cost:

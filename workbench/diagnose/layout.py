@@ -62,6 +62,35 @@ class Layout:
         none = np.empty(0, dtype=np.int_)
         return np.concatenate([none, *(self.of_cause[name] for name in names)])
 
+    def replaced(self, names: tuple[str, ...]) -> NDArray[np.int_]:
+        """Return the indices of the base numbers that some causes are the releases of."""
+        of = {self.unknowns[i].name: int(i) for i in self.base}
+        released = [self.causes[name].replaces for name in names if name in self.releases]
+        return np.array([of[number] for number in released if number in of], dtype=np.int_)
+
+    def taken_over(self, z: NDArray[np.float64], names: tuple[str, ...]) -> NDArray[np.float64]:
+        """Return the place where some causes take over the base numbers that they release, (u,).
+
+        The number goes back to what is stated and its release takes the whole difference: with both
+        free one could go out and the other come back, and be called a cause.
+
+        Args:
+            z: (u,) scaled unknowns.
+            names: of causes.
+        """
+        there = z.copy()
+        for name in names:
+            for i in self.replaced((name,)):
+                at = int(self.of_cause[name][0])
+                stated, release = self.unknowns[i].stated, self.unknowns[at]
+                before, after = self.value(int(i), float(z[i])), self.value(at, float(z[at]))
+                if release.unit == "1":
+                    whole = before * (1 + after) / stated - 1
+                else:
+                    whole = before + after - stated
+                there[i], there[at] = 0.0, whole / release.tolerance
+        return there
+
     @cached_property
     def steps(self) -> NDArray[np.float64]:
         """Return the scaled steps of finite differences, (u,)."""

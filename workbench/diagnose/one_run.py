@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
-from workbench.diagnose.answer import Answer, Rival, left_over
+from workbench.diagnose.answer import Answer, Rival, left_over, widened
 from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
@@ -85,7 +85,8 @@ def _excludes(others: Neighbourhood, best: Hypothesis, cause: str) -> bool:
     """Tell whether what the other runs find of a cause cannot be what all runs find.
 
     All runs are the others and one more, so the variance of the difference is the difference of
-    the variances (Hausman, Econometrica 46, 1978).
+    the variances (Hausman, Econometrica 46, 1978). What the others leave unexplained widens
+    both.
     """
     layout, causes = others.layout, best.causes
     if cause not in others.heard:
@@ -97,7 +98,9 @@ def _excludes(others: Neighbourhood, best: Hypothesis, cause: str) -> bool:
     values, axes = np.linalg.eigh(alone - best.near.spread(causes)[np.ix_(at, at)])
     told = values > _TOLD * np.trace(alone)
     distance = float(np.sum((axes.T @ apart)[told] ** 2 / values[told]))
-    return bool(distance > chi2.isf(_EXCLUDED, max(int(told.sum()), 1)))
+    rest = tuple(name for name in causes if name != cause)
+    wider = widened(others.unexplained(causes), others.unexplained(rest))
+    return bool(distance / wider > chi2.isf(_EXCLUDED, max(int(told.sum()), 1)))
 
 
 def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:

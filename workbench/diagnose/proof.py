@@ -17,6 +17,7 @@ from workbench.diagnose.solve import Prior, fit
 __all__ = ["Errors", "Proof", "errors_of"]
 
 _MM = 1000.0
+_HARM = 0.02  # of the base's error: more than that is no chance in thousands of samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,11 @@ class Proof:
 
     base: Errors
     extended: Errors
+
+    @property
+    def harms(self) -> bool:
+        """Tell whether the extension errs clearly more than the base."""
+        return self.extended.rmse > (1 + _HARM) * self.base.rmse
 
     @property
     def removed(self) -> float:

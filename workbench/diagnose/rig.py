@@ -79,7 +79,8 @@ class Cause:
         confused_with: names of causes that look alike.
         separated_by: what tells it from those.
         replaces: base number that this cause is the release of: `hinge_stiffness` as a cause is the
-            base's hinge stiffness beyond its tolerance.
+            base's hinge stiffness beyond its tolerance. Its one quantity is what the number exceeds
+            its stated value by: a share of that where its unit is 1, else in the number's unit.
     """
 
     name: str

@@ -124,6 +124,8 @@ def prior_of(
 ) -> Prior:
     """Return what is expected: base within tolerance, own within reach, causes absent or released.
 
+    A base number whose release is a cause here stays where it is.
+
     Args:
         layout: of the unknowns.
         released: causes whose quantities may take any possible value.
@@ -140,6 +142,7 @@ def prior_of(
         free[quantities[~known]] = False
     chosen = layout.quantities(released)
     precision[chosen], free[chosen] = _FREE, True
+    free[layout.replaced(released)] = False
     return Prior(precision, np.flatnonzero(free))
 
 
