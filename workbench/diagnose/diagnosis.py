@@ -171,7 +171,7 @@ def diagnose(
 
 
 def _refuted(answer: Answer, proof: Proof) -> Answer:
-    """Return an answer that names nothing, for the runs held out speak against its extension."""
+    """Return an answer that names no cause for sure: runs held out speak against its extension."""
     unit, base = proof.base.unit, digits(proof.base.rmse)
     reason = (
         f"{answer.reason}; but on runs held out the extension errs by "

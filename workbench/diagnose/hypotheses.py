@@ -216,7 +216,7 @@ class _Search:
             self._fit_anew((name,), pairs[0].fit.z)
 
     def _refit(self, causes: tuple[str, ...]) -> Hypothesis:
-        """Fit from the best that was found with fewer of the causes: it cannot end dearer."""
+        """Fit from the best that was found with fewer of the causes: it should not end dearer."""
         layout, origin = self.problem.layout, self._within(causes)
         fresh = tuple(name for name in causes if name not in origin.causes)
         place, linear = layout.taken_over(origin.fit.z, fresh), origin.fit.linear
