@@ -24,6 +24,7 @@ from tests.bank.baselines import plain_answers
 from workbench.bundle import Bundle
 from workbench.cli.diagnose import robot_of
 from workbench.diagnose import diagnose, refused
+from workbench.diagnose.hypotheses import Refits
 from workbench.errors import DataFault
 from workbench.sim import EFFECTS
 
@@ -32,14 +33,16 @@ __all__ = ["answer", "flip"]
 _MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
 _SCREENED = "refit with"  # the first stage after the screening
 _WORDS = 300  # of an error that are kept
+_FEW = 5
 
 
 def answer(folder: Path) -> dict[str, Any]:
     """Return what is answered to the case in a folder.
 
     Returns:
-        `answer` as `workbench diagnose --json` prints it, `plain` those of the dumb engines,
-        `screening` [s] until all causes have a score, `processor` [s] and `peak` [MB].
+        `answer` as `workbench diagnose --json` prints it, `plain` those of the dumb engines, what
+        is `behind` it, `screening` [s] until all causes have a score, `processor` [s] and `peak`
+        [MB].
 
     Raises:
         RuntimeError: when the sheet is refused; with the last words.
@@ -62,7 +65,24 @@ def answer(folder: Path) -> dict[str, Any]:
     except DataFault as fault:
         return _spent({"answer": refused(fault), "plain": {}})
     said = found.as_json()
-    return _spent({"answer": said, "plain": plain_answers(found), "screening": screened[0]})
+    told = {"answer": said, "plain": plain_answers(found), "behind": behind(found.refits)}
+    return _spent(told | {"screening": screened[0]})
+
+
+def behind(refits: Refits) -> dict[str, Any]:
+    """Return what an answer rests on, so that thresholds can be studied on lines that are kept.
+
+    Returns:
+        `left` and `beyond` of the base [noise deviations]; `scores`, `singles` and `pairs`: the
+        best few with their worth.
+    """
+    base = refits.base
+    fitted = {
+        name: [[*one.causes, round(refits.worth(one), 2)] for one in some[:_FEW]]
+        for name, some in (("singles", refits.singles), ("pairs", refits.pairs))
+    }
+    scores = [[*one.causes, round(one.worth, 2)] for one in refits.scores[:_FEW]]
+    return {"left": base.left, "beyond": base.beyond, "scores": scores, **fitted}
 
 
 def _spent(said: dict[str, Any]) -> dict[str, Any]:

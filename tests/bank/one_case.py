@@ -25,7 +25,7 @@ _ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
 _MOST_S = 3600
 _WORDS = 300  # of an error that are kept
 _SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "seconds")
-_SCORED_OF_A_CAUSE = ("effect", "confidence", "parameters")
+_SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("diagnose", "sim", "tracking")
 _DIGITS = 8
 

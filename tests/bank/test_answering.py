@@ -13,7 +13,7 @@ import pytest
 
 from tests.bank import one_case
 from tests.bank.__main__ import told_of
-from tests.bank.answering import flip
+from tests.bank.answering import behind, flip
 from tests.bank.baselines import bic, sindy, single
 from tests.bank.cases import draw_cases
 from tests.bank.tables import page
@@ -29,6 +29,11 @@ def test_two_dumb_engines_name_what_a_pendulum_has(tmp_path: Path) -> None:
     assert single(found)["causes"] == [{"effect": "pivot_coulomb_friction", "parameters": {}}]
     listed: Any = bic(found)["causes"]
     assert listed[0]["effect"] == "pivot_coulomb_friction"
+    rests = behind(found.refits)
+    assert [one[0] for one in rests["singles"]][:1] == ["pivot_coulomb_friction"]
+    assert rests["singles"][0][1] > 8
+    assert rests["left"] > rests["beyond"]
+    json.dumps(rests)
 
 
 def swinging(more: float, noise: float) -> Any:

@@ -80,7 +80,7 @@ def test_the_answer_tells_rivals_and_what_these_runs_do_not_excite(found: Diagno
     words = found.as_json()
     assert words["answer"] == "NAMED"
     assert words["causes"][0]["sentence"].startswith("the beam damps more the faster it bends")
-    assert 0.9 < words["causes"][0]["confidence"] <= 1
+    assert 0.9 < words["causes"][0]["weight"] <= 1
     assert words["rmse_mm"]["extended"] < words["rmse_mm"]["base"]
     assert "hinge_quadratic_damping" not in [rival["effect"] for rival in words["rivals"]]
 

@@ -81,14 +81,14 @@ def test_a_cause_that_one_run_alone_excites_may_be_there(tmp_path: Path) -> None
     assert found.answer.causes == ("late_wobble",)
     assert "late_wobble rests on run_2 alone" in found.answer.reason
     assert "Repeat that run" in found.answer.reason
-    assert found.answer.confidence["late_wobble"] < 0.5
+    assert found.answer.weights["late_wobble"] < 0.5
 
 
 def test_a_cause_that_all_runs_share_rests_on_none(tmp_path: Path) -> None:
     found = diagnose(measured(1, {"creep": 0.2}), tmp_path)
     assert found.answer.kind == "NAMED"
     assert carriers(found.answer.best) == []
-    assert found.answer.confidence["creep"] > 0.99
+    assert found.answer.weights["creep"] > 0.99
 
 
 def test_a_cause_that_the_others_confirm_keeps_its_name_with_less_confidence(
@@ -99,7 +99,7 @@ def test_a_cause_that_the_others_confirm_keeps_its_name_with_less_confidence(
     assert carrier.run == 2  # the greatest amplitude
     assert carrier.confirmed < carrier.without < 6
     assert found.answer.kind == "NAMED"
-    assert 0.5 < found.answer.confidence["hardening"] < 0.95
+    assert 0.5 < found.answer.weights["hardening"] < 0.95
     assert "hardening rests on run_2 alone" in found.answer.reason
 
 

@@ -171,7 +171,7 @@ def show_diagnosis(found: Diagnosis) -> None:
     people.print(f"{answer.kind}: {answer.reason}", markup=False)
     for cause in answer.causes:
         people.print(
-            f"  {cause} ({100 * answer.confidence.get(cause, 0.0):.0f} %): "
+            f"  {cause} ({100 * found.confidence(cause):.0f} %): "
             f"{found.sentence(cause)}", markup=False,
         )  # fmt: skip
     rows = [[key.replace("_", " "), f"{value:.3f}"] for key, value in told.items()]

@@ -59,7 +59,7 @@ class Answer:
         kind: of the answer.
         causes: those named, or all of a set; empty for NONE and CLEAN.
         best: the hypothesis that holds; that of the base where no cause does.
-        confidence: of each cause, 0 to 1.
+        weights: of the evidence for each cause among all that were tried, 0 to 1.
         rivals: what was not taken.
         reason: in a sentence.
     """
@@ -67,7 +67,7 @@ class Answer:
     kind: Kind
     causes: tuple[str, ...]
     best: Hypothesis
-    confidence: dict[str, float]
+    weights: dict[str, float]
     rivals: tuple[Rival, ...]
     reason: str
 
@@ -85,8 +85,8 @@ def decide(refits: Refits, layout: Layout) -> Answer:
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
             f"left of {before:.2f}, and no known cause explains them",
         )  # fmt: skip
-    confidence = _confidence(refits, best, same)
-    causes = tuple(sorted(confidence, key=lambda name: -confidence[name]))
+    weights = _weights(refits, best, same)
+    causes = tuple(sorted(weights, key=lambda name: -weights[name]))
     rivals = _rivals(refits, layout, best, causes)
     sure = refits.worth(best) > LEAST_WORTH
     if len(same) > 1 or not sure:
@@ -95,12 +95,12 @@ def decide(refits: Refits, layout: Layout) -> Answer:
             if sure
             else f"{', '.join(causes)} may be there, but so small a misfit may also be a mixture"
         )
-        return Answer("SET", causes, best, confidence, rivals, reason)
+        return Answer("SET", causes, best, weights, rivals, reason)
     causes = tuple(sorted(best.causes, key=lambda name: layout.causes[name].group == "numerics"))
     groups = {layout.causes[name].group for name in causes}
     kind: Kind = "DATA_FAULT" if groups == {"sensor"} else "NAMED"
     reason = f"{' and '.join(causes)}: every other cause leaves clearly more unexplained"
-    return Answer(kind, causes, best, confidence, rivals, reason)
+    return Answer(kind, causes, best, weights, rivals, reason)
 
 
 def _best(refits: Refits) -> Hypothesis | None:
@@ -190,7 +190,7 @@ def believable(gained: float, scatter: float, runs: int) -> float:
     return min(float(norm.isf(chance)) ** 2 / 2, gained) if chance > 0 else gained
 
 
-def _confidence(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
+def _weights(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
     """Return the share of each cause in all hypotheses, weighed by how far they are behind."""
     same = refits.with_as_many(len(best.causes))
     weights = softmax([-_behind(one, best) for one in same])

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from workbench.diagnose.answer import Answer, decide
+from workbench.diagnose.confidence import confidence
 from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
@@ -87,6 +88,10 @@ class Diagnosis:
         """Return the name of the run held out that the base misses most."""
         return max(self.held_out, key=lambda name: self.errors.by_run[name])
 
+    def confidence(self, cause: str) -> float:
+        """Return how often a cause of an answer like this one was a true one, 0 to 1."""
+        return confidence(self.answer.kind, self.answer.weights.get(cause, 0.0))
+
     def sentence(self, cause: str) -> str:
         """Return a cause in words, with its numbers."""
         words = {name: _worded(one) for name, one in self.quantities.get(cause, {}).items()}
@@ -103,7 +108,8 @@ class Diagnosis:
             "causes": [
                 {
                     "effect": name,
-                    "confidence": round(answer.confidence.get(name, 0.0), 4),
+                    "confidence": round(self.confidence(name), 3),
+                    "weight": round(answer.weights.get(name, 0.0), 4),
                     "sentence": self.sentence(name),
                     "parameters": {
                         key: one.as_json() for key, one in self.quantities.get(name, {}).items()

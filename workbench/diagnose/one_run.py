@@ -108,7 +108,7 @@ def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
 
     Where the other runs exclude the cause, the data of that run are at fault and the cause is none
     of the robot's. Where they do not confirm it, it is one of a set: it may be there. Where they
-    do, but would not have suspected it, it keeps its name with less confidence.
+    do, but would not have suspected it, it keeps its name with less weight.
     """
     if answer.kind == "NONE":
         return _with_source(answer, refits, problem)
@@ -120,14 +120,14 @@ def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     excluded = [one for one in found if one.excluded]
     if excluded:
         return _at_fault(answer, refits, excluded, problem)
-    confidence = dict(answer.confidence)
+    weights = dict(answer.weights)
     for one in found:
         share = float(expit(one.without - one.confirmed))
-        rivals = confidence if len(answer.best.causes) == 1 else (one.cause,)
-        confidence |= {name: share * confidence[name] for name in rivals}
+        rivals = weights if len(answer.best.causes) == 1 else (one.cause,)
+        weights |= {name: share * weights[name] for name in rivals}
     unsure = any(one.without < one.confirmed for one in found)
     return replace(
-        answer, kind="SET" if unsure else answer.kind, confidence=confidence,
+        answer, kind="SET" if unsure else answer.kind, weights=weights,
         reason=f"{answer.reason}; but {_told(found, problem)}. Repeat that run, or make one like "
         "it, to be sure",
     )  # fmt: skip
@@ -156,7 +156,7 @@ def _at_fault(
         "DATA_FAULT",
         best.causes,
         best,
-        {name: answer.confidence.get(name, 0.0) for name in best.causes},
+        {name: answer.weights.get(name, 0.0) for name in best.causes},
         (*rivals, *answer.rivals),
         f"{_told(excluded, problem)}; the other runs exclude it, so the data of "
         f"{' and '.join(names)} are at fault. Leave it out, or find what was different in it",
