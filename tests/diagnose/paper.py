@@ -31,7 +31,7 @@ TERMS: dict[str, Term] = {
 """Cause -> what one unit of it adds to a run of some amplitude [m]."""
 
 
-def cause(name: str, group: str = "structure", replaces: str | None = None) -> Cause:
+def cause(name: str, group: str = "structure", replaces: tuple[str, ...] = ()) -> Cause:
     """Return a cause with one quantity."""
     quantity = Unknown(f"{name}.amount", "1", 0.0, 0.1, -100.0, 100.0, 1e-3)
     sentence = f"there is {name} of {{amount}}"
@@ -43,7 +43,7 @@ CAUSES = (
     cause("creep"),
     cause("wobble"),
     cause("scale", "sensor"),
-    cause("stiffness", replaces="omega"),
+    cause("stiffness", replaces=("omega",)),
 )
 
 

@@ -328,9 +328,9 @@ def test_an_extended_rig_is_read_back_from_another_folder(rig: MjcfRig, folder: 
 
 def test_a_release_says_which_base_number_it_is_beyond(rig: MjcfRig) -> None:
     causes = {cause.name: cause for cause in rig.causes}
-    assert causes["rail_stiffness"].replaces == "rail_stiffness"
-    assert causes["cart_mass"].replaces == "cart_mass"
-    assert causes["rail_damping"].replaces is None  # not among the parameters
+    assert causes["rail_stiffness"].replaces == ("rail_stiffness",)
+    assert causes["cart_mass"].replaces == ("cart_mass",)
+    assert causes["rail_damping"].replaces == ()  # not among the parameters
     assert causes["rail_damping"].unknowns[0].low == pytest.approx(-0.99 * 0.5)
     assert causes["rail_cubic_stiffness"].unknowns[0].unit == "N/m^3"
     assert causes["rail_quadratic_damping"].unknowns[0].low == 0.0

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.diagnose.paper import measured
+from tests.diagnose.paper import cause, measured
 from workbench.diagnose import hypotheses
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import noise_of
@@ -92,6 +93,17 @@ def test_a_number_and_its_release_do_not_move_together() -> None:
     free = prior_of(layout, ("stiffness",)).free
     assert release in free
     assert number not in free
+
+
+def test_a_release_of_two_numbers_holds_both_where_they_are() -> None:
+    rig = measured(3, {})
+    layout = Layout(replace(rig, causes=(cause("rate", replaces=("omega", "decay")),)))
+    numbers = layout.replaced(("rate",))
+    assert [layout.unknowns[i].name for i in numbers] == ["omega", "decay"]
+    z = np.zeros(len(layout))
+    z[numbers] = 1.2, -0.3
+    np.testing.assert_array_equal(layout.taken_over(z, ("rate",)), z)
+    assert not set(numbers) & set(prior_of(layout, ("rate",)).free)
 
 
 def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
 from workbench.diagnose.hopper_faults import hopper_faults
-from workbench.diagnose.hopper_steps import Job, Stepping
+from workbench.diagnose.hopper_steps import Job, Stepping, coarsened
 from workbench.diagnose.imagined import imagined_run
 from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Trial, Unknown
 from workbench.identify import MeasuredRun
@@ -41,19 +41,20 @@ _BEAM = (
 _FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
 _ON_FLOOR = ("hop", "drop")
 _RELEASES = {
-    "hinge_stiffness": "hinge_stiffness",
-    "root_stiffness": "root_stiffness",
-    "hinge_damping": "hinge_damping",
-    "root_damping": "root_damping",
-    "top_mass": "top_mass",
-    "foot_mass": "foot_mass",
-    "rotor_unbalance": "rotor_radius",
-    "ground_stiffness": "ground_stiffness",
-    "ground_damping": "ground_damping",
-    "friction_level": "friction_slide",
+    "hinge_stiffness": ("hinge_stiffness",),
+    "root_stiffness": ("root_stiffness",),
+    "hinge_damping": ("hinge_damping",),
+    "root_damping": ("root_damping",),
+    "top_mass": ("top_mass",),
+    "foot_mass": ("foot_mass",),
+    "rotor_unbalance": ("rotor_radius",),
+    "ground_stiffness": ("ground_stiffness",),
+    "ground_damping": ("ground_damping",),
+    "friction_level": ("friction_slide", "friction_stick"),
 }
-"""Effect -> the base number whose tolerance it leaves."""
+"""Effect -> the base numbers whose tolerance it leaves."""
 
+_OWN_STEPS = ("time_step", "motor_droop")  # what changes or upsets the simulation's steps
 _STEP = 1e-4  # of a base number, as a share
 _LAG_S = 0.05
 _DELAY_S = 0.01
@@ -181,9 +182,10 @@ class HopperRig:
             felt = {name: v for name, v in values.items() if _felt(name, self.runs[k].mode)}
             key = (k, *sorted(felt.items()))
             if key not in jobs:
-                robot = self._robot(felt, coarse)
+                robot = self._robot(felt)
                 effects = {n: own for n, own in robot.effects.items() if not _seen_only(n)}
                 robot = replace(robot, effects=effects)
+                robot = coarsened(robot, self.measured[k].mode) if coarse else robot
                 end = min(float(self.runs[k].times[-1]), until)
                 jobs[key] = robot, self._condition(k, felt, end)
             keys.append(key)
@@ -206,7 +208,7 @@ class HopperRig:
         measured, compared = self.measured[run], float(self.runs[run].times[-1])
         if measured.mode != "hop":
             return ()
-        robot = self._robot(values, coarse=False)
+        robot = self._robot(values)
         condition = self._condition(run, values, float(measured.motion.times[-1]))
         motions = self._stepping.motions([(robot, one) for one in twins(condition)])
         told = [motion.shifted(-LEAD_S) for motion in motions if motion is not None]
@@ -232,7 +234,7 @@ class HopperRig:
         keep = run.times <= np.clip(end, _LEAST_S, _MOST_S)
         return replace(run, times=run.times[keep], values=run.values[keep], valid=run.valid[keep])
 
-    def _robot(self, values: Mapping[str, float], coarse: bool) -> Robot:
+    def _robot(self, values: Mapping[str, float]) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
         for name in ("hinge_stiffness", "root_stiffness"):
             stated = changed.get(name, self.robot.values[name])
@@ -242,13 +244,7 @@ class HopperRig:
             effect, dot, quantity = name.partition(".")
             if dot:
                 effects.setdefault(effect, {})[quantity] = value
-        steps = self.robot.steps_per_sample
-        return replace(
-            self.robot,
-            values=dict(self.robot.values) | changed,
-            effects=effects,
-            steps_per_sample=steps // 2 if coarse else steps,
-        )
+        return replace(self.robot, values=dict(self.robot.values) | changed, effects=effects)
 
     def _condition(self, k: int, values: Mapping[str, float], end: float) -> Condition:
         run = self.measured[k]
@@ -269,7 +265,7 @@ class HopperRig:
         times = seen.times[seen.times <= until]
         if motion is None or len(motion) < 2:
             return np.full((len(times), len(seen.channels)), _FAR_M)
-        robot = self._robot(values, coarse=False)
+        robot = self._robot(values)
         cameras = {n: own for n, own in robot.effects.items() if _seen_only(n)}
         motion = observed(motion, replace(robot, effects=cameras))
         lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
@@ -330,11 +326,20 @@ def _cause(effect: Effect) -> Cause:
         group=effect.group,
         sentence=effect.sentence,
         unknowns=tuple(
-            Unknown(f"{effect.name}.{q.name}", q.unit, 0.0, q.tolerance, q.low, q.high, q.step)
+            Unknown(
+                f"{effect.name}.{q.name}",
+                q.unit,
+                0.0,
+                q.tolerance,
+                q.low,
+                q.high,
+                q.step,
+                exact=effect.name in _OWN_STEPS,
+            )
             for q in effect.quantities
         ),
         shows_in=tuple(effect.excited_by),
         confused_with=effect.confused_with,
         separated_by=effect.separated_by,
-        replaces=_RELEASES.get(effect.name),
+        replaces=_RELEASES.get(effect.name, ()),
     )

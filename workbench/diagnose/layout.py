@@ -65,14 +65,15 @@ class Layout:
     def replaced(self, names: tuple[str, ...]) -> NDArray[np.int_]:
         """Return the indices of the base numbers that some causes are the releases of."""
         of = {self.unknowns[i].name: int(i) for i in self.base}
-        released = [self.causes[name].replaces for name in names if name in self.releases]
+        released = [number for name in names for number in self.causes[name].replaces]
         return np.array([of[number] for number in released if number in of], dtype=np.int_)
 
     def taken_over(self, z: NDArray[np.float64], names: tuple[str, ...]) -> NDArray[np.float64]:
         """Return the place where some causes take over the base numbers that they release, (u,).
 
         The number goes back to what is stated and its release takes the whole difference: with both
-        free one could go out and the other come back, and be called a cause.
+        free one could go out and the other come back, and be called a cause. A release of several
+        cannot take over each one's difference; those stay where they are.
 
         Args:
             z: (u,) scaled unknowns.
@@ -80,7 +81,8 @@ class Layout:
         """
         there = z.copy()
         for name in names:
-            for i in self.replaced((name,)):
+            numbers = self.replaced((name,))
+            for i in numbers if len(numbers) == 1 else ():
                 at = int(self.of_cause[name][0])
                 stated, release = self.unknowns[i].stated, self.unknowns[at]
                 before, after = self.value(int(i), float(z[i])), self.value(at, float(z[at]))
@@ -95,6 +97,11 @@ class Layout:
     def steps(self) -> NDArray[np.float64]:
         """Return the scaled steps of finite differences, (u,)."""
         return np.array([u.step / u.tolerance for u in self.unknowns])
+
+    @cached_property
+    def exact(self) -> NDArray[np.bool_]:
+        """Return which unknowns are derived by in the steps that runs are compared in, (u,)."""
+        return np.array([u.exact for u in self.unknowns])
 
     @cached_property
     def low(self) -> NDArray[np.float64]:

@@ -37,7 +37,7 @@ def causes_of(
     for body, given in content.effects.bodies.items():
         for effect, tolerance in given.items():
             stated = read_field(model, "mass", index_of(model, "body", body))
-            replaces = f"{body}_mass" if f"{body}_mass" in base else None
+            replaces = tuple({f"{body}_mass"} & base)
             yield cause_of(MASS, body, effect, tolerance, "kg", stated, given, replaces)
     of_channel = dict(zip(content.channels, units, strict=True))
     for channel, given in content.effects.channels.items():
@@ -56,10 +56,9 @@ def _of_joints(content: RigFile, model: mujoco.MjModel, base: set[str]) -> Itera
         index = index_of(model, "joint", joint)
         for effect, tolerance in given.items():
             generic = JOINT_EFFECTS[effect]
-            stated = replaces = None
+            stated, replaces = None, ()
             if generic.releases is not None:
                 stated = read_field(model, generic.releases, index)
-                released = f"{joint}_{generic.releases}"
-                replaces = released if released in base else None
+                replaces = tuple({f"{joint}_{generic.releases}"} & base)
             unit = joint_unit(generic.unit, model, index)
             yield cause_of(generic, joint, effect, tolerance, unit, stated, given, replaces)

@@ -191,7 +191,7 @@ def cause_of(
     unit: str,
     stated: float | None = None,
     present: Collection[str] = (),
-    replaces: str | None = None,
+    replaces: tuple[str, ...] = (),
 ) -> Cause:
     """Return a generic cause on an owner.
 
@@ -203,7 +203,7 @@ def cause_of(
         unit: SI.
         stated: the model's number that it is added to; what is left must stay above zero.
         present: effects that the owner may have as well.
-        replaces: base number whose release it is.
+        replaces: base numbers whose release it is.
     """
     name = f"{owner}_{effect}"
     low = -FURTHEST * tolerance

@@ -175,8 +175,28 @@ class Problem:
     ) -> Linear:
         """Return the neighbourhood of a place; columns that are not asked for are zero.
 
-        All differences are simulated in one batch, in coarse steps if the rig allows them.
+        Differences are simulated in one batch, in coarse steps where the rig allows them; those of
+        unknowns that need the steps of the residuals, in another.
         """
+        rows = {k: self._rows(k, until) for k in self.runs}
+        jacobians = {k: np.zeros((self.seen[k][rows[k]].size, len(self.layout))) for k in self.runs}
+        exact = self.layout.exact[columns]
+        for some, coarse in ((columns[~exact], True), (columns[exact], False)):
+            if len(some):
+                self._add_differences(jacobians, z, some, until, coarse)
+        self._adapt(jacobians)
+        slopes = [Slope(jacobians[k], self.seen[k][rows[k]], self.noise[k]) for k in self.runs]
+        return Linear(z, self.runs, self.residuals(z, until), tuple(slopes))
+
+    def _add_differences(
+        self,
+        jacobians: dict[int, NDArray[np.float64]],
+        z: NDArray[np.float64],
+        columns: NDArray[np.int_],
+        until: float,
+        coarse: bool,
+    ) -> None:
+        """Put how the whitened prediction of each run changes into some columns."""
         layout, asked, moved = self.layout, [], []
         for k in self.runs:
             asked.append((k, layout.values(z, k)))
@@ -189,21 +209,15 @@ class Problem:
                 there[i] += step
                 asked.append((k, layout.values(there, k)))
                 moved.append((k, int(i), step))
-        found = self.rig.predict(asked, until, coarse=True)
-        jacobians: dict[int, NDArray[np.float64]] = {}
+        found = self.rig.predict(asked, until, coarse)
         base: NDArray[np.float64] = np.empty(0)
         for (k, i, step), predicted in zip(moved, found, strict=True):
-            rows = self._rows(k, until)
             if i < 0:
                 base = predicted
-                jacobians[k] = np.zeros((base.size, len(layout)))
                 continue
-            change = whitened((predicted - base) / step, self.seen[k][rows], self.noise[k])
+            seen = self.seen[k][self._rows(k, until)]
+            change = whitened((predicted - base) / step, seen, self.noise[k])
             jacobians[k][:, i] = change.ravel()
-        self._adapt(jacobians)
-        slopes = [Slope(jacobians[k], self.seen[k][self._rows(k, until)], self.noise[k])
-                  for k in self.runs]  # fmt: skip
-        return Linear(z, self.runs, self.residuals(z, until), tuple(slopes))
 
     def _step(self, i: int, z: NDArray[np.float64]) -> float:
         """Return the step of a difference, away from a bound."""

@@ -49,6 +49,7 @@ class Unknown:
         low: least that is physically possible.
         high: greatest that is.
         step: of a finite difference.
+        exact: whether derivatives by it need the steps that runs are compared in.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Unknown:
     low: float
     high: float
     step: float
+    exact: bool = False
 
     @property
     def positive(self) -> bool:
@@ -78,9 +80,9 @@ class Cause:
         shows_in: modes of runs in which it shows; empty means all.
         confused_with: names of causes that look alike.
         separated_by: what tells it from those.
-        replaces: base number that this cause is the release of: `hinge_stiffness` as a cause is the
-            base's hinge stiffness beyond its tolerance. Its one quantity is what the number exceeds
-            its stated value by: a share of that where its unit is 1, else in the number's unit.
+        replaces: base numbers that this cause is the release of: `hinge_stiffness` as a cause is
+            the base's hinge stiffness beyond its tolerance. Its one quantity is what the numbers
+            exceed their stated values by: a share where its unit is 1, else in their unit.
     """
 
     name: str
@@ -90,7 +92,7 @@ class Cause:
     shows_in: tuple[str, ...] = ()
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
-    replaces: str | None = None
+    replaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
