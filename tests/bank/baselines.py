@@ -133,9 +133,9 @@ def _filled(times: Array, values: Array, seen: NDArray[np.bool_]) -> Array:
 
 
 def _gain(found: Diagnosis, causes: tuple[str, ...]) -> float:
-    near, layout = found.refits.base.near, found.layout
+    linear, layout = found.refits.base.fit.linear, found.layout
     prior = prior_of(layout, causes)
-    return step_from(layout, near.z, near.curvature, near.gradient, prior).gain
+    return step_from(layout, linear.z, linear.curvature, linear.gradient, prior).gain
 
 
 def _criterion(found: Diagnosis, causes: tuple[str, ...]) -> float:

@@ -36,6 +36,8 @@ _ARRIVING = 2  # of a race, fitted to whole runs
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
+_FORETOLD = 20.0  # of the cost: clutter that is said to gain more is tried
+_CLUTTER_TRIALS = 8
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
 _LITTLE = 0.5  # of worth: what promises less is not the truth
@@ -53,7 +55,7 @@ class Hypothesis:
         size: root mean square of what the causes explain, in noise deviations.
         left: root mean square of what is left and hangs together in time, in noise deviations.
         beyond: the same of what the clutter of all causes does not explain either.
-        near: all causes around the fit.
+        near: all causes around the fit, or around where their clutter leads it.
     """
 
     causes: tuple[str, ...]
@@ -342,11 +344,29 @@ def _adding(best: Hypothesis) -> list[Score]:
 
 def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
     samples = problem.samples()
-    near = Neighbourhood(problem.layout, found.linear, samples)
+    near = _with_clutter(problem, causes, found, samples)
     size = 0.0 if base is None else found.apart(base, samples)
     left = left_together(problem, problem.runs, found.residuals)
     beyond = left_together(problem, problem.runs, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
+
+
+def _with_clutter(
+    problem: Problem, causes: tuple[str, ...], found: Fit, samples: int
+) -> Neighbourhood:
+    """Return all causes around a fit, or around the place that their clutter really leads to.
+
+    What clutter gains is foretold well where it is little. In hops, straight lines let it gain
+    more than what tells two causes apart: there it is tried.
+    """
+    layout = problem.layout
+    near = Neighbourhood(layout, found.linear, samples)
+    if found.cost - near.lowest(causes) < _FORETOLD:
+        return near
+    prior = prior_of(layout, causes, near.clutter)
+    led = fit(problem, found.z, prior, linear=found.linear, refresh=layout.base,
+              trials=_CLUTTER_TRIALS, settle=False)  # fmt: skip
+    return Neighbourhood(layout, led.linear, samples)
 
 
 def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:

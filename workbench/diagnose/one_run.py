@@ -170,7 +170,7 @@ def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     the run are at fault.
     """
     best = answer.best
-    runs = best.near.linear.runs
+    runs = best.fit.linear.runs
     if len(runs) <= _LEAST_OTHERS or not left_over(refits, best.beyond):
         return answer
     left = {}
@@ -189,7 +189,7 @@ def _with_source(answer: Answer, refits: Refits, problem: Problem) -> Answer:
 
 def _unless_of_one_run(answer: Answer, refits: Refits, problem: Problem) -> Answer:
     """Return a suspicion that what is left raises, or NONE where that is left of one run alone."""
-    linear, before = refits.base.near.linear, refits.base.left
+    linear, before = refits.base.fit.linear, refits.base.left
     if len(linear.runs) <= _LEAST_OTHERS or not refits.suspicious(before):
         return answer
     left = {}

@@ -131,7 +131,7 @@ def _embedded(one: Hypothesis, before: Layout, layout: Layout, weight: float) ->
     places = _places(before, layout)
     z = np.zeros(len(layout))
     z[places] = one.fit.z
-    known = _condensed(one.near.linear, places, z)
+    known = _condensed(one.fit.linear, places, z)
     return Standing(one.causes, z, known, one.near.samples, one.cost, weight)
 
 
