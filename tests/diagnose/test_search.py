@@ -15,7 +15,7 @@ from workbench.diagnose import hypotheses
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
-from workbench.diagnose.screen import Score
+from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import fit, prior_of
 
 BASE = 1000.0
@@ -115,6 +115,24 @@ def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:
     single = search.found(1)[0]
     pair = search._refit((*single.causes, "creep"))
     assert pair.fit.cost <= single.fit.cost
+
+
+def test_clutter_that_would_explain_the_noise_is_tried_and_not_believed() -> None:
+    problem = swings(3)
+    layout, samples = problem.layout, problem.samples()
+    linear = problem.linear(np.zeros(len(layout)), np.arange(len(layout)))
+    found = fit(problem, linear.z, prior_of(layout), linear=linear)
+    lie, (column,) = [], layout.of_cause["wobble"]
+    for jacobian, residual in zip(found.linear.jacobians, found.residuals, strict=True):
+        lie.append(jacobian.copy())
+        lie[-1][:, column] += residual
+    false = replace(found, linear=found.linear.with_jacobians(lie))
+    believed = Neighbourhood(layout, false.linear, samples)
+    assert believed.lowest(()) < found.cost - 1.5 * hypotheses._FORETOLD
+    tried = hypotheses._with_clutter(problem, (), false, samples)
+    assert abs(tried.lowest(()) - found.cost) < hypotheses._FORETOLD / 4
+    honest = hypotheses._with_clutter(problem, (), found, samples)
+    assert honest.linear is found.linear
 
 
 @pytest.mark.parametrize(("trials", "arrived"), [(2, False), (24, True)])
