@@ -96,7 +96,7 @@ def decide(refits: Refits, layout: Layout) -> Answer:
             else f"{', '.join(causes)} may be there, but so small a misfit may also be a mixture"
         )
         return Answer("SET", causes, best, weights, rivals, reason)
-    causes = tuple(sorted(best.causes, key=lambda name: layout.causes[name].group == "numerics"))
+    causes = tuple(sorted(best.causes, key=lambda name: name in layout.numerics))
     groups = {layout.causes[name].group for name in causes}
     kind: Kind = "DATA_FAULT" if groups == {"sensor"} else "NAMED"
     reason = f"{' and '.join(causes)}: every other cause leaves clearly more unexplained"

@@ -36,7 +36,7 @@ _ARRIVING = 2  # of a race, fitted to whole runs
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
-_FORETOLD = 20.0  # of the cost: clutter that is said to gain more is tried
+_FORETOLD = 200.0  # of the cost: clutter that is said to gain more is tried
 _CLUTTER_TRIALS = 8
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
@@ -357,15 +357,18 @@ def _with_clutter(
     """Return all causes around a fit, or around the place that their clutter really leads to.
 
     What clutter gains is foretold well where it is little. In hops, straight lines let it gain
-    more than what tells two causes apart: there it is tried.
+    more than what tells two causes apart: there it is tried, all but that of the numerics, which
+    is small and dear to simulate.
     """
     layout = problem.layout
     near = Neighbourhood(layout, found.linear, samples)
     if found.cost - near.lowest(causes) < _FORETOLD:
         return near
-    prior = prior_of(layout, causes, near.clutter)
+    clutter = near.clutter.copy()
+    clutter[layout.quantities(layout.numerics)] = 0.0
+    prior = prior_of(layout, causes, clutter)
     led = fit(problem, found.z, prior, linear=found.linear, refresh=layout.base,
-              trials=_CLUTTER_TRIALS, settle=False)  # fmt: skip
+              enough=_MORE, rough=0.0, trials=_CLUTTER_TRIALS, settle=False)  # fmt: skip
     return Neighbourhood(layout, led.linear, samples)
 
 

@@ -57,6 +57,11 @@ class Layout:
         """Return the causes that are base numbers beyond their tolerance."""
         return tuple(name for name, cause in self.causes.items() if cause.replaces)
 
+    @cached_property
+    def numerics(self) -> tuple[str, ...]:
+        """Return the causes that are the step or the mesh of the simulation."""
+        return tuple(name for name, cause in self.causes.items() if cause.group == "numerics")
+
     def quantities(self, names: tuple[str, ...]) -> NDArray[np.int_]:
         """Return the indices of the quantities of some causes."""
         none = np.empty(0, dtype=np.int_)

@@ -75,7 +75,7 @@ def names_standing(found: Diagnosis, layout: Layout) -> set[str]:
         return {name for one, _ in _chosen(found) for name in one.causes}
     near = found.refits.base.near
     shown = {name for name in near.heard if np.any(near.clutter[near.layout.of_cause[name]] < 1)}
-    numerics = {name for name, cause in layout.causes.items() if cause.group == "numerics"}
+    numerics = set(layout.numerics)
     released = set(layout.releases) & set(near.heard)
     return set(layout.of_cause) - shown - released - numerics
 
