@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.diagnose.paper import cause, measured
-from workbench.diagnose import hypotheses
+from workbench.diagnose import hypotheses, judging
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
@@ -128,10 +128,10 @@ def test_clutter_that_would_explain_the_noise_is_tried_and_not_believed() -> Non
         lie[-1][:, column] += residual
     false = replace(found, linear=found.linear.with_jacobians(lie))
     believed = Neighbourhood(layout, false.linear, samples)
-    assert believed.lowest(()) < found.cost - 1.5 * hypotheses._FORETOLD
-    tried = hypotheses._with_clutter(problem, (), false, samples)
-    assert abs(tried.lowest(()) - found.cost) < hypotheses._FORETOLD / 4
-    honest = hypotheses._with_clutter(problem, (), found, samples)
+    assert believed.lowest(()) < found.cost - 1.5 * judging._FORETOLD
+    tried = judging.with_clutter(problem, (), false, samples)
+    assert abs(tried.lowest(()) - found.cost) < judging._FORETOLD / 4
+    honest = judging.with_clutter(problem, (), found, samples)
     assert honest.linear is found.linear
 
 

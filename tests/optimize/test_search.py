@@ -168,8 +168,11 @@ def test_cma_turns_back_from_where_all_fail() -> None:
             for n, f in zip(near, far, strict=True)
         ]
 
-    history = search("c", Cmaes(beam(), 0), cliff, evaluations=480, penalty=PENALTY)
-    failures = history.columns()["failures"]
-    assert failures[1:6].min() >= 6  # nearly all of 8
-    assert failures[-10:].mean() <= 4  # the best is on the edge, where half of them fall
-    assert history.best.candidate[5] > START[5] + 0.1
+    last = []
+    for seed in range(8):  # one search alone may fall off once more at its end
+        history = search("c", Cmaes(beam(), seed), cliff, evaluations=480, penalty=PENALTY)
+        failures = history.columns()["failures"]
+        assert failures[1:6].min() >= 6  # nearly all of 8
+        assert history.best.candidate[5] > START[5] + 0.1
+        last.append(failures[-10:].mean())
+    assert np.mean(last) <= 3.5  # the best is on the edge, where half of them fall

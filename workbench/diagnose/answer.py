@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 from scipy.stats import norm, t
 
-from workbench.diagnose.hypotheses import SURE, Hypothesis, Refits
+from workbench.diagnose.hypotheses import SURE, Refits
+from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
 
 __all__ = [

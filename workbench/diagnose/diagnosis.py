@@ -13,7 +13,8 @@ import numpy as np
 
 from workbench.diagnose.answer import Answer, decide
 from workbench.diagnose.confidence import confidence
-from workbench.diagnose.hypotheses import Hypothesis, Refits, refit_all
+from workbench.diagnose.hypotheses import Refits, refit_all
+from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.one_run import with_carriers

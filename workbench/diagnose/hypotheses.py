@@ -9,12 +9,13 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.judging import Hypothesis, judged, left_together
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import TRIALS, Fit, Prior, fit, prior_of, renewed
 from workbench.progress import Progress, counted
 
-__all__ = ["SURE", "Hypothesis", "Refits", "left_together", "refit_all"]
+__all__ = ["SURE", "Refits", "refit_all"]
 
 SURE = 3.0
 """Standard errors: what is that far off is no chance."""
@@ -36,35 +37,10 @@ _ARRIVING = 2  # of a race, fitted to whole runs
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
-_FORETOLD = 200.0  # of the cost: clutter that is said to gain more is tried
-_CLUTTER_TRIALS = 8
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
 _LITTLE = 0.5  # of worth: what promises less is not the truth
 _MORE = 4.0  # of worth that a pair must promise beyond its better half
-
-
-@dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """A model with some causes, refitted to all runs.
-
-    Args:
-        causes: their names; none is the base.
-        fit: where it ended.
-        cost: with the clutter of all other causes; what hypotheses are compared by.
-        size: root mean square of what the causes explain, in noise deviations.
-        left: root mean square of what is left and hangs together in time, in noise deviations.
-        beyond: the same of what the clutter of all causes does not explain either.
-        near: all causes around the fit, or around where their clutter leads it.
-    """
-
-    causes: tuple[str, ...]
-    fit: Fit
-    cost: float
-    size: float
-    left: float
-    beyond: float
-    near: Neighbourhood
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,10 +228,10 @@ class _Search:
         prior = prior_of(self.problem.layout, causes)
         found = fit(self.problem, z, prior, linear=linear, refresh=refresh, trials=_REFIT_TRIALS,
                     damping=damping)  # fmt: skip
-        judged = _judged(self.problem, causes, found, self.base.fit)
-        if causes not in self.best or judged.cost < self.best[causes].cost:
-            self.best[causes] = judged
-        return judged
+        hypothesis = judged(self.problem, causes, found, self.base.fit)
+        if causes not in self.best or hypothesis.cost < self.best[causes].cost:
+            self.best[causes] = hypothesis
+        return hypothesis
 
 
 def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
@@ -278,7 +254,7 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood]:
     linear = problem.linear(z, every)
     found = fit(problem, z, prior, linear=linear, trials=trials, settle=False,
                 damping=first.damping)  # fmt: skip
-    base = _judged(problem, (), found, None)
+    base = judged(problem, (), found, None)
     if base.left <= _FAR or window == np.inf:
         return base, base.near
     close = problem.linear(place, every, window)
@@ -342,36 +318,6 @@ def _adding(best: Hypothesis) -> list[Score]:
     return sorted(found, key=lambda one: one.cost)[:_ADDED]
 
 
-def _judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
-    samples = problem.samples()
-    near = _with_clutter(problem, causes, found, samples)
-    size = 0.0 if base is None else found.apart(base, samples)
-    left = left_together(problem, problem.runs, found.residuals)
-    beyond = left_together(problem, problem.runs, near.unexplained(causes))
-    return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
-
-
-def _with_clutter(
-    problem: Problem, causes: tuple[str, ...], found: Fit, samples: int
-) -> Neighbourhood:
-    """Return all causes around a fit, or around the place that their clutter really leads to.
-
-    What clutter gains is foretold well where it is little. In hops, straight lines let it gain
-    more than what tells two causes apart: there it is tried, all but that of the numerics, which
-    is small and dear to simulate.
-    """
-    layout = problem.layout
-    near = Neighbourhood(layout, found.linear, samples)
-    if found.cost - near.lowest(causes) < _FORETOLD:
-        return near
-    clutter = near.clutter.copy()
-    clutter[layout.quantities(layout.numerics)] = 0.0
-    prior = prior_of(layout, causes, clutter)
-    led = fit(problem, found.z, prior, linear=found.linear, refresh=layout.base,
-              enough=_MORE, rough=0.0, trials=_CLUTTER_TRIALS, settle=False)  # fmt: skip
-    return Neighbourhood(layout, led.linear, samples)
-
-
 def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
     return left**2 > base.near.little + SURE * doubt
 
@@ -386,25 +332,3 @@ def _doubt(problem: Problem) -> float:
     rows = zip(counted, problem.noise, strict=True)
     rest = sum(float(np.sum(count / (1 - noise.memory**2))) for count, noise in rows)
     return float(np.sqrt(1 / problem.samples() + 1 / max(rest, 1.0)))
-
-
-def left_together(
-    problem: Problem, runs: Sequence[int], residuals: Sequence[NDArray[np.float64]]
-) -> float:
-    """Return what is left and hangs together: the root of the covariance of neighbouring samples.
-
-    Noise that was whitened adds nothing to it; what the model misses lasts longer than a sample.
-
-    Args:
-        problem: with what was seen.
-        runs: that count.
-        residuals: of each of those, (m_k,) whitened.
-    """
-    total, count = 0.0, 0
-    for k, residual in zip(runs, residuals, strict=True):
-        seen = problem.seen[k]
-        seen = seen[: len(residual) // seen.shape[1]]
-        rows = np.where(seen, residual.reshape(seen.shape), 0.0)
-        total += float(np.sum(rows[1:] * rows[:-1]))
-        count += int((seen[1:] & seen[:-1]).sum())
-    return float(np.sqrt(max(total / max(count, 1), 0.0)))

@@ -15,7 +15,8 @@ from scipy.special import expit
 from scipy.stats import chi2
 
 from workbench.diagnose.answer import Answer, Rival, left_over, widened
-from workbench.diagnose.hypotheses import Hypothesis, Refits, left_together
+from workbench.diagnose.hypotheses import Refits
+from workbench.diagnose.judging import Hypothesis, left_together
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
 

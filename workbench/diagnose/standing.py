@@ -16,7 +16,7 @@ from scipy.special import softmax
 
 from workbench.diagnose.answer import APART, LEAST_WORTH, SUSPECTED, alike
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.hypotheses import Hypothesis
+from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise
 from workbench.diagnose.problem import Linear, Slope
