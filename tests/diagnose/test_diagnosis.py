@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.diagnose import paper
 from tests.diagnose.paper import CAUSES, NOISE_M, TERMS, PaperRig, cause, measured
-from workbench.diagnose import Diagnosis, diagnose
+from workbench.diagnose import Diagnosis, answer, diagnose, diagnosis
 from workbench.errors import InputError
 
 
@@ -53,6 +54,24 @@ def test_what_the_runs_held_out_speak_against_is_not_named(tmp_path: Path) -> No
 def test_nothing_hidden_is_answered_as_clean(tmp_path: Path) -> None:
     answers = [found(measured(seed), tmp_path).answer.kind for seed in range(40)]
     assert answers.count("CLEAN") >= 39
+
+
+def test_what_is_small_where_it_was_fitted_is_named_where_runs_held_out_show_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It grows with the square of a run's size: little in small runs, and much in a large one."""
+    for module in (answer, diagnosis):
+        monkeypatch.setattr(module, "LEAST_SIZE", 0.5)
+    told = []
+    for held_out in (0.06, 0.015):
+        sizes = (0.018, 0.02, 0.022, held_out)
+        monkeypatch.setattr(paper, "SIZES_M", sizes)
+        one = found(replace(measured(1, {"hardening": 0.02}), sizes=sizes), tmp_path)
+        (single,) = one.refits.singles
+        assert single.size < 0.5
+        assert one.refits.worth(single) > answer.LEAST_WORTH
+        told.append((one.answer.kind, *one.answer.causes))
+    assert told == [("NAMED", "hardening"), ("CLEAN",)]
 
 
 def test_two_causes_are_both_named(tmp_path: Path) -> None:

@@ -65,6 +65,21 @@ def test_what_promised_less_than_another_reached_does_not_race() -> None:
     assert search.raced == [("play", "cable")]
 
 
+def test_what_stopped_on_its_way_goes_on_where_it_explains_as_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    search, went_on = Paper({}), list[tuple[str, ...]]()
+    monkeypatch.setattr(search, "_fit_anew", lambda causes, z, damping: went_on.append(causes))
+    search.base.fit.cost = BASE  # pyright: ignore[reportAttributeAccessIssue]
+    for name, cost, arrived in [
+        ("mass", 200.0, True), ("play", 220.0, False), ("cable", 700.0, False)
+    ]:  # fmt: skip
+        fit = SimpleNamespace(cost=cost, arrived=arrived, z=np.zeros(1), damping=0.0)
+        search.best[name,] = SimpleNamespace(causes=(name,), cost=cost, fit=fit)  # pyright: ignore
+    search.arrive(1)
+    assert went_on == [("play",)]
+
+
 def swings(seed: int, **amounts: float) -> Problem:
     rig = measured(seed, amounts)
     return Problem(rig, Layout(rig), noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))

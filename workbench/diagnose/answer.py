@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,6 +16,7 @@ from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
 
 __all__ = [
+    "LEAST_SIZE",
     "LEAST_WORTH",
     "SUSPECTED",
     "Answer",
@@ -37,7 +38,7 @@ LEAST_WORTH = 8.0
 SUSPECTED = 4.0
 """Of the cost: a cause that is worth so much may well be there, and is listed as one of a set."""
 LEAST_SIZE = 0.12
-"""Noise deviations: what explains less is of no practical size."""
+"""Noise deviations: what explains less, in runs fitted and held out, is of no practical size."""
 APART = 5.0
 """Of the cost: a rival so far behind is 150 times less likely."""
 _NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
@@ -73,9 +74,18 @@ class Answer:
     reason: str
 
 
-def decide(refits: Refits, layout: Layout) -> Answer:
-    """Return the answer that the refits allow."""
-    best = _best(refits) or _suspect(refits)
+def decide(
+    refits: Refits, layout: Layout, shown: Callable[[Hypothesis], bool] = lambda one: False
+) -> Answer:
+    """Return the answer that the refits allow.
+
+    Args:
+        refits: of the runs that were fitted.
+        layout: of the unknowns.
+        shown: whether what a hypothesis explains is of practical size in runs held out. It is
+            asked only where the evidence is enough and the size in the runs fitted is not.
+    """
+    best = _best(refits, shown) or _suspect(refits)
     if best is None:
         return _without_cause(refits)
     same = alike(refits, best, APART)
@@ -104,25 +114,33 @@ def decide(refits: Refits, layout: Layout) -> Answer:
     return Answer(kind, causes, best, weights, rivals, reason)
 
 
-def _best(refits: Refits) -> Hypothesis | None:
+def _best(refits: Refits, shown: Callable[[Hypothesis], bool]) -> Hypothesis | None:
     """Return the hypothesis that holds: a pair only where one cause is clearly not enough."""
     single = refits.singles[0] if refits.singles else None
-    if single is not None and not _holds(refits, single, refits.base):
+    if single is not None and not _holds(refits, single, refits.base, shown):
         single = None
     for pair in refits.pairs:
-        if _holds(refits, pair, single or refits.base):
+        if _holds(refits, pair, single or refits.base, shown):
             return pair
     return single
 
 
-def _holds(refits: Refits, one: Hypothesis, simpler: Hypothesis) -> bool:
-    """Tell whether a hypothesis is worth more than a simpler one, and of practical size."""
+def _holds(
+    refits: Refits, one: Hypothesis, simpler: Hypothesis, shown: Callable[[Hypothesis], bool]
+) -> bool:
+    """Tell whether a hypothesis is worth more than a simpler one, and of practical size.
+
+    Base numbers that are off may hide most of a cause in the runs that they were fitted to, not in
+    others.
+    """
     gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
     if len(simpler.causes) == 1:
         wider = _scatter(simpler, one)
         gained = believable(gained / wider, wider, len(one.fit.linear.runs))
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH
-    return gained > max(least, refits.threshold) and size > LEAST_SIZE
+    if gained <= max(least, refits.threshold):
+        return False
+    return size > LEAST_SIZE or (simpler is refits.base and gained > LEAST_WORTH and shown(one))
 
 
 def _suspect(refits: Refits) -> Hypothesis | None:

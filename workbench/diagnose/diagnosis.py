@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.diagnose.answer import Answer, decide
+from workbench.diagnose.answer import LEAST_SIZE, Answer, decide
 from workbench.diagnose.confidence import confidence
 from workbench.diagnose.hypotheses import Refits, refit_all
 from workbench.diagnose.judging import Hypothesis
@@ -155,10 +155,14 @@ def diagnose(
     layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
     problem = Problem(rig, layout, noise, sound.train)
     refits = refit_all(problem, tell, seed)
-    answer = with_carriers(decide(refits, layout), refits, problem)
-    answer = with_faults(answer, sound)
     tell("judge by the runs held out")
     errors = errors_of(rig, noise, held, refits.base.fit.z)
+
+    def shown(one: Hypothesis) -> bool:
+        return Proof(errors, errors_of(rig, noise, held, one.fit.z)).size > LEAST_SIZE
+
+    answer = with_carriers(decide(refits, layout, shown), refits, problem)
+    answer = with_faults(answer, sound)
     quantities = _quantities(layout, refits, answer)
     proof, extended = None, None
     if answer.causes:

@@ -34,6 +34,7 @@ _FAR = 1.0  # noise deviations that a fit leaves: the minimum lies in no neighbo
 _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING = 2  # of a race, fitted to whole runs
+_GOING_ON = 3  # where trials were used up
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
@@ -179,11 +180,19 @@ class _Search:
             self._fit_anew(causes, *running[causes])
 
     def arrive(self, count: int) -> None:
-        """Go on with the best of so many causes where its trials were used up."""
-        for best in self.found(count)[:1]:
-            if not best.fit.arrived:
-                self.tell(f"go on with {' and '.join(best.causes)}")
-                self._fit_anew(best.causes, best.fit.z, best.fit.damping)
+        """Go on with those that explain about the most, where their trials were used up.
+
+        One that stopped on its way may be the truth, and fall to a rival that arrived.
+        """
+        found = sorted(self.found(count), key=lambda one: one.fit.cost)
+        most = max((self._gained(one) for one in found), default=0.0)
+        near = [one for one in found if self._gained(one) >= _BEHIND * most]
+        for one in [one for one in near if not one.fit.arrived][:_GOING_ON]:
+            self.tell(f"go on with {' and '.join(one.causes)}")
+            self._fit_anew(one.causes, one.fit.z, one.fit.damping)
+
+    def _gained(self, one: Hypothesis) -> float:
+        return self.base.fit.cost - one.fit.cost
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""

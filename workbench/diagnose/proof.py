@@ -57,6 +57,12 @@ class Proof:
         return self.extended.rmse > (1 + _HARM) * self.base.rmse
 
     @property
+    def size(self) -> float:
+        """Return how much of what is held out the extension explains, in noise deviations."""
+        explained = max(self.base.rmse**2 - self.extended.rmse**2, 0.0)
+        return float(np.sqrt(explained)) / self.base.noise_floor
+
+    @property
     def removed(self) -> float:
         """Return the share of the removable error that the extension removes."""
         removable = self.base.rmse - self.base.noise_floor
