@@ -132,6 +132,25 @@ def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:
     assert pair.fit.cost <= single.fit.cost
 
 
+def test_a_base_that_stopped_on_its_way_is_no_gain_of_a_cause() -> None:
+    problem = swings(5)
+    base, _ = hypotheses._base(problem)
+    z = base.fit.z.copy()
+    z[problem.layout.base] += 0.05
+    stopped = fit(problem, z, prior_of(problem.layout), linear=base.fit.linear, trials=0)
+    misjudged = replace(judging.judged(problem, (), stopped, None), cost=base.cost + 50.0)
+    search = hypotheses._Search(problem, misjudged, lambda text: None)
+    scores = [promised(BASE - 1.0, "creep")]
+    creep = search._fit_anew(("creep",), base.fit.z)
+    assert search.base.cost - creep.cost > 20
+    search.doubt_base(scores)
+    assert search.base.fit.cost == pytest.approx(base.fit.cost, abs=0.5)
+    assert search.best["creep",].size < creep.size / 5
+    again = search.base
+    search.doubt_base(scores)
+    assert search.base is again
+
+
 def test_clutter_that_would_explain_the_noise_is_tried_and_not_believed() -> None:
     problem = swings(3)
     layout, samples = problem.layout, problem.samples()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -35,6 +35,7 @@ _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING = 2  # of a race, fitted to whole runs
 _GOING_ON = 3  # where trials were used up
+_SURPRISING = 2.0  # times what was promised: the base may have stopped on its way, not the cause
 _KEPT = 0.5  # share of what was promised below which a neighbourhood has misled
 _RETRIES = 3  # fits in growing windows are dear
 _REFIT_TRIALS = 12
@@ -101,6 +102,8 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     else:
         search.refit(chosen, _worthy(scores, True, something))
     search.arrive(1)
+    search.doubt_base(scores)
+    base = search.base
     for best in search.found(1)[:1]:
         if search.far and best.left > _FAR:
             search.race(_beside(close, best.causes[0]))
@@ -193,6 +196,33 @@ class _Search:
 
     def _gained(self, one: Hypothesis) -> float:
         return self.base.fit.cost - one.fit.cost
+
+    def doubt_base(self, scores: Sequence[Score]) -> None:
+        """Fit the base again from where the best cause ended, if that gained more than promised.
+
+        Valleys of hops are long: what a refit gains may come of the base numbers alone, which went
+        on where the base had stopped.
+        """
+        promised = {score.causes: score.worth for score in scores}
+        for best in self.found(1)[:1]:
+            worth = self.base.cost - best.cost
+            if self.far or worth < _SURPRISING * promised.get(best.causes, 0.0) + _MORE:
+                continue
+            self.tell(f"fit the base again, from where {best.causes[0]} led")
+            self._fit_base_anew(best.fit.z)
+
+    def _fit_base_anew(self, z: NDArray[np.float64]) -> None:
+        layout, prior, begin = self.problem.layout, prior_of(self.problem.layout), z.copy()
+        begin[layout.quantities(tuple(layout.of_cause))] = 0.0
+        near = renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
+        found = fit(self.problem, begin, prior, linear=near, trials=_REFIT_TRIALS)
+        base = judged(self.problem, (), found, None)
+        if base.cost < self.base.cost:
+            self.base = base
+            self.best = {
+                causes: replace(one, size=one.fit.apart(found, one.near.samples))
+                for causes, one in self.best.items()
+            }
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
