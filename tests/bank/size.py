@@ -45,6 +45,7 @@ _REFITS = 15
 _SHORTER, _SHORTEST = 0.3, 0.02  # of a step, where it does not pay
 _PAYS = 0.02  # of what is left: a whole step that gains less is the last
 _TRIALS = 10
+_RENEWALS = 4  # of derivatives, where a foot is free
 _MOST_GROWTH = 10.0  # of one trial
 
 
@@ -163,6 +164,8 @@ class Sizing:
         for _ in range(_TRIALS):
             values = grow(factor)
             size = self._size(name, grow, factor)
+            if abs(size / target - 1) < 3 * _CLOSE and self.free:
+                size = self._size(name, grow, factor, _RENEWALS)
             if abs(size / target - 1) < _CLOSE or (size < target and factor >= most):
                 break
             less, more = (factor, more) if size < target else (less, factor)
@@ -174,26 +177,53 @@ class Sizing:
             return values, size
         raise UnreachableError(f"{name} has size {size:.3g} at {values}; {target:g} is asked")
 
-    def _size(self, name: str, grow: Callable[[float], dict[str, float]], factor: float) -> float:
+    def _size(
+        self, name: str, grow: Callable[[float], dict[str, float]], factor: float, renewals: int = 0
+    ) -> float:
         """Return a size; a refit of a large change begins where a small one points to."""
         change = self.change({name: grow(factor)})
         part = min(_LINEAR / max(rms(change), 1e-12), 1.0)
         small = change if part == 1 else self.change({name: grow(part * factor)})
         amounts = _least(self.columns, np.append(small, np.zeros(self.priors))) / part
-        return self.refitted(change, np.clip(amounts, -self._reach, self._reach))
+        return self.refitted(change, np.clip(amounts, -self._reach, self._reach), renewals)
 
-    def refitted(self, change: Array, start: Array) -> float:
+    def refitted(self, change: Array, start: Array, renewals: int = 0) -> float:
         """Return the root mean square of what a refit of the base leaves of a change.
 
         Args:
             change: (r,).
             start: (c,) amounts to begin with, those of the base within their tolerances.
+            renewals: how often derivatives are taken anew where the refit ended, and it goes on.
         """
-        scale = np.maximum(np.linalg.norm(self.columns, axis=0), 1e-300)
-        wanted, columns = np.append(change, np.zeros(self.priors)), self.columns / scale
-        here, shown = np.zeros(len(scale)), np.zeros(len(wanted))
-        reach = self._reach * scale
-        trial, share = start * scale, 1.0
+        wanted = np.append(change, np.zeros(self.priors))
+        here, left = self._descended(wanted, self.columns, np.zeros(len(start)), start)
+        for _ in range(renewals):
+            columns = self._columns_at(here)
+            if columns is None:
+                break
+            step = _least(columns, left)
+            before = rms(left)
+            there = np.clip(here + step, -self._reach, self._reach)
+            here, left = self._descended(wanted, columns, here, there)
+            if rms(left) > (1 - _PAYS) * before:
+                break
+        return rms(left[: len(change)])
+
+    def _descended(
+        self, wanted: Array, columns: Array, here: Array, trial: Array
+    ) -> tuple[Array, Array]:
+        """Return the amounts (c,) that a refit ends at, and what is left there (r + priors,).
+
+        Args:
+            wanted: (r + priors,) to be imitated.
+            columns: (r + priors, c) derivatives at the place to begin from.
+            here: (c,) that place.
+            trial: (c,) the first place to be tried.
+        """
+        scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        columns, reach = columns / scale, self._reach * scale
+        shown = self._shown(here) if np.any(here) else np.zeros(len(wanted))
+        here, trial, share = here * scale, trial * scale, 1.0
         for k in range(_REFITS):
             there, move, before = shown, trial - here, rms(wanted - shown)
             with suppress(ValueError):  # such a robot cannot do it
@@ -212,7 +242,18 @@ class Sizing:
             q, r = np.linalg.qr(columns)
             bounds = (-reach - here, reach - here)
             trial = here + share * lsq_linear(r, q.T @ (wanted - shown), bounds).x
-        return rms((wanted - shown)[: len(change)])
+        return here / scale, wanted - shown
+
+    def _columns_at(self, amounts: Array) -> Array | None:
+        """Return the columns at a place that a refit came to; None where the robot falls there."""
+        values, moved, _ = self._placed(amounts)
+        there = Sizing.of(self.generator, values, self.tolerances, moved)
+        return there.columns if there.columns.shape == self.columns.shape else None
+
+    @property
+    def free(self) -> bool:
+        """Tell whether a foot is free, so that motions do not answer in proportion."""
+        return any(course.mode in ("hop", "drop") for course in self.courses)
 
     @property
     def _reach(self) -> Array:
@@ -221,22 +262,29 @@ class Sizing:
 
     def _shown(self, amounts: Array) -> Array:
         """Return what amounts change, simulated, then what the base pays, (r + priors,)."""
-        base, own = amounts[: self.priors], iter(amounts[self.priors :])
+        values, moved, seen = self._placed(amounts)
+        parts = []
+        done = self.generator.motions([Job(values, {}, course) for course in moved])
+        for motion, like, (late, offsets) in zip(done, self.motions, seen, strict=True):
+            parts.append((_rows(motion, like, late) + offsets).ravel())
+        return np.append(np.concatenate(parts) - self.base, amounts[: self.priors])
+
+    def _placed(
+        self, amounts: Array
+    ) -> tuple[dict[str, float], list[Course], list[tuple[float, list[float]]]]:
+        """Return the robot, the courses, and by course the instant and the offsets of places."""
+        base, own = amounts[: self.priors], iter(amounts[self.priors :].tolist())
         values = dict(self.values)
         for (name, tolerance), amount in zip(self.tolerances.items(), base, strict=True):
             values[name] += amount * tolerance
-        jobs, seen = [], []
+        courses, seen = [], []
         for course, motion in zip(self.courses, self.motions, strict=True):
             moved = course
             for change in _own(course):
                 moved = change.by(moved, next(own))
-            jobs.append(Job(values, {}, moved))
+            courses.append(moved)
             seen.append((next(own), [next(own) for _ in range(_places(motion).shape[1])]))
-        parts = []
-        done = self.generator.motions(jobs)
-        for motion, like, (late, offsets) in zip(done, self.motions, seen, strict=True):
-            parts.append((_rows(motion, like, late) + offsets).ravel())
-        return np.append(np.concatenate(parts) - self.base, base)
+        return values, courses, seen
 
 
 def rms(values: Array) -> float:

@@ -29,7 +29,7 @@ from tests.bank.cases_rod import RodGenerator
 from tests.bank.cases_twin import TwinGenerator
 from tests.bank.courses import Course, Job
 from tests.bank.expected import expected
-from tests.bank.make import make_case, robot_of
+from tests.bank.make import generator_of, make_case, robot_of
 from tests.bank.observe import FAULTS, Fault, Noise, film
 from tests.bank.rod import Rod
 from tests.bank.size import Sizing, UnreachableError, rms
@@ -123,6 +123,18 @@ def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
           f"a refit {left:.3f} noise deviations")  # fmt: skip
     assert left < 0.3 * rms(hop.left(slippery))
     assert left < 0.02 * rms(slippery)
+
+
+def test_derivatives_taken_anew_find_what_a_refit_on_the_floor_stopped_before() -> None:
+    """A foot that only ever slides forward cannot tell less friction forward from less friction."""
+    case = next(one for one in draw_cases(5, 40) if one.seed == 5002)
+    robot, hop = robot_of(case), Course("hop", 4.0, ramp(17.0))
+    sizing = Sizing.of(generator_of(case), robot.values, robot.tolerances, [hop])
+    change = sizing.change({"friction_anisotropy": {"share": -0.09}})
+    begin = np.zeros(sizing.columns.shape[1])
+    left = [sizing.refitted(change, begin, renewals) for renewals in (0, 4)]
+    print(f"of {rms(change):.1f} noise deviations {left[0]:.3f} are left, and {left[1]:.3f}")
+    assert left[1] < 0.2 * left[0]
 
 
 def test_a_refit_keeps_the_base_within_its_tolerances(sizing: Sizing) -> None:
