@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -44,6 +45,8 @@ def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
         label = work / "sealed" / f"{case.name}.json"
         if not label.exists():
             write_case(make_case(case), work / "cases", work / "sealed")
+        for left in (folder / "runs", folder / "answer"):  # of an answer that was stopped
+            shutil.rmtree(left, ignore_errors=True)
         said = _answered(folder, *(["--flip", turned] if turned else []))
         line |= said | {"answer": _scored(said["answer"]), "engine": engine()}
         line["label"] = json.loads(label.read_bytes())

@@ -110,7 +110,11 @@ def test_a_line_keeps_what_is_scored_and_no_place(
     cause = {"effect": "tether", "confidence": 0.9, "parameters": {}, "sentence": "a cable pulls"}
     said = {"answer": "NAMED", "causes": [cause], "extended_model": str(tmp_path), "seconds": 1.0}
     monkeypatch.setattr(one_case, "_answered", lambda *words: {"answer": said, "plain": {}})
+    stopped = tmp_path / "cases" / case.name / "answer" / "answer-model.yaml"
+    stopped.parent.mkdir(parents=True)
+    stopped.touch()
     line = one_case.run_case(case, tmp_path)
+    assert not stopped.exists()
     assert line["answer"]["causes"] == [{"effect": "tether", "confidence": 0.9, "parameters": {}}]
     assert (line["label"], line["engine"]) == ({"block": "single"}, one_case.engine())
     assert str(tmp_path) not in json.dumps(line)
