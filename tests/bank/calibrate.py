@@ -23,7 +23,7 @@ from tests.bank.one_case import Line
 from tests.bank.score import judge
 from workbench.diagnose.confidence import TABLE
 
-__all__ = ["Entry", "Told", "apart", "learnt", "told_of"]
+__all__ = ["Entry", "Told", "apart", "elsewhere", "learnt", "told_of"]
 
 _BINS = 10
 _DIGITS = 2
@@ -94,8 +94,12 @@ def apart(stated: Sequence[float], right: Sequence[bool]) -> float:
     return float(sum(abs(gaps[bins == k].sum()) for k in range(_BINS)) / max(len(bins), 1))
 
 
-def _elsewhere(told: Sequence[Told]) -> list[float]:
-    """Return what is learnt of each cause's weight from all other cases; of none, half."""
+def elsewhere(told: Sequence[Told]) -> list[float]:
+    """Return what is learnt of each cause's weight from all other cases; of none, half.
+
+    Args:
+        told: of one kind of answer.
+    """
     found = []
     for one in told:
         others = [other for other in told if other.case != one.case]
@@ -126,7 +130,7 @@ def main() -> None:
             print(
                 f"{answer}: {len(own)} causes of {len({one.case for one in own})} cases; off by "
                 f"{apart([one.weight for one in own], right):.3f} as weights, "
-                f"{apart(_elsewhere(own), right):.3f} as learnt from other cases"
+                f"{apart(elsewhere(own), right):.3f} as learnt from other cases"
             )
     print(f"the table is {asked.table}")
 
