@@ -26,13 +26,16 @@ from tests.bank.observe import NOISE_M
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 
-__all__ = ["BASE", "FLOOR", "Sizing", "UnreachableError", "rms"]
+__all__ = ["BASE", "FLOOR", "STATED", "Sizing", "UnreachableError", "rms"]
 
 Array = NDArray[np.float64]
 
 BASE = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "beam_mass",
         "top_mass", "rotor_mass")  # fmt: skip
 """Parameters that a base fit may change, each within its tolerance."""
+
+STATED = ("rotor_radius",)
+"""The same, of robots that all have what the model states."""
 
 FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
 """The same, where the foot is not clamped."""
@@ -96,7 +99,7 @@ class Sizing:
         motions = generator.motions([Job(values, {}, course) for course in courses])
         base = _stacked(motions, motions)
         free = any(course.mode in ("hop", "drop") for course in courses)
-        names = BASE + FLOOR if free else BASE
+        names = BASE + STATED + (FLOOR if free else ())
         others = [_with(values, name, _STEP * tolerances[name]) for name in names]
         jobs = [Job(other, {}, course) for other in others for course in courses]
         done, count = generator.motions(jobs), len(courses)

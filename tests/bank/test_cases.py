@@ -92,6 +92,7 @@ def test_every_trap_and_fault_says_what_is_right() -> None:
 @pytest.mark.parametrize(("name", "values"), [
     ("hinge_stiffness", {"share": 2e-3}), ("speed_scale", {"share": 2e-4}),
     ("time_offset", {"late": 2e-3}), ("top_mass", {"mass": 3e-4}),
+    ("rotor_unbalance", {"share": 0.02}),
 ])  # fmt: skip
 def test_the_base_takes_up_what_is_its_own(
     sizing: Sizing, name: str, values: dict[str, float]
