@@ -92,7 +92,6 @@ def test_every_trap_and_fault_says_what_is_right() -> None:
 @pytest.mark.parametrize(("name", "values"), [
     ("hinge_stiffness", {"share": 2e-3}), ("speed_scale", {"share": 2e-4}),
     ("time_offset", {"late": 2e-3}), ("top_mass", {"mass": 3e-4}),
-    ("rotor_unbalance", {"share": 0.02}),
 ])  # fmt: skip
 def test_the_base_takes_up_what_is_its_own(
     sizing: Sizing, name: str, values: dict[str, float]
@@ -100,6 +99,20 @@ def test_the_base_takes_up_what_is_its_own(
     change = sizing.change({name: values})
     assert rms(change) > 0.1
     assert rms(sizing.left(change)) < 0.1 * rms(change)
+
+
+def test_the_base_takes_up_as_much_unbalance_as_mass_and_radius_are_unknown(
+    sizing: Sizing,
+) -> None:
+    """The model knows them to 1.5 and 2.9 %; a base number goes no farther than its tolerance."""
+    begin = np.zeros(sizing.columns.shape[1])
+    little, much = (
+        sizing.refitted(sizing.change({"rotor_unbalance": {"share": share}}), begin)
+        for share in (0.03, 0.06)
+    )
+    print(little, much)
+    assert little < 0.1
+    assert 0.3 < much < 1.0  # 1.17 where the radius is not free
 
 
 def test_on_the_floor_the_base_takes_up_the_floor(rod: Rod) -> None:
