@@ -267,7 +267,7 @@ class _Search:
         prior = prior_of(self.problem.layout, causes)
         found = fit(self.problem, z, prior, linear=linear, refresh=refresh, trials=_REFIT_TRIALS,
                     damping=damping)  # fmt: skip
-        hypothesis = judged(self.problem, causes, found, self.base.fit)
+        hypothesis = judged(self.problem, causes, found, self.base)
         if causes not in self.best or hypothesis.cost < self.best[causes].cost:
             self.best[causes] = hypothesis
         return hypothesis

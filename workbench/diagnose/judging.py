@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
-from workbench.diagnose.solve import Fit, fit, prior_of
+from workbench.diagnose.solve import Fit, fit, prior_of, renewed
 
 __all__ = ["Hypothesis", "judged", "left_together", "with_clutter"]
 
@@ -42,41 +42,52 @@ class Hypothesis:
     near: Neighbourhood
 
 
-def judged(problem: Problem, causes: tuple[str, ...], found: Fit, base: Fit | None) -> Hypothesis:
+def judged(
+    problem: Problem, causes: tuple[str, ...], found: Fit, base: Hypothesis | None
+) -> Hypothesis:
     """Return a fit as a hypothesis.
 
     Args:
         problem: that was fitted.
         causes: released in it.
         found: where it ended.
-        base: the fit without causes; None where this is it.
+        base: without causes; None where this is it.
     """
     samples = problem.samples()
-    near = with_clutter(problem, causes, found, samples)
-    size = 0.0 if base is None else found.apart(base, samples)
+    near = with_clutter(problem, causes, found, samples, base.near if base else None)
+    size = 0.0 if base is None else found.apart(base.fit, samples)
     left = left_together(problem, problem.runs, found.residuals)
     beyond = left_together(problem, problem.runs, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
 
 
 def with_clutter(
-    problem: Problem, causes: tuple[str, ...], found: Fit, samples: int
+    problem: Problem,
+    causes: tuple[str, ...],
+    found: Fit,
+    samples: int,
+    base: Neighbourhood | None = None,
 ) -> Neighbourhood:
     """Return all causes around a fit, or around the place that their clutter really leads to.
 
     What clutter gains is foretold well where it is little. In hops, straight lines let it gain
     more than what tells two causes apart: there it is tried, all but that of the numerics, which
-    is small and dear to simulate.
+    is small and dear to simulate. Where the clutter of the base led is a place for every cause as
+    well, and they begin there if that is cheaper than their own fit.
     """
     layout = problem.layout
     near = Neighbourhood(layout, found.linear, samples)
-    if found.cost - near.lowest(causes) < _FORETOLD:
-        return near
     clutter = near.clutter.copy()
     clutter[layout.quantities(layout.numerics)] = 0.0
-    prior = prior_of(layout, causes, clutter)
-    led = fit(problem, found.z, prior, linear=found.linear, refresh=layout.base,
-              enough=_ENOUGH, rough=0.0, trials=_TRIALS, settle=False)  # fmt: skip
+    prior, linear, refresh = prior_of(layout, causes, clutter), found.linear, layout.base
+    if base is not None and base.cost + prior.cost(base.z) < near.lowest(causes):
+        place = layout.taken_over(base.z, causes)
+        refresh = np.union1d(refresh, layout.quantities(causes))
+        linear = renewed(problem, place, refresh, np.inf, base.linear)
+    elif found.cost - near.lowest(causes) < _FORETOLD:
+        return near
+    led = fit(problem, linear.z, prior, linear=linear, refresh=refresh, enough=_ENOUGH,
+              rough=0.0, trials=_TRIALS, settle=False)  # fmt: skip
     return Neighbourhood(layout, led.linear, samples)
 
 
