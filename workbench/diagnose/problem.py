@@ -14,7 +14,7 @@ from workbench.diagnose.noise import Noise, coloured, whitened
 from workbench.diagnose.rig import Rig
 from workbench.tracking.glitches import spikes
 
-__all__ = ["Linear", "Problem", "Slope"]
+__all__ = ["Anchor", "Linear", "Problem", "Slope"]
 
 Vectors = list[NDArray[np.float64]]
 
@@ -127,6 +127,26 @@ class Linear:
         return sum(float(np.sum(slope.coloured(a - b) ** 2)) for slope, a, b in rows)
 
 
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A place beside which others are simulated in coarse steps.
+
+    What coarse steps get wrong hardly changes from place to place (Alexandrov and others 2001,
+    doi:10.2514/2.2877: a correction that makes a cheap model agree with the dear one).
+
+    Args:
+        z: (u,) the place.
+        residuals: there, by run, (m_k,) whitened.
+        coarse: what is predicted there in coarse steps, by run, (n, c).
+        until: how much of each run counts [s].
+    """
+
+    z: NDArray[np.float64]
+    residuals: Vectors
+    coarse: Vectors
+    until: float
+
+
 class Problem:
     """What a fit of a rig minimises.
 
@@ -157,9 +177,11 @@ class Problem:
         """Return how many values are compared."""
         return sum(int(self.seen[k][self._rows(k, until)].sum()) for k in self.runs)
 
-    def predictions(self, z: NDArray[np.float64], until: float = np.inf) -> Vectors:
+    def predictions(
+        self, z: NDArray[np.float64], until: float = np.inf, coarse: bool = False
+    ) -> Vectors:
         """Return what is predicted of each run, (n, c), in one batch."""
-        return self.rig.predict([(k, self.layout.values(z, k)) for k in self.runs], until)
+        return self.rig.predict([(k, self.layout.values(z, k)) for k in self.runs], until, coarse)
 
     def residuals(self, z: NDArray[np.float64], until: float = np.inf) -> Vectors:
         """Return measured less predicted by run, (m_k,) whitened."""
@@ -168,6 +190,20 @@ class Problem:
             rows = self._rows(k, until)
             apart = self.rig.runs[k].values[rows] - predicted
             found.append(whitened(apart, self.seen[k][rows], self.noise[k]).ravel())
+        return found
+
+    def anchor(self, z: NDArray[np.float64], residuals: Vectors, until: float = np.inf) -> Anchor:
+        """Return a place, whose residuals are known, as one to go on from in coarse steps."""
+        return Anchor(z, residuals, self.predictions(z, until, coarse=True), until)
+
+    def beside(self, anchor: Anchor, z: NDArray[np.float64]) -> Vectors:
+        """Return the residuals of a place near an anchor, by run, (m_k,) whitened."""
+        found = []
+        places = self.predictions(z, anchor.until, coarse=True)
+        rows = zip(self.runs, anchor.residuals, anchor.coarse, places, strict=True)
+        for k, residual, before, after in rows:
+            seen = self.seen[k][self._rows(k, anchor.until)]
+            found.append(residual - whitened(after - before, seen, self.noise[k]).ravel())
         return found
 
     def linear(

@@ -234,6 +234,10 @@ def fit(
     simulates every run once, derivatives ten times. The valleys of a lightly damped beam are
     curved: steps that were only cut short stopped on the way down (`tests/diagnose/test_solve.py`).
 
+    Trials are simulated in coarse steps beside a place whose residuals are known; where nothing
+    more is foretold, the true residuals are taken, and the fit goes on from there. Where they cost
+    more than before, it goes back and on in fine steps.
+
     Args:
         problem: with its runs.
         z: (u,) where to begin.
@@ -256,20 +260,32 @@ def fit(
     elif learnt:
         linear = linear.at(z, problem.residuals(z, until))
     cost, harder, misled, renewals = _cost(linear.residuals, z, prior), _HARDER, 0, _RENEWALS
+    known, fine = cost, False
+    anchor = problem.anchor(linear.z, linear.residuals, until)
     while True:
         curvature, gradient = linear.curvature, linear.gradient
         step = step_from(layout, linear.z, curvature, gradient, prior, damping)
         ended = step.gain < max(enough, rough * (cost - noise))
         wanted = learnt and settle if ended else misled >= _MISLED
-        if wanted and renewals > 0 and trials > 0:
+        wanted = wanted and renewals > 0 and trials > 0
+        if wanted:
             linear, learnt = renewed(problem, linear.z, columns, until, linear), False
             damping, harder, misled, renewals = _RENEWED * damping, _HARDER, 0, renewals - 1
             settle = settle and not ended
+        elif ended or trials <= 0:
+            if fine or linear.z is anchor.z:
+                return Fit(linear, cost, damping, ended)
+            linear = linear.at(linear.z, problem.residuals(linear.z, until))
+        if wanted or ended or trials <= 0:  # the residuals are the true ones
+            cost = _cost(linear.residuals, linear.z, prior)
+            if cost > known:
+                linear, cost, fine = linear.at(anchor.z, anchor.residuals), known, True
+            elif not fine:
+                anchor = problem.anchor(linear.z, linear.residuals, until)
+            known = cost
             continue
-        if ended or trials <= 0:
-            return Fit(linear, cost, damping, ended)
         trials -= 1
-        residuals = problem.residuals(step.z, until)
+        residuals = problem.residuals(step.z, until) if fine else problem.beside(anchor, step.z)
         less = _cost(residuals, step.z, prior)
         tell(f"{less:.1f}, expected {cost - step.gain:.1f}, damping {damping:.2g}")
         if less < _ABSURD * cost:
