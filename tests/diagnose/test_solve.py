@@ -74,3 +74,49 @@ class Counting(PaperRig):
         """Count, and answer."""
         self.asked.extend(asked)
         return super().predict(asked, until, coarse)
+
+
+class Biased(PaperRig):
+    """Predicts a little too much in coarse steps, or a tenth too little."""
+
+    fine: ClassVar[list[Asked]] = []
+    missing: ClassVar[float] = 0.0
+
+    def predict(
+        self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
+    ) -> list[np.ndarray]:
+        """Count what is asked in fine steps; twist what is asked in coarse ones."""
+        found = super().predict(asked, until)
+        if not coarse:
+            self.fine.extend(asked)
+            return found
+        twist = 1.0 - self.missing
+        return [1.01 * twist * values + 1e-3 for values in found]
+
+
+@pytest.mark.parametrize("missing", [0.0, 0.1])
+def test_trials_in_coarse_steps_end_where_fine_ones_do(
+    missing: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is told is true, also where coarse steps miss a tenth of what moves."""
+    monkeypatch.setattr(Biased, "missing", missing)
+    fits = []
+    for kind in (Counting, Biased):
+        rig = kind(**vars(measured(3, {"hardening": 0.08})))
+        layout = Layout(rig)
+        problem = Problem(rig, layout, noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+        prior = prior_of(layout, ("hardening",))
+        begin = np.zeros(len(layout))
+        begin[layout.base] = 0.6, -0.4
+        linear = Problem(Counting(**vars(rig)), layout, problem.noise, problem.runs).linear(
+            begin, prior.free
+        )
+        asked = len(Biased.fine)
+        fits.append(fit(problem, begin, prior, linear=linear))
+    trials = (len(Biased.fine) - asked) / len(problem.runs)
+    true = problem.residuals(fits[1].z)
+    for told, really in zip(fits[1].residuals, true, strict=True):
+        np.testing.assert_allclose(told, really, atol=1e-9)
+    assert fits[1].cost < fits[0].cost + 2 * ENOUGH
+    print(f"{trials:g} times all runs in fine steps")
+    assert trials < 12
