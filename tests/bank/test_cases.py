@@ -132,7 +132,7 @@ def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
     hop = Sizing.of(engine, robot.values, robot.tolerances, [Course("hop", 2.5, ramp(17.0))])
     slippery = hop.change({"friction_level": {"share": -0.1}})
     begin = np.zeros(hop.columns.shape[1])
-    left = hop.refitted(slippery, begin)
+    left = hop.refitted(slippery, begin, renewals=4)
     print(f"of {rms(slippery):.2f} differences leave {rms(hop.left(slippery)):.3f}, "
           f"a refit {left:.3f} noise deviations")  # fmt: skip
     assert left < 0.3 * rms(hop.left(slippery))
@@ -148,7 +148,7 @@ def test_derivatives_taken_anew_find_what_a_refit_on_the_floor_stopped_before() 
     begin = np.zeros(sizing.columns.shape[1])
     left = [sizing.refitted(change, begin, renewals) for renewals in (0, 4)]
     print(f"of {rms(change):.1f} noise deviations {left[0]:.3f} are left, and {left[1]:.3f}")
-    assert left[1] < 0.2 * left[0]
+    assert left[1] < min(0.2, 0.3 * left[0])
 
 
 def test_a_refit_keeps_the_base_within_its_tolerances(sizing: Sizing) -> None:
