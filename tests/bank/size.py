@@ -98,8 +98,7 @@ class Sizing:
         """
         motions = generator.motions([Job(values, {}, course) for course in courses])
         base = _stacked(motions, motions)
-        free = any(course.mode in ("hop", "drop") for course in courses)
-        names = BASE + STATED + (FLOOR if free else ())
+        names = BASE + STATED + (FLOOR if _free(courses) else ())
         others = [_with(values, name, _STEP * tolerances[name]) for name in names]
         jobs = [Job(other, {}, course) for other in others for course in courses]
         done, count = generator.motions(jobs), len(courses)
@@ -167,7 +166,7 @@ class Sizing:
         for _ in range(_TRIALS):
             values = grow(factor)
             size = self._size(name, grow, factor)
-            if abs(size / target - 1) < 3 * _CLOSE and self.free:
+            if abs(size / target - 1) < 3 * _CLOSE and _free(self.courses):
                 size = self._size(name, grow, factor, _RENEWALS)
             if abs(size / target - 1) < _CLOSE or (size < target and factor >= most):
                 break
@@ -254,11 +253,6 @@ class Sizing:
         return there.columns if there.columns.shape == self.columns.shape else None
 
     @property
-    def free(self) -> bool:
-        """Tell whether a foot is free, so that motions do not answer in proportion."""
-        return any(course.mode in ("hop", "drop") for course in self.courses)
-
-    @property
     def _reach(self) -> Array:
         """Return how far each amount may go, (c,): tolerances for the base."""
         return np.where(np.arange(self.columns.shape[1]) < self.priors, 1.0, np.inf)
@@ -293,6 +287,11 @@ class Sizing:
 def rms(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _free(courses: Sequence[Course]) -> bool:
+    """Tell whether a foot is free, so that motions do not answer in proportion."""
+    return any(course.mode in ("hop", "drop") for course in courses)
 
 
 def _least(columns: Array, wanted: Array) -> Array:

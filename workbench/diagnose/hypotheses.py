@@ -212,8 +212,7 @@ class _Search:
             self._fit_base_anew(best.fit.z)
 
     def _fit_base_anew(self, z: NDArray[np.float64]) -> None:
-        layout, prior, begin = self.problem.layout, prior_of(self.problem.layout), z.copy()
-        begin[layout.quantities(tuple(layout.of_cause))] = 0.0
+        prior, begin = prior_of(self.problem.layout), self._without_others(z, ())
         near = renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         found = fit(self.problem, begin, prior, linear=near, trials=_REFIT_TRIALS)
         base = judged(self.problem, (), found, None)
@@ -249,12 +248,18 @@ class _Search:
         self, causes: tuple[str, ...], z: NDArray[np.float64], damping: float = 0.0
     ) -> Hypothesis:
         """Fit from a place where no derivatives were taken yet."""
-        layout, free = self.problem.layout, prior_of(self.problem.layout, causes).free
-        begin = z.copy()
-        quantities = layout.quantities(causes)
-        begin[np.setdiff1d(layout.quantities(tuple(layout.of_cause)), quantities)] = 0.0
+        free, begin = prior_of(self.problem.layout, causes).free, self._without_others(z, causes)
         near = renewed(self.problem, begin, free, np.inf, self.base.fit.linear)
         return self._fit(causes, begin, near, free, damping)
+
+    def _without_others(
+        self, z: NDArray[np.float64], causes: tuple[str, ...]
+    ) -> NDArray[np.float64]:
+        """Return a place (u,) with the quantities of all other causes at zero."""
+        layout, there = self.problem.layout, z.copy()
+        every, own = layout.quantities(tuple(layout.of_cause)), layout.quantities(causes)
+        there[np.setdiff1d(every, own)] = 0.0
+        return there
 
     def _fit(
         self,

@@ -280,7 +280,7 @@ def fit(
             cost = _cost(linear.residuals, linear.z, prior)
             if cost > known:
                 linear, cost, fine = linear.at(anchor.z, anchor.residuals), known, True
-            elif not fine:
+            elif not fine and linear.z is not anchor.z:
                 anchor = problem.anchor(linear.z, linear.residuals, until)
             known = cost
             continue
