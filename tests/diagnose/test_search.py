@@ -151,6 +151,21 @@ def test_a_base_that_stopped_on_its_way_is_no_gain_of_a_cause() -> None:
     assert search.base is again
 
 
+def test_a_cause_is_judged_from_where_the_base_s_clutter_led_if_that_is_cheaper() -> None:
+    problem = swings(5)
+    base, _ = hypotheses._base(problem)
+    samples, prior = problem.samples(), prior_of(problem.layout, ("creep",))
+    z = base.fit.z.copy()
+    z[problem.layout.base] += 0.05
+    stopped = fit(problem, z, prior, linear=base.fit.linear, trials=0)
+    blind = [0 * jacobian for jacobian in stopped.linear.jacobians]
+    stopped = replace(stopped, linear=stopped.linear.with_jacobians(blind))
+    alone = judging.with_clutter(problem, ("creep",), stopped, samples)
+    led = judging.with_clutter(problem, ("creep",), stopped, samples, base.near)
+    assert alone.lowest(("creep",)) > base.fit.cost + 50
+    assert led.lowest(("creep",)) < base.fit.cost
+
+
 def test_clutter_that_would_explain_the_noise_is_tried_and_not_believed() -> None:
     problem = swings(3)
     layout, samples = problem.layout, problem.samples()

@@ -120,3 +120,20 @@ def test_trials_in_coarse_steps_end_where_fine_ones_do(
     assert fits[1].cost < fits[0].cost + 2 * ENOUGH
     print(f"{trials:g} times all runs in fine steps")
     assert trials < 12
+
+
+def test_a_fit_that_coarse_steps_misled_does_not_end_dearer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(Biased, "missing", 0.7)
+    rig = Biased(**vars(measured(3, {"hardening": 0.08})))
+    layout = Layout(rig)
+    problem = Problem(rig, layout, noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    prior, begin = prior_of(layout, ("hardening",)), np.zeros(len(layout))
+    linear = Problem(Counting(**vars(rig)), layout, problem.noise, problem.runs).linear(
+        begin, prior.free
+    )
+    before = sum(float(one @ one) for one in linear.residuals) / 2
+    found = fit(problem, begin, prior, linear=linear, settle=False)
+    print(f"{before:.1f} before, {found.cost:.1f} after")
+    assert found.cost <= before
