@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from workbench.diagnose import Diagnosis
-from workbench.diagnose.solve import prior_of, step_from
+from workbench.diagnose.minimum import prior_of, step_from
 from workbench.motion import ROTOR_ANGLE
 
 __all__ = ["NAMES", "TERMS", "bic", "plain_answers", "sindy", "single"]

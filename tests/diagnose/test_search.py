@@ -13,10 +13,11 @@ import pytest
 from tests.diagnose.paper import cause, measured
 from workbench.diagnose import hypotheses, judging
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import fit, prior_of
+from workbench.diagnose.solve import fit
 
 BASE = 1000.0
 

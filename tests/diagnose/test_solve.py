@@ -12,10 +12,11 @@ from scipy.optimize import least_squares, lsq_linear
 
 from tests.diagnose.paper import PaperRig, measured
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.minimum import Prior, prior_of, step_from
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.rig import Asked
-from workbench.diagnose.solve import ENOUGH, Prior, fit, prior_of, step_from
+from workbench.diagnose.solve import ENOUGH, fit
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -3,9 +3,10 @@
 `rig` is the contract between a mechanical system and the engine, `hopper` the robot as a rig,
 `mjcf` any MJCF model with a rig file. The engine: `soundness` tells which runs can be trusted,
 `layout` puts all unknowns in a row, `noise` tells what the cameras add, `problem` what is measured
-less what is predicted, `solve` finds minima, `screen` says what each cause is worth beside the
-clutter of all others, `hypotheses` refits the promising ones, `answer` decides and `one_run` asks
-whether that rests on one run. `extension` writes the extended model and `proof` judges the file on
+less what is predicted, `minimum` finds minima of straight lines and `solve` the true ones, `screen`
+says what each cause is worth beside the clutter of all others, `judging` what a fit is worth,
+`hypotheses` refits the promising ones, `answer` decides and `one_run` asks whether that rests on one
+run. `extension` writes the extended model and `proof` judges the file on
 runs that no fit has seen. `diagnosis` is all of it in one call; `leftover`, `hops`, `figures` and
 `report` make the page that shows it, `kept` the answer as a file that `workbench review` reads.
 

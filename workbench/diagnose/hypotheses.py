@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.judging import Hypothesis, judged, left_together
+from workbench.diagnose.minimum import Prior, prior_of
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.solve import TRIALS, Fit, Prior, fit, prior_of, renewed
+from workbench.diagnose.solve import TRIALS, Fit, fit, renewed
 from workbench.progress import Progress, counted
 
 __all__ = ["SURE", "Refits", "refit_all"]

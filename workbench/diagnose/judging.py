@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
-from workbench.diagnose.solve import Fit, fit, prior_of, renewed
+from workbench.diagnose.solve import Fit, fit, renewed
 
 __all__ = ["Hypothesis", "judged", "left_together", "with_clutter"]
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.minimum import Prior
 from workbench.diagnose.noise import Noise
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.rig import Rig
-from workbench.diagnose.solve import Prior, fit
+from workbench.diagnose.solve import fit
 
 __all__ = ["Errors", "Proof", "errors_of"]
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.minimum import CLUTTER, Prior, prior_of, step_from
 from workbench.diagnose.problem import Linear
-from workbench.diagnose.solve import CLUTTER, Prior, prior_of, step_from
 
 __all__ = ["Neighbourhood", "Score"]
 
