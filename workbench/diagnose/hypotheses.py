@@ -210,10 +210,13 @@ class _Search:
             if self.far or worth < _SURPRISING * promised.get(best.causes, 0.0) + _MORE:
                 continue
             self.tell(f"fit the base again, from where {best.causes[0]} led")
-            self._fit_base_anew(best.fit.z)
+            self._fit_base_anew(best)
 
-    def _fit_base_anew(self, z: NDArray[np.float64]) -> None:
-        prior, begin = prior_of(self.problem.layout), self._without_others(z, ())
+    def _fit_base_anew(self, best: Hypothesis) -> None:
+        layout = self.problem.layout
+        prior, begin = prior_of(layout), self._without_others(best.fit.z, ())
+        replaced = layout.replaced(best.causes)  # as stated there, beside the cause
+        begin[replaced] = self.base.fit.z[replaced]
         near = renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         found = fit(self.problem, begin, prior, linear=near, trials=_REFIT_TRIALS)
         base = judged(self.problem, (), found, None)
