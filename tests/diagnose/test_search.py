@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.diagnose.paper import cause, measured
-from workbench.diagnose import hypotheses, judging
+from workbench.diagnose import hypotheses, judging, solve
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.noise import noise_of
@@ -150,6 +151,26 @@ def test_a_base_that_stopped_on_its_way_is_no_gain_of_a_cause() -> None:
     again = search.base
     search.doubt_base(scores)
     assert search.base is again
+
+
+def test_the_base_begins_again_with_its_own_number_where_the_cause_is_its_release(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = swings(5)
+    base, _ = hypotheses._base(problem)
+    search = hypotheses._Search(problem, base, lambda text: None)
+    released = search._refit(("stiffness",))
+    (number,) = problem.layout.replaced(("stiffness",))
+    assert released.fit.z[number] == 0.0 != base.fit.z[number]
+    begun = list[float]()
+
+    def seen(problem: Problem, z: NDArray[np.float64], *rest: Any) -> Any:
+        begun.append(sum(float(part @ part) for part in problem.residuals(z)) / 2)
+        return solve.renewed(problem, z, *rest)
+
+    monkeypatch.setattr(hypotheses, "renewed", seen)
+    search._fit_base_anew(released)
+    assert begun == [pytest.approx(base.fit.cost, rel=0.2)]
 
 
 def test_a_cause_is_judged_from_where_the_base_s_clutter_led_if_that_is_cheaper() -> None:
