@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from workbench.diagnose.answer import LEAST_SIZE, Answer, decide
 from workbench.diagnose.confidence import confidence
 from workbench.diagnose.hypotheses import Refits, refit_all
+from workbench.diagnose.intervals import spread
 from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
@@ -28,17 +27,15 @@ from workbench.progress import Progress
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
 
-_WITHIN90 = 1.645  # standard deviations to either end of a 90 % interval
-
-
 @dataclass(frozen=True)
 class Found:
-    """One quantity of a cause, SI, with its 90 % interval."""
+    """One quantity of a cause, SI, with its 90 % interval and its standard error."""
 
     value: float
     low: float
     high: float
     unit: str
+    error: float
 
     def as_json(self) -> dict[str, Any]:
         """Return value, interval and unit."""
@@ -204,24 +201,20 @@ def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dic
 
 
 def _found(layout: Layout, holder: Hypothesis, cause: str) -> dict[str, Found]:
-    members = layout.quantities(holder.causes)
-    spread = np.sqrt(np.diag(holder.near.spread(holder.causes)))
     found = {}
-    for i in layout.of_cause[cause]:
+    for i, deviation, wide in zip(layout.of_cause[cause], *spread(holder, cause), strict=True):
         unknown = layout.unknowns[i]
-        value = layout.value(int(i), float(holder.fit.z[i]))
-        wide = _WITHIN90 * float(spread[list(members).index(i)]) * unknown.tolerance
+        value, wide = layout.value(int(i), float(holder.fit.z[i])), float(wide) * unknown.tolerance
         low, high = max(value - wide, unknown.low), min(value + wide, unknown.high)
-        found[unknown.name.split(".", 1)[1]] = Found(value, low, high, unknown.unit)
+        error = float(deviation) * unknown.tolerance
+        found[unknown.name.split(".", 1)[1]] = Found(value, low, high, unknown.unit, error)
     return found
 
 
 def _effects(layout: Layout, best: Hypothesis) -> Effects:
     found = {cause: _found(layout, best, cause) for cause in best.causes}
     return {
-        cause: {
-            key: (one.value, (one.high - one.low) / (2 * _WITHIN90)) for key, one in named.items()
-        }
+        cause: {key: (one.value, one.error) for key, one in named.items()}
         for cause, named in found.items()
     }
 
