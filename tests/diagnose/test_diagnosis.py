@@ -119,17 +119,28 @@ def test_a_base_that_is_far_off_is_never_clean(
 ) -> None:
     """What sets in at the end shows in no window that the base follows, and forty hide each other.
 
-    Their clutter together explains all, none of them was worth a refit.
+    Their clutter together explains all, none of them is worth a refit by what it promises there.
     """
     late = [f"late_{k}" for k in range(40)]
     for name in late:
         monkeypatch.setitem(TERMS, name, lambda t, a: 1e-3 * (t / 6) ** 40)
     causes = (*CAUSES, *(cause(name) for name in late))
     diagnosis = found(replace(measured(9, {late[0]: 5.0}), causes=causes), tmp_path)
+    assert diagnosis.refits.base.left > 1
+    assert diagnosis.answer.kind == "SET"
+    assert late[0] in names(diagnosis)
+    assert len(names(diagnosis)) > 3
+    assert set(names(diagnosis)) <= set(late)
+    assert diagnosis.removed > 0.8
+
+
+def test_a_base_that_is_far_off_is_none_where_nothing_explains_it(tmp_path: Path) -> None:
+    late = 5e-3 * (np.arange(600) / 600) ** 40
+    diagnosis = found(measured(9, stranger=late), tmp_path)
     left = diagnosis.refits.base.left
     assert left > 1
     assert diagnosis.answer.kind == "NONE"
-    assert f"{left:.2f} noise deviations of the misfit hang together" in diagnosis.answer.reason
+    assert f"are left of {left:.2f}, and no known cause explains them" in diagnosis.answer.reason
     assert "All of it is in" not in diagnosis.answer.reason
 
 

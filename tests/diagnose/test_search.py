@@ -13,17 +13,19 @@ from numpy.typing import NDArray
 
 from tests.diagnose.paper import cause, measured
 from workbench.diagnose import hypotheses, judging, solve
+from workbench.diagnose import search as searching
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
+from workbench.diagnose.search import Search
 from workbench.diagnose.solve import fit
 
 BASE = 1000.0
 
 
-class Paper(hypotheses._Search):
+class Paper(Search):
     """Fits arrive at costs that are given, and races are written down."""
 
     def __init__(self, reached: Mapping[tuple[str, ...], float]) -> None:
@@ -31,7 +33,9 @@ class Paper(hypotheses._Search):
         super().__init__(problem=None, base=base, tell=lambda text: None)  # pyright: ignore
         self.reached, self.raced = reached, list[tuple[str, ...]]()
 
-    def race(self, scores: Sequence[Score]) -> None:
+    def race(
+        self, scores: Sequence[Score], begin: NDArray[np.float64] | None = None, after: float = 0.0
+    ) -> None:
         """Write down who races."""
         self.raced += [score.causes for score in scores]
 
@@ -125,8 +129,8 @@ def test_a_release_of_two_numbers_holds_both_where_they_are() -> None:
 
 def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:
     problem = swings(5, hardening=0.3, wobble=2.0)
-    base, _ = hypotheses._base(problem)
-    search = hypotheses._Search(problem, base, lambda text: None)
+    base, *_ = hypotheses._base(problem)
+    search = Search(problem, base, lambda text: None)
     for name in problem.layout.causes:
         assert search._refit((name,)).fit.cost <= base.fit.cost
     single = search.found(1)[0]
@@ -136,12 +140,12 @@ def test_a_refit_does_not_end_dearer_than_what_it_adds_to() -> None:
 
 def test_a_base_that_stopped_on_its_way_is_no_gain_of_a_cause() -> None:
     problem = swings(5)
-    base, _ = hypotheses._base(problem)
+    base, *_ = hypotheses._base(problem)
     z = base.fit.z.copy()
     z[problem.layout.base] += 0.05
     stopped = fit(problem, z, prior_of(problem.layout), linear=base.fit.linear, trials=0)
     misjudged = replace(judging.judged(problem, (), stopped, None), cost=base.cost + 50.0)
-    search = hypotheses._Search(problem, misjudged, lambda text: None)
+    search = Search(problem, misjudged, lambda text: None)
     scores = [promised(BASE - 1.0, "creep")]
     creep = search._fit_anew(("creep",), base.fit.z)
     assert search.base.cost - creep.cost > 20
@@ -157,8 +161,8 @@ def test_the_base_begins_again_with_its_own_number_where_the_cause_is_its_releas
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     problem = swings(5)
-    base, _ = hypotheses._base(problem)
-    search = hypotheses._Search(problem, base, lambda text: None)
+    base, *_ = hypotheses._base(problem)
+    search = Search(problem, base, lambda text: None)
     released = search._refit(("stiffness",))
     (number,) = problem.layout.replaced(("stiffness",))
     assert released.fit.z[number] == 0.0 != base.fit.z[number]
@@ -168,14 +172,14 @@ def test_the_base_begins_again_with_its_own_number_where_the_cause_is_its_releas
         begun.append(sum(float(part @ part) for part in problem.residuals(z)) / 2)
         return solve.renewed(problem, z, *rest)
 
-    monkeypatch.setattr(hypotheses, "renewed", seen)
+    monkeypatch.setattr(searching, "renewed", seen)
     search._fit_base_anew(released)
     assert begun == [pytest.approx(base.fit.cost, rel=0.2)]
 
 
 def test_a_cause_is_judged_from_where_the_base_s_clutter_led_if_that_is_cheaper() -> None:
     problem = swings(5)
-    base, _ = hypotheses._base(problem)
+    base, *_ = hypotheses._base(problem)
     samples, prior = problem.samples(), prior_of(problem.layout, ("creep",))
     z = base.fit.z.copy()
     z[problem.layout.base] += 0.05
@@ -214,3 +218,44 @@ def test_a_fit_tells_whether_it_arrived(trials: int, arrived: bool) -> None:
     begin[layout.base] = 2.5
     found = fit(problem, begin, prior_of(layout, ("hardening",)), trials=trials)
     assert found.arrived == arrived
+
+
+def test_all_race_where_those_that_were_promised_much_explain_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = swings(3, creep=0.2)
+    base, *_ = hypotheses._base(problem)
+    search = Search(problem, base, lambda text: None)
+    assert search.unexplained
+    laps = list[tuple[list[str], float]]()
+    whole = search._lap
+
+    def lap(running: Sequence[Any], until: float, linear: Any) -> Any:
+        laps.append(([one.causes[0] for one in running], until))
+        return whole(running, until, linear)
+
+    monkeypatch.setattr(search, "_lap", lap)
+    search.race([base.near.score(("wobble",))])
+    search.race_others(base.near, 2.5)
+    assert laps[0] == (["wobble"], 1.0)
+    others, until = laps[-1]
+    assert until == 5.0
+    assert others[0] == "creep"
+    assert set(others) == set(problem.layout.of_cause) - {"wobble"}
+    assert search.found(1)[0].causes == ("creep",)
+    assert not search.unexplained
+
+
+def test_those_that_tie_in_a_race_arrive_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = swings(3, creep=0.2)
+    base, *_ = hypotheses._base(problem)
+    search = Search(problem, base, lambda text: None)
+    behind = {"creep": 100.0, "wobble": 108.0, "scale": 109.0, "hardening": 150.0}
+
+    def lap(running: Sequence[Any], until: float, linear: Any) -> Any:
+        told = [replace(one, excess=behind[one.causes[0]]) for one in running]
+        return sorted(told, key=lambda one: one.excess)
+
+    monkeypatch.setattr(search, "_lap", lap)
+    search.race([base.near.score((name,)) for name in behind])
+    assert {one.causes[0] for one in search.found(1)} == {"creep", "wobble", "scale"}

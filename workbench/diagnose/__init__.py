@@ -5,10 +5,11 @@
 `layout` puts all unknowns in a row, `noise` tells what the cameras add, `problem` what is measured
 less what is predicted, `minimum` finds minima of straight lines and `solve` the true ones, `screen`
 says what each cause is worth beside the clutter of all others, `judging` what a fit is worth,
-`hypotheses` refits the promising ones, `answer` decides and `one_run` asks whether that rests on
-one run. `extension` writes the extended model and `proof` judges the file on runs that no fit has
-seen. `diagnosis` is all of it in one call; `leftover`, `hops`, `figures` and `report` make the page
-that shows it, `kept` the answer as a file that `workbench review` reads.
+`search` fits causes and lets them race, `hypotheses` refits the promising ones, `answer` decides,
+`one_run` asks whether that rests on one run and `intervals` how sure its sizes are. `extension`
+writes the extended model and `proof` judges the file on runs that no fit has seen. `diagnosis` is
+all of it in one call; `leftover`, `hops`, `figures` and `report` make the page that shows it,
+`kept` the answer as a file that `workbench review` reads.
 
 What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
