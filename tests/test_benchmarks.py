@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
         ("wire", ["registers of an RD6006", "readings of a E36312A", "wrong  processor s"]),
+        ("replay", ["followed  replayed", "root mean square error [mm]", "13.2"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
         ("catalogue", ["first list, no index yet", "search: speed, mode", "floor: a list of no"]),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.diagnose.paper import cause, measured
+from tests.diagnose.paper import TERMS, cause, measured
 from workbench.diagnose import hypotheses, judging, solve
 from workbench.diagnose import search as searching
 from workbench.diagnose.layout import Layout
@@ -19,7 +19,7 @@ from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.search import Search
+from workbench.diagnose.search import FAR, Search
 from workbench.diagnose.solve import fit
 
 BASE = 1000.0
@@ -259,3 +259,26 @@ def test_those_that_tie_in_a_race_arrive_all(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(search, "_lap", lap)
     search.race([base.near.score((name,)) for name in behind])
     assert {one.causes[0] for one in search.found(1)} == {"creep", "wobble", "scale"}
+
+
+def test_a_second_cause_is_sought_where_the_first_still_follows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What sets in late is none of the first seconds, and bends the fit of whole runs."""
+    monkeypatch.setitem(TERMS, "late", lambda t, a: 1e-3 * (t / 6) ** 8)
+    rig = measured(3, {"creep": 2.0, "late": 4.0})
+    rig = replace(rig, causes=(*rig.causes, cause("late")))
+    problem = Problem(rig, Layout(rig), noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    base, *_ = hypotheses._base(problem)
+    search = Search(problem, base, lambda text: None)
+    assert search.close_to(("creep",)) is None
+    search.race([base.near.score(("creep",))])
+    single = search.found(1)[0]
+    assert single.left > FAR
+    near, until = search.close_to(("creep",)) or pytest.fail("creep follows no lap")
+    assert until == 5.0
+    added = [name for name in near.heard if name != "creep"]
+    assert min(added, key=lambda name: near.lowest(("creep", name))) == "late"
+    search.race(hypotheses._beside(near, "creep"), near.z, until)
+    assert search.found(2)[0].causes == ("creep", "late")
+    assert not search.unexplained

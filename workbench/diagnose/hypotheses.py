@@ -12,7 +12,7 @@ from workbench.diagnose.judging import Hypothesis, judged, left_together
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.search import BEHIND, FAR, MORE, Search, leading, windows_of
+from workbench.diagnose.search import BEHIND, FAR, MORE, POOR, Search, leading, windows_of
 from workbench.diagnose.solve import TRIALS, fit
 from workbench.progress import Progress
 
@@ -84,25 +84,41 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     doubt = _doubt(problem)
     something = search.far or _suspicious(base, base.left, doubt)
     chosen = _worthy(scores, search.far, something)
-    if search.far:
-        search.race(chosen if scores and scores[0].worth > MORE else [])
-        if search.unexplained:
-            search.race_others(close, followed)
-    else:
+    if not search.far:
         search.refit(chosen, _worthy(scores, True, something))
+    elif scores and scores[0].worth > MORE:
+        search.race(chosen)
+    else:
+        search.race_others(close, followed)
     search.arrive(1)
     search.doubt_base(scores)
     base = search.base
-    for best in search.found(1)[:1]:
-        if search.far and best.left > FAR:
-            search.race(_beside(close, best.causes[0]))
-        elif _suspicious(base, best.left, doubt):
-            search.refit(_adding(best) if search.far else _promising(close, best))
+    _seek_second(search, close, followed, doubt)
+    if search.far and search.unexplained:
+        before = search.found(1)[:1]
+        search.race_others(close, followed)
+        search.arrive(1)
+        if search.found(1)[:1] != before:
+            _seek_second(search, close, followed, doubt)
     search.arrive(2)
     search.simplify()
     singles, pairs = search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
     return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
+
+
+def _seek_second(search: Search, close: Neighbourhood, followed: float, doubt: float) -> None:
+    """Fit pairs of the best single cause and others, where it leaves more than a little of each.
+
+    Where it leaves so much that its fit may lie in another valley, those that add to it in the
+    longest window that it follows race from there.
+    """
+    for best in search.found(1)[:1]:
+        if search.far and (best.left > FAR or best.beyond > POOR):
+            near, until = search.close_to(best.causes) or (close, followed)
+            search.race(_beside(near, best.causes[0]), near.z if until else None, until)
+        elif _suspicious(search.base, best.left, doubt):
+            search.refit(_adding(best) if search.far else _promising(close, best))
 
 
 def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood, float]:

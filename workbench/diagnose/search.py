@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.judging import Hypothesis, judged
+from workbench.diagnose.judging import Hypothesis, judged, left_together
 from workbench.diagnose.minimum import Prior, prior_of
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, fit, renewed
 from workbench.progress import Progress, counted
 
-__all__ = ["BEHIND", "FAR", "MORE", "Search", "leading", "windows_of"]
+__all__ = ["BEHIND", "FAR", "MORE", "POOR", "Search", "leading", "windows_of"]
 
 BEHIND = 0.5
 """Share of the best worth below which no refit is tried."""
@@ -23,13 +23,14 @@ FAR = 1.0
 """Noise deviations that a fit leaves: the minimum lies in no neighbourhood of it."""
 MORE = 4.0
 """Of worth that a pair must promise beyond its better half."""
+POOR = 0.4
+"""Noise deviations, and share of what the base leaves: a refit that led nowhere."""
 
 _WINDOWS_S = (1.0, 2.5, 5.0)
 """How much of each run the first fits see: a lightly damped beam forgets nothing, and a fit of
 whole runs that starts far off falls into a wrong valley."""
 _ROUGH, _LEADING = 1.0, 0.1
 """Of the cost, and of its excess over noise: enough for a fit that only leads to the next."""
-_POOR = 0.4  # noise deviations, and share of what the base leaves: a refit that led nowhere
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING, _MOST_ARRIVING = 2, 5  # of a race, fitted to whole runs; more than two where they tie
 _GOING_ON = 3  # where trials were used up
@@ -56,6 +57,7 @@ class Search:
         self.problem, self.base, self.tell = problem, base, tell
         self.best: dict[tuple[str, ...], Hypothesis] = {}
         self.retries = _RETRIES
+        self._followed: dict[tuple[str, ...], tuple[NDArray[np.float64], float]] = {}
 
     @property
     def far(self) -> bool:
@@ -65,7 +67,7 @@ class Search:
     @property
     def unexplained(self) -> bool:
         """Tell whether all that were fitted leave what no clutter explains."""
-        return min((one.beyond for one in self.best.values()), default=np.inf) > _POOR
+        return min((one.beyond for one in self.best.values()), default=np.inf) > POOR
 
     def found(self, count: int) -> tuple[Hypothesis, ...]:
         """Return those with so many causes, best first."""
@@ -88,7 +90,7 @@ class Search:
             found = self._refit(score.causes)
             short = self.base.cost - found.cost < _KEPT * (self.base.cost - score.cost)
             short = short and score.worth > MORE
-            if short and found.left > max(_POOR, _POOR * self.base.left):
+            if short and found.left > max(POOR, POOR * self.base.left):
                 misled.append(score)
         reached = min((one.cost for one in self.best.values()), default=np.inf)
         again = [score for score in misled if score.cost < reached][: self.retries]
@@ -125,6 +127,20 @@ class Search:
             self.tell(counted(words, k + 1, len(arriving)))
             self._fit_anew(one.causes, one.z, one.damping)
 
+    def close_to(self, causes: tuple[str, ...]) -> tuple[Neighbourhood, float] | None:
+        """Return all causes around the longest lap of a race in which some causes held, and it [s].
+
+        What a second cause adds shows there. At the end of whole runs, which one cause alone cannot
+        follow, its fit may lie in another valley than both together.
+        """
+        if causes not in self._followed:
+            return None
+        z, until = self._followed[causes]
+        self.tell(f"take derivatives over {_seconds(until)} with {' and '.join(causes)}")
+        layout = self.problem.layout
+        linear = self.problem.linear(z, np.arange(len(layout)), until)
+        return Neighbourhood(layout, linear, self.problem.samples(until)), until
+
     def race_others(self, near: Neighbourhood, followed: float) -> None:
         """Race the single causes that were not fitted to whole runs yet.
 
@@ -144,15 +160,16 @@ class Search:
 
     def _lap(self, running: Sequence[_Racer], until: float, linear: Linear | None) -> list[_Racer]:
         """Fit all to one window, and return those that stay in the race, best first."""
-        seconds = f"{until:g} s" if until < np.inf else "whole runs"
         noise, done = self.problem.samples(until) / 2, []
         for k, one in enumerate(running):
-            words = f"fit {seconds} with {' and '.join(one.causes)}"
+            words = f"fit {_seconds(until)} with {' and '.join(one.causes)}"
             self.tell(counted(words, k + 1, len(running)))
             prior = prior_of(self.problem.layout, one.causes)
             found = leading(self.problem, one.z, prior, until, one.damping, linear)
             excess = max(found.cost - noise, MORE)
             done.append(_Racer(one.causes, found.z, found.damping, excess))
+            if left_together(self.problem, self.problem.runs, found.residuals) < FAR:
+                self._followed[one.causes] = found.z, until
         done.sort(key=lambda one: one.excess)
         return [one for one in done if one.excess <= _RACING * done[0].excess]
 
@@ -253,6 +270,10 @@ class Search:
         if causes not in self.best or hypothesis.cost < self.best[causes].cost:
             self.best[causes] = hypothesis
         return hypothesis
+
+
+def _seconds(until: float) -> str:
+    return f"{until:g} s" if until < np.inf else "whole runs"
 
 
 def leading(
