@@ -86,6 +86,11 @@ class PaperRig:
             found.append(path[:, None])
         return found
 
+    def shortened(self, ends: Mapping[int, float]) -> PaperRig:
+        """Return the rig with some runs compared for a shorter time [s]."""
+        runs = tuple(run.until(ends.get(k, np.inf)) for k, run in enumerate(self.runs))
+        return replace(self, runs=runs)
+
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
     ) -> PaperRig:

@@ -144,6 +144,42 @@ def test_a_base_that_is_far_off_is_none_where_nothing_explains_it(tmp_path: Path
     assert "All of it is in" not in diagnosis.answer.reason
 
 
+def forgetful(seed: int, amounts: dict[str, float]) -> PaperRig:
+    """Return a rig whose second run goes its own way after two seconds."""
+    rig = measured(seed, amounts)
+    run = rig.runs[1]
+    away = 0.01 * np.maximum(run.times - 2.0, 0.0) * np.sin(7 * run.times)
+    return replace(
+        rig, runs=(rig.runs[0], replace(run, values=run.values + away[:, None]), *rig.runs[2:])
+    )
+
+
+def test_a_run_that_forgets_is_compared_for_as_long_as_the_base_follows_it(tmp_path: Path) -> None:
+    rig = forgetful(9, {"wobble": 0.5})
+    assert found(rig, tmp_path / "strict").answer.kind == "NONE"
+    runs = (rig.runs[0], replace(rig.runs[1], forgets=True), rig.runs[2],
+            replace(rig.runs[3], forgets=True))  # fmt: skip
+    diagnosis = found(replace(rig, runs=runs), tmp_path / "forgiving")
+    assert diagnosis.answer.kind == "NAMED"
+    assert names(diagnosis) == ["wobble"]
+    ends = [float(run.times[-1]) for run in diagnosis.rig.runs]
+    assert ends == pytest.approx([5.99, 1.0, 5.99, 1.0], abs=0.011)
+    assert diagnosis.answer.reason.endswith(
+        "Compared only for as long as the base follows them: run_1 for 1.00 s, run_3 for 1.00 s"
+    )
+    assert diagnosis.extended is not None
+    assert len(diagnosis.extended.runs[1].times) == len(diagnosis.rig.runs[1].times)
+
+
+def test_a_run_that_forgets_is_compared_whole_where_a_cause_explains_it(tmp_path: Path) -> None:
+    rig = measured(9, {"creep": 2.0})
+    runs = tuple(replace(run, forgets=True) for run in rig.runs)
+    diagnosis = found(replace(rig, runs=runs), tmp_path)
+    assert diagnosis.refits.far
+    assert names(diagnosis) == ["creep"]
+    assert [len(run.times) for run in diagnosis.rig.runs] == [600] * 4
+
+
 def test_a_sensor_s_cause_is_a_fault_of_the_data(tmp_path: Path) -> None:
     diagnosis = found(measured(5, {"scale": 0.05}), tmp_path)
     assert diagnosis.answer.kind == "DATA_FAULT"

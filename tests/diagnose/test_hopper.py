@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
-from workbench.diagnose import Diagnosis, HopperRig, diagnose, write_diagnosis
+from workbench.diagnose import Diagnosis, HopperRig, Trial, diagnose, write_diagnosis
 from workbench.protocol import ModelFile, load
 from workbench.sim import Condition, make_robot, simulate
 
@@ -104,3 +104,17 @@ def test_only_as_much_of_a_hop_is_compared_as_its_start_foretells() -> None:
     rig = HopperRig(runs_of(truth(4, {}), 4, [hop, Asked("decay", 0.4, 2.0)]), DOCUMENT, SHAPE)
     assert 1.0 <= rig.runs[0].times[-1] <= 4.0
     assert rig.runs[1].times[-1] > 1.8
+
+
+def test_a_shortened_hop_stays_short_with_more_runs_and_once_it_is_extended(tmp_path: Path) -> None:
+    asked = [Asked("hop", 17.0, 6.0), Asked("decay", 0.4, 2.0)]
+    whole = HopperRig(runs_of(truth(4, {}), 4, asked), DOCUMENT, SHAPE)
+    assert [run.forgets for run in whole.runs] == [True, False]
+    short = whole.shortened({0: 1.2})
+    extended = short.extend(tmp_path / "model", {}, {"air_drag": {"c": (0.01, 0.001)}}, "it")
+    more = short.with_trials([Trial("clamped", 11.0, 3.0, 1.0)])
+    for rig in (short, extended, more):
+        assert rig.runs[0].times[-1] == pytest.approx(1.2, abs=0.01)
+        assert len(rig.predict([(0, {})])[0]) == len(rig.runs[0].times)
+        assert len(rig.runs[1].times) == len(whole.runs[1].times)
+    assert whole.runs[0].times[-1] > 1.3

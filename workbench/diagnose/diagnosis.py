@@ -150,16 +150,16 @@ def diagnose(
     sound = soundness(rig)
     held = sound.held_out
     layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
-    problem = Problem(rig, layout, noise, sound.train)
-    refits = refit_all(problem, tell, seed)
+    refits = refit_all(Problem(rig, layout, noise, sound.train), tell, seed)
+    whole, rig = rig, refits.problem.rig
     tell("judge by the runs held out")
     errors = errors_of(rig, noise, held, refits.base.fit.z)
 
     def shown(one: Hypothesis) -> bool:
         return Proof(errors, errors_of(rig, noise, held, one.fit.z)).size > LEAST_SIZE
 
-    answer = with_carriers(decide(refits, layout, shown), refits, problem)
-    answer = with_faults(answer, sound)
+    answer = with_carriers(decide(refits, layout, shown), refits, refits.problem)
+    answer = with_faults(_with_shortened(answer, whole, rig), sound)
     quantities = _quantities(layout, refits, answer)
     proof, extended = None, None
     if answer.causes:
@@ -176,6 +176,17 @@ def diagnose(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
         time.perf_counter() - begin, seed, sound,
     )  # fmt: skip
+
+
+def _with_shortened(answer: Answer, whole: Rig, rig: Rig) -> Answer:
+    """Return an answer that tells which runs were compared for a part of what they could be."""
+    pairs = zip(whole.runs, rig.runs, strict=True)
+    cut = [short for run, short in pairs if len(short.times) < len(run.times)]
+    if not cut:
+        return answer
+    names = ", ".join(f"{run.name} for {digits(float(run.times[-1]))} s" for run in cut)
+    reason = f"{answer.reason}. Compared only for as long as the base follows them: {names}"
+    return replace(answer, reason=reason)
 
 
 def _refuted(answer: Answer, proof: Proof) -> Answer:

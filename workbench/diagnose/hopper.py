@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -101,6 +102,7 @@ class HopperRig:
         )
         self._stepping = Stepping(threads)
         self.measured, self.places = tuple(runs), dict(places or {})
+        self._ends: dict[int, float] = {}
         self.runs = tuple(_observed(run) for run in runs)
         self.runs = tuple(self._predictable(k) for k in range(len(runs)))
         modes = {run.mode for run in runs}
@@ -130,13 +132,22 @@ class HopperRig:
         written = write_extension(
             path.with_name(f"{path.name}.yaml"), self.document, own, effects, diagnosis
         )
-        return HopperRig(self.measured, written, self.shape, places, self.threads)
+        extended = HopperRig(self.measured, written, self.shape, places, self.threads)
+        return extended.shortened(self._ends)
 
     def with_trials(self, trials: Sequence[Trial]) -> HopperRig:
         """Return the rig with runs that nobody has made yet after its own."""
         imagined = [imagined_run(trial, self.measured[0].start_angle) for trial in trials]
         runs = (*self.measured, *imagined)
-        return HopperRig(runs, self.document, self.shape, self.places, self.threads)
+        more = HopperRig(runs, self.document, self.shape, self.places, self.threads)
+        return more.shortened(self._ends)
+
+    def shortened(self, ends: Mapping[int, float]) -> HopperRig:
+        """Return the rig with some runs compared for a shorter time, also once it is extended."""
+        shorter = copy(self)
+        shorter._ends = {**self._ends, **ends}
+        shorter.runs = tuple(run.until(ends.get(k, np.inf)) for k, run in enumerate(self.runs))
+        return shorter
 
     def own(self, run: int) -> Sequence[Unknown]:
         """Return what a run keeps to itself: delay, stiffness, motor, release and places.
@@ -231,8 +242,7 @@ class HopperRig:
         first = grown[run.times <= _LEAST_S][-1]
         lost = np.flatnonzero(grown > _SPLIT * first)
         end = run.times[lost[0]] if len(lost) and first > 0 else run.times[-1]
-        keep = run.times <= np.clip(end, _LEAST_S, _MOST_S)
-        return replace(run, times=run.times[keep], values=run.values[keep], valid=run.valid[keep])
+        return run.until(float(np.clip(end, _LEAST_S, _MOST_S)))
 
     def _robot(self, values: Mapping[str, float]) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
@@ -308,6 +318,7 @@ def _observed(run: MeasuredRun) -> Observed:
         channels=channels,
         units=tuple("rad" if name == ROTOR_ANGLE else "m" for name in channels),
         rest=np.where(rest.valid, rest.values, np.nan),
+        forgets=run.mode in _ON_FLOOR,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.search import BEHIND, FAR, MORE, POOR, Search, leading, windows_of
-from workbench.diagnose.solve import TRIALS, fit
+from workbench.diagnose.solve import TRIALS, Fit, fit
 from workbench.progress import Progress
 
 __all__ = ["SURE", "Refits", "refit_all"]
@@ -30,11 +31,28 @@ _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
 _LITTLE = 0.5  # of worth: what promises less is not the truth
 
 
+class _Start(NamedTuple):
+    """Where the search begins.
+
+    Args:
+        base: without causes.
+        close: all causes around its fit of the longest window that it follows.
+        window: how long that is; zero where it follows none, or whole runs [s].
+        followed: how long it follows each run, a second at least; inf to its end [s].
+    """
+
+    base: Hypothesis
+    close: Neighbourhood
+    window: float
+    followed: dict[int, float]
+
+
 @dataclass(frozen=True, eq=False)
 class Refits:
     """All that were refitted.
 
     Args:
+        problem: whose runs were fitted; hops may be compared for a shorter time than at first.
         base: without causes.
         singles: with one cause, best first.
         pairs: with two, best first.
@@ -43,6 +61,7 @@ class Refits:
         doubt: standard error of the square of what is left and hangs together.
     """
 
+    problem: Problem
     base: Hypothesis
     singles: tuple[Hypothesis, ...]
     pairs: tuple[Hypothesis, ...]
@@ -73,41 +92,55 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
 
     Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
     there for any neighbourhood to reach the truth, in the longest window that it still follows.
-    Where what is promised there is too little to believe, or does not hold, all race in the window
+    Where nothing follows runs that forget, they are compared only for as long as the base does.
+    Where what is promised is too little to believe, or does not hold, all causes race in the window
     that comes next. A second cause is sought where one leaves more than a little of every cause
     makes.
     """
     tell("fit the base within its tolerances")
-    base, close, followed = _base(problem)
-    search = Search(problem, base, tell)
-    scores = close.scores()
+    start = _base(problem)
+    search, scores = Search(problem, start.base, tell), start.close.scores()
     doubt = _doubt(problem)
-    something = search.far or _suspicious(base, base.left, doubt)
+    _seek_first(search, scores, doubt)
+    shorter = problem.shortened(start.followed) if search.lost else None
+    if shorter is not None:
+        tell("compare hops only for as long as the base follows them")
+        return refit_all(shorter, tell, seed)
+    if search.far and not search.found(1):
+        search.race_others(start.close, start.window)
+        search.arrive(1)
+    search.doubt_base(scores)
+    _seek_second(search, start, doubt)
+    if search.far and search.unexplained:
+        _seek_elsewhere(search, start, doubt)
+    search.arrive(2)
+    search.simplify()
+    base, singles, pairs = search.base, search.found(1), search.found(2)
+    threshold = base.near.threshold(seed)
+    return Refits(problem, base, singles, pairs, tuple(scores), threshold, doubt)
+
+
+def _seek_first(search: Search, scores: Sequence[Score], doubt: float) -> None:
+    """Fit the single causes that are promising where the base follows the runs."""
+    something = search.far or _suspicious(search.base, search.base.left, doubt)
     chosen = _worthy(scores, search.far, something)
     if not search.far:
         search.refit(chosen, _worthy(scores, True, something))
     elif scores and scores[0].worth > MORE:
         search.race(chosen)
-    else:
-        search.race_others(close, followed)
     search.arrive(1)
-    search.doubt_base(scores)
-    base = search.base
-    _seek_second(search, close, followed, doubt)
-    if search.far and search.unexplained:
-        before = search.found(1)[:1]
-        search.race_others(close, followed)
-        search.arrive(1)
-        if search.found(1)[:1] != before:
-            _seek_second(search, close, followed, doubt)
-    search.arrive(2)
-    search.simplify()
-    singles, pairs = search.found(1), search.found(2)
-    threshold = base.near.threshold(seed)
-    return Refits(base, singles, pairs, tuple(scores), threshold, doubt)
 
 
-def _seek_second(search: Search, close: Neighbourhood, followed: float, doubt: float) -> None:
+def _seek_elsewhere(search: Search, start: _Start, doubt: float) -> None:
+    """Let those race that were not promising, and seek a second cause beside one that wins."""
+    before = search.found(1)[:1]
+    search.race_others(start.close, start.window)
+    search.arrive(1)
+    if search.found(1)[:1] != before:
+        _seek_second(search, start, doubt)
+
+
+def _seek_second(search: Search, start: _Start, doubt: float) -> None:
     """Fit pairs of the best single cause and others, where it leaves more than a little of each.
 
     Where it leaves so much that its fit may lie in another valley, those that add to it in the
@@ -115,28 +148,28 @@ def _seek_second(search: Search, close: Neighbourhood, followed: float, doubt: f
     """
     for best in search.found(1)[:1]:
         if search.far and (best.left > FAR or best.beyond > POOR):
-            near, until = search.close_to(best.causes) or (close, followed)
+            near, until = search.close_to(best.causes) or (start.close, start.window)
             search.race(_beside(near, best.causes[0]), near.z if until else None, until)
         elif _suspicious(search.base, best.left, doubt):
-            search.refit(_adding(best) if search.far else _promising(close, best))
+            search.refit(_adding(best) if search.far else _promising(start.close, best))
 
 
-def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood, float]:
-    """Return the base, all causes around its fit of the longest window that it follows, and that.
-
-    The window is zero where the base follows none, or whole runs [s].
-    """
+def _base(problem: Problem) -> _Start:
+    """Fit the base to growing windows, and to whole runs."""
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
     z, trials, follows, damping = np.zeros(len(layout)), TRIALS, True, 0.0
-    place, window, followed = z, np.inf, 0.0
+    place, shown, window, before = z, np.inf, 0.0, 0.0
+    followed = dict.fromkeys(problem.runs, 0.0)
     for until in windows_of(problem):
         found = leading(problem, z, prior, until, damping)
         z, damping = found.z, found.damping
         follows = follows and left_together(problem, problem.runs, found.residuals) < FAR
-        followed = until if follows else followed
-        if follows or window == np.inf:
-            place, window = z, until
+        window = until if follows else window
+        if follows or shown == np.inf:
+            place, shown = z, until
+        followed |= {k: until for k in _following(problem, found) if followed[k] == before}
+        before = until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
         trials = _FAR_TRIALS if twice else TRIALS
@@ -146,10 +179,19 @@ def _base(problem: Problem) -> tuple[Hypothesis, Neighbourhood, float]:
     found = fit(problem, z, prior, linear=linear, trials=trials, settle=False,
                 damping=first.damping)  # fmt: skip
     base = judged(problem, (), found, None)
-    if base.left <= FAR or window == np.inf:
-        return base, base.near, 0.0
-    close = problem.linear(place, every, window)
-    return base, Neighbourhood(layout, close, problem.samples(window)), followed
+    least = min(windows_of(problem), default=np.inf)
+    followed = {k: max(until, least) for k, until in followed.items()}
+    followed |= dict.fromkeys(_following(problem, found), np.inf)
+    if base.left <= FAR or shown == np.inf:
+        return _Start(base, base.near, 0.0, followed)
+    close = problem.linear(place, every, shown)
+    return _Start(base, Neighbourhood(layout, close, problem.samples(shown)), window, followed)
+
+
+def _following(problem: Problem, found: Fit) -> list[int]:
+    """Return the runs that a fit follows."""
+    pairs = zip(problem.runs, found.residuals, strict=True)
+    return [k for k, left in pairs if left_together(problem, [k], [left]) < FAR]
 
 
 def _worthy(scores: Sequence[Score], far: bool, something: bool) -> list[Score]:

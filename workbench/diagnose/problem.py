@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, coloured, whitened
-from workbench.diagnose.rig import Rig
+from workbench.diagnose.rig import Forgetful, Rig
 from workbench.tracking.glitches import spikes
 
 __all__ = ["Anchor", "Linear", "Problem", "Slope"]
@@ -172,6 +172,25 @@ class Problem:
         """
         for k, predicted in zip(self.runs, self.predictions(z), strict=True):
             self.seen[k] = self._steady(k, self.rig.runs[k].values - predicted)
+
+    def shortened(self, followed: Mapping[int, float]) -> Problem | None:
+        """Return the same with runs that forget compared only for as long as a model follows them.
+
+        Args:
+            followed: by run [s]. Runs that do not count here end with the shortest of those that
+                do.
+
+        Returns:
+            None where all are followed to their ends.
+        """
+        runs = self.rig.runs
+        forgetting = [k for k, run in enumerate(runs) if run.forgets]
+        ends = {k: followed[k] for k in forgetting
+                if k in followed and followed[k] < runs[k].times[-1]}  # fmt: skip
+        if not ends or not isinstance(self.rig, Forgetful):
+            return None
+        others = {k: min(ends.values()) for k in forgetting if k not in followed}
+        return Problem(self.rig.shortened(ends | others), self.layout, self.noise, self.runs)
 
     def samples(self, until: float = np.inf) -> int:
         """Return how many values are compared."""

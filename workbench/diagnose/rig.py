@@ -8,7 +8,7 @@ nothing else: the hopping robot is one rig, any MJCF file with measured channels
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
@@ -21,6 +21,7 @@ __all__ = [
     "Effects",
     "Experimental",
     "Fault",
+    "Forgetful",
     "Observed",
     "Rig",
     "Trial",
@@ -109,6 +110,7 @@ class Observed:
         channels: c names.
         units: c units, `m` or `rad` and so on.
         rest: (r, c) samples while nothing moved, NaN where not seen; the noise is taken from them.
+        forgets: whether its later seconds tell more of chance than of its start, as those of a hop.
     """
 
     name: str
@@ -120,6 +122,14 @@ class Observed:
     channels: tuple[str, ...]
     units: tuple[str, ...]
     rest: NDArray[np.float64]
+    forgets: bool = False
+
+    def until(self, end: float) -> Observed:
+        """Return the same for a shorter time [s]."""
+        keep = self.times <= end
+        return replace(
+            self, times=self.times[keep], values=self.values[keep], valid=self.valid[keep]
+        )
 
 
 @dataclass(frozen=True)
@@ -213,6 +223,19 @@ class Rig(Protocol):
     @property
     def source(self) -> Path:
         """Return the file that the model stands in."""
+        ...
+
+
+@runtime_checkable
+class Forgetful(Rig, Protocol):
+    """A rig some of whose runs forget how they began."""
+
+    def shortened(self, ends: Mapping[int, float]) -> Rig:
+        """Return the rig with some runs compared for a shorter time, also once it is extended.
+
+        Args:
+            ends: by run [s].
+        """
         ...
 
 

@@ -69,6 +69,17 @@ class Search:
         """Tell whether all that were fitted leave what no clutter explains."""
         return min((one.beyond for one in self.best.values()), default=np.inf) > POOR
 
+    @property
+    def lost(self) -> bool:
+        """Tell whether a run that forgets is followed by no fit, neither the base's nor another."""
+        return all(map(self._loses, (self.base, *self.best.values())))
+
+    def _loses(self, one: Hypothesis) -> bool:
+        problem = self.problem
+        pairs = zip(problem.runs, one.fit.residuals, strict=True)
+        forgetting = [(k, left) for k, left in pairs if problem.rig.runs[k].forgets]
+        return any(left_together(problem, [k], [left]) > FAR for k, left in forgetting)
+
     def found(self, count: int) -> tuple[Hypothesis, ...]:
         """Return those with so many causes, best first."""
         same = [one for one in self.best.values() if len(one.causes) == count]
