@@ -62,3 +62,26 @@ def test_long_steps_tell_the_same_derivatives_with_the_foot_held(
 def test_a_hop_is_derived_in_its_own_steps(rigs: tuple[HopperRig, HopperRig]) -> None:
     (_, coarse), (_, exact) = (columns(rig, HOP) for rig in rigs)
     assert np.array_equal(coarse, exact)
+
+
+def test_causes_are_derived_by_steps_that_whole_runs_answer_in_proportion() -> None:
+    """Ten seconds beside a resonance: a hundredth of the stiffness moves T by ten times the noise.
+
+    What a release makes of a step too long is no base number, and would be taken for a cause.
+    """
+    rig = HopperRig(runs_of(truth(1, {}), 1, [Run("clamped", 13.0, 10.0)]), DOCUMENT, SHAPE)
+    layout = Layout(rig)
+    noise = [Noise(np.full(len(r.channels), 3e-4), np.zeros(len(r.channels))) for r in rig.runs]
+    problem = Problem(rig, layout, noise, (0,))
+    names = [name for name in layout.of_cause if name not in layout.numerics]
+    asked = layout.quantities(tuple(names))
+    whole = problem.linear(np.zeros(len(layout)), asked).jacobians[0][:, asked]
+    problem.steps[asked] /= 2
+    half = problem.linear(np.zeros(len(layout)), asked).jacobians[0][:, asked]
+    size = np.linalg.norm(half, axis=0)
+    felt = np.flatnonzero(size > 1e-3 * np.sqrt(len(half)))
+    off = np.linalg.norm(whole - half, axis=0)[felt] / size[felt]
+    worst = felt[np.argsort(-off)[:3]]
+    print({layout.unknowns[asked[i]].name: round(float(o), 4)
+           for i, o in zip(worst, np.sort(off)[::-1], strict=False)})  # fmt: skip
+    assert off.max() < 0.02, [layout.unknowns[asked[i]].name for i in worst]

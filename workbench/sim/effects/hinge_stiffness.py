@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="hinge_stiffness",
     group="structure",
     sentence="the beam's hinges are stiffer than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=0.01),),
+    quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=5e-4),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(
         "root_stiffness",

@@ -53,9 +53,9 @@ EFFECT = Effect(
         "{near_top} near the top"
     ),
     quantities=(
-        Quantity("near_foot", "1", low=-1.0, high=0.95, tolerance=0.05, step=0.005),
-        Quantity("middle", "1", low=-1.0, high=0.95, tolerance=0.05, step=0.005),
-        Quantity("near_top", "1", low=-1.0, high=0.95, tolerance=0.05, step=0.005),
+        Quantity("near_foot", "1", low=-1.0, high=0.95, tolerance=0.05, step=5e-4),
+        Quantity("middle", "1", low=-1.0, high=0.95, tolerance=0.05, step=5e-4),
+        Quantity("near_top", "1", low=-1.0, high=0.95, tolerance=0.05, step=5e-4),
     ),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "root_stiffness", "rest_shape_drift"),

@@ -27,7 +27,7 @@ EFFECT = Effect(
     sentence="the strip took a set: its root turned by {root}, the rest bent by {bend} in all",
     quantities=(
         Quantity("root", "rad", low=-0.5, high=0.5, tolerance=0.005, step=0.0005),
-        Quantity("bend", "rad", low=-0.5, high=0.5, tolerance=0.02, step=0.002),
+        Quantity("bend", "rad", low=-0.5, high=0.5, tolerance=0.02, step=5e-4),
     ),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(

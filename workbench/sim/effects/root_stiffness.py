@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="root_stiffness",
     group="structure",
     sentence="the joint of beam and foot is stiffer than the model says by {share}",
-    quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=0.01),),
+    quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=2e-3),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "local_stiffness_loss", "beam_discretisation"),
     separated_by="a marker where the beam leaves the foot; the ratio of the two lowest frequencies",

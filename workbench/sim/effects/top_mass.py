@@ -17,7 +17,7 @@ EFFECT = Effect(
     name="top_mass",
     group="mass",
     sentence="the top is heavier than the model says by {mass}",
-    quantities=(Quantity("mass", "kg", low=-0.08, high=0.5, tolerance=0.002, step=0.0002),),
+    quantities=(Quantity("mass", "kg", low=-0.08, high=0.5, tolerance=0.002, step=5e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "length_scale"),
     separated_by="weighing; a known mass added on T",
