@@ -18,7 +18,7 @@ EFFECT = Effect(
     name="beam_discretisation",
     group="numerics",
     sentence="the simulated beam has too few increments: it takes {more} more of them",
-    quantities=(Quantity("more", "1", low=0, high=48, tolerance=16, step=16),),
+    quantities=(Quantity("more", "1", low=0, high=48, tolerance=16, step=1),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "root_stiffness"),
     separated_by="simulating with more increments, which costs no experiment",
