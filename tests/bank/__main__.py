@@ -21,6 +21,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from tests.bank.baselines import NAMES
 from tests.bank.calibrate import elsewhere
 from tests.bank.calibrate import told_of as causes_of
@@ -105,7 +107,9 @@ def main() -> None:
         name += f"{_FLIP}{asked.flip}"
     log = asked.kept / f"{name}.jsonl"
     task = partial(run_case, work=asked.work / name, turned=asked.flip)
-    for line in keep_all(cases, log, task, asked.processes):
+    # in no order, so that a draw that is stopped holds a fair part of each block
+    order = np.random.default_rng(asked.seed).permutation(len(cases))
+    for line in keep_all([cases[k] for k in order], log, task, asked.processes):
         said = line.get("failed") or line["answer"].get("answer")
         print(f"case {line['seed']}: {said}", flush=True)
     told = told_of(asked.kept)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.answer import APART, LEAST_WORTH, alike, believable
+from workbench.diagnose.hypotheses import Refits
 
 RUNS, SAMPLES = 5, 1000
 TIMES = np.arange(SAMPLES) / 100
@@ -38,7 +39,7 @@ def named(foreign: float, reach: float = APART) -> tuple[int, int]:
         left = [rng.standard_normal(SAMPLES) + foreign * swing(rng) for _ in range(RUNS)]
         true, false = fitted(left), fitted([one + 0.08 * swing(rng) for one in left])
         both = sorted((true, false), key=lambda one: one.cost)
-        refits: Any = SimpleNamespace(with_as_many=lambda _, both=both: both)
+        refits: Any = SimpleNamespace(with_as_many=lambda _, both=both: both, misjudged=0.0)
         if len(alike(refits, both[0], reach)) == 1:
             count[both[0] is false] += 1
     return count[0], count[1]
@@ -80,3 +81,32 @@ def test_a_gain_counts_whole_where_noise_alone_moves_it_or_many_runs_tell_the_sc
     assert abs(believable(20.0, 30.0, 10_000) - 20.0) < 0.1
     assert believable(-3.0, 30.0, RUNS) == -3.0
     assert believable(5e4, 1.001, 100) > 1e3
+
+
+def judged(cost: float, alone: float, *causes: str) -> Any:
+    """Return a hypothesis by its costs: with the clutter of all others, and of its fit alone."""
+    layout = SimpleNamespace(numerics=("mesh",))
+    near = SimpleNamespace(layout=layout, unexplained=lambda _: [np.zeros(3)])
+    return SimpleNamespace(causes=causes, cost=cost, fit=SimpleNamespace(cost=alone), near=near)
+
+
+def refits(base: Any, singles: tuple[Any, ...], pairs: tuple[Any, ...] = ()) -> Any:
+    return Refits(cast(Any, None), base, singles, pairs, (), 0.0, 0.0)
+
+
+def test_costs_are_believed_as_far_as_those_of_nested_models_agree() -> None:
+    base, play = judged(1000, 1500), judged(960, 1400, "play")
+    assert refits(base, (play,)).misjudged == 0
+    drag = judged(1150, 1100, "drag")  # cheaper by itself, dearer with its clutter
+    assert refits(base, (play, drag)).misjudged == 150
+    assert refits(base, (play,), (judged(990, 1390, "play", "drag"),)).misjudged == 30
+    assert refits(base, (play, judged(1150, 1600, "drag"))).misjudged == 0  # did not arrive
+    assert refits(base, (play, judged(1150, 1100, "mesh"))).misjudged == 0
+
+
+def test_what_is_cheaper_by_itself_is_a_rival_where_costs_contradict_each_other() -> None:
+    base, play = judged(1000, 1500), judged(960, 1400, "play")
+    drag, slack = judged(1150, 1100, "drag"), judged(1150, 1500, "slack")
+    contradicted = refits(base, (play, drag, slack))
+    assert alike(contradicted, play, APART) == [play, drag]
+    assert refits(base, (play, slack)).misjudged == 150

@@ -99,7 +99,7 @@ def decide(
     weights = _weights(refits, best, same)
     causes = tuple(sorted(weights, key=lambda name: -weights[name]))
     rivals = _rivals(refits, layout, best, causes)
-    sure = refits.worth(best) > LEAST_WORTH
+    sure = refits.worth(best) > LEAST_WORTH + refits.misjudged
     if len(same) > 1 or not sure:
         reason = (
             f"{', '.join(causes)} cannot be told apart by these runs"
@@ -133,7 +133,8 @@ def _holds(
     Base numbers that are off may hide most of a cause in the runs that they were fitted to, not in
     others.
     """
-    gained, size = simpler.cost - one.cost, one.fit.apart(simpler.fit, one.near.samples)
+    gained = simpler.cost - one.cost - refits.misjudged
+    size = one.fit.apart(simpler.fit, one.near.samples)
     if len(simpler.causes) == 1:
         wider = _scatter(simpler, one)
         gained = believable(gained / wider, wider, len(one.fit.linear.runs))
@@ -157,11 +158,14 @@ def _suspect(refits: Refits) -> Hypothesis | None:
 def alike(refits: Refits, best: Hypothesis, reach: float) -> list[Hypothesis]:
     """Return the hypotheses with as many causes as the best that are less than so far behind."""
     same = refits.with_as_many(len(best.causes))
-    return [one for one in same if _behind(one, best) < reach]
+    return [one for one in same if _behind(refits, one, best) < reach]
 
 
-def _behind(one: Hypothesis, best: Hypothesis) -> float:
+def _behind(refits: Refits, one: Hypothesis, best: Hypothesis) -> float:
     """Return how much dearer a hypothesis is than another, as if noise alone parted their costs.
+
+    What clutter that was not fitted to the end may have done to either cost is taken off first;
+    where it did something, a rival whose fit alone is cheaper is not behind.
 
     Where the other leaves residuals u and the predictions part by d, the costs part by the sum of
     u d + d^2 / 2. Noise gives the first term the variance of the sum of d^2. What no hypothesis
@@ -170,7 +174,10 @@ def _behind(one: Hypothesis, best: Hypothesis) -> float:
     that ratio the difference is shortened. So two causes are told apart only where they part by
     more than what neither explains.
     """
-    return (one.cost - best.cost) / _scatter(one, best)
+    dearer = one.cost - best.cost - refits.misjudged
+    if refits.misjudged > 0:
+        dearer = min(dearer, one.fit.cost - best.fit.cost)
+    return max(dearer, 0.0) / _scatter(one, best)
 
 
 def _scatter(one: Hypothesis, best: Hypothesis) -> float:
@@ -212,7 +219,7 @@ def believable(gained: float, scatter: float, runs: int) -> float:
 def _weights(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
     """Return the share of each cause in all hypotheses, weighed by how far they are behind."""
     same = refits.with_as_many(len(best.causes))
-    weights = softmax([-_behind(one, best) for one in same])
+    weights = softmax([-_behind(refits, one, best) for one in same])
     found: dict[str, float] = {}
     for one, weight in zip(same, weights, strict=True):
         for name in one.causes if one in likely else ():

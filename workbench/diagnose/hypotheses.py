@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import NamedTuple
 
@@ -85,6 +86,24 @@ class Refits:
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
+
+    @cached_property
+    def misjudged(self) -> float:
+        """Return by how much the costs of hypotheses, with their clutter, may be wrong.
+
+        A cause more can make nothing dearer, for clutter may do without it. Where a fit is cheaper
+        than that of fewer causes and yet, with its clutter, dearer, clutter was not fitted to the
+        end. The greatest such contradiction tells how far any two costs may be off. Numerics are
+        steps of one, whose costs jump.
+        """
+        numerics = set(self.base.near.layout.numerics)
+        off = 0.0
+        for one in (*self.singles, *self.pairs):
+            halves = [half for half in self.singles if set(half.causes) < set(one.causes)]
+            for fewer in (self.base, *halves):
+                if not numerics & set(one.causes) and one.fit.cost <= fewer.fit.cost:
+                    off = max(off, one.cost - fewer.cost)
+        return off
 
 
 def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
