@@ -43,13 +43,14 @@ def answered(case: Case, folder: Path) -> Told:
 def answers(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Answers]:
-    """Begin all cases that were asked for, and return what they come to."""
+    """Begin all cases that were asked for, the longest first, and return what they come to."""
     fresh = multiprocessing.get_context("spawn")
+    asked = [case for case in map(_case_of, request.session.items) if case is not None]
     with ProcessPoolExecutor(PROCESSES, mp_context=fresh) as pool:
         yield {
             case: pool.submit(answered, case, tmp_path_factory.mktemp("answer"))
-            for case in map(_case_of, request.session.items) if case is not None
-        }  # fmt: skip
+            for case in reversed(asked)
+        }
         pool.shutdown(cancel_futures=True)
 
 

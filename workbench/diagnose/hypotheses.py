@@ -112,9 +112,9 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
     there for any neighbourhood to reach the truth, in the longest window that it still follows.
     Where nothing follows runs that forget, they are compared only for as long as the base does.
-    Where what is promised is too little to believe, or does not hold, all causes race in the window
-    that comes next. A second cause is sought where one leaves more than a little of every cause
-    makes.
+    Where what is promised is too little to believe, or does not hold, those race that the window
+    which comes next promises most of. A second cause is sought where one leaves more than a little
+    of every cause makes.
     """
     tell("fit the base within its tolerances")
     start = _base(problem)

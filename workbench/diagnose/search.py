@@ -31,6 +31,7 @@ _WINDOWS_S = (1.0, 2.5, 5.0)
 whole runs that starts far off falls into a wrong valley."""
 _ROUGH, _LEADING = 1.0, 0.1
 """Of the cost, and of its excess over noise: enough for a fit that only leads to the next."""
+_MOST_RACING = 8  # of more, those that the first lap's neighbourhood promises most of
 _RACING = 3  # times the excess cost of the best: what is dearer leaves the race
 _ARRIVING, _MOST_ARRIVING = 2, 5  # of a race, fitted to whole runs; more than two where they tie
 _GOING_ON = 3  # where trials were used up
@@ -115,7 +116,8 @@ class Search:
         """Fit in growing windows, the causes released from the first one on.
 
         What is far behind in a window does not enter the next. The best two are fitted to whole
-        runs, and those that tie with them.
+        runs, and those that tie with them. Of many, those race that the neighbourhood of the first
+        window promises most of: what follows is told there, if not yet in the window before.
 
         Args:
             scores: whose causes race.
@@ -128,6 +130,9 @@ class Search:
         laps = [until for until in windows_of(self.problem) if until > after]
         laps = laps or [np.inf] * (after > 0)
         linear = self._shared(origin, running, laps[0]) if laps and running else None
+        if linear is not None and len(running) > _MOST_RACING:
+            near = Neighbourhood(self.problem.layout, linear, self.problem.samples(laps[0]))
+            running = sorted(running, key=lambda one: near.lowest(one.causes))[:_MOST_RACING]
         for until in laps:
             running, linear = self._lap(running, until, linear), None
         tied = (1 + _LEADING) * min((one.excess for one in running), default=0.0) + MORE
