@@ -86,6 +86,13 @@ class Linear:
         """Return the sum of J^T J over the runs, (u, u)."""
         return sum((slope.curvature for slope in self.slopes), np.zeros((len(self.z),) * 2))
 
+    def curvature_of(self, columns: NDArray[np.int_]) -> NDArray[np.float64]:
+        """Return the same, (u, u), zero but for some unknowns: a step asks for those that move."""
+        found = np.zeros((len(self.z),) * 2)
+        parts = [matrix[:, columns] for matrix in self.jacobians]
+        found[np.ix_(columns, columns)] = sum(part.T @ part for part in parts)
+        return found
+
     @property
     def squares(self) -> NDArray[np.float64]:
         """Return the same of the predictions as they are, in noise deviations, not whitened."""

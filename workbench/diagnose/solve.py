@@ -173,7 +173,8 @@ class _Descent:
 
     def step(self) -> Step:
         """Return the step that the neighbourhood asks for."""
-        curvature, gradient = self.linear.curvature, self.linear.gradient
+        curvature = self.linear.curvature_of(self._prior.free)
+        gradient = self.linear.gradient
         layout = self._problem.layout
         return step_from(layout, self.linear.z, curvature, gradient, self._prior, self.damping)
 
