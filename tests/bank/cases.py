@@ -65,6 +65,7 @@ class Case:
         kind: of a sensor's fault, or of a trap.
         reduced: to seven runs of four seconds.
         attempt: counts the robots and runs that were drawn for it.
+        amounts: (cause, quantity, amount) of causes that were sized before; none sizes them.
     """
 
     seed: int
@@ -77,6 +78,7 @@ class Case:
     kind: str = ""
     reduced: bool = False
     attempt: int = 0
+    amounts: tuple[tuple[str, str, float], ...] = ()
 
     @property
     def name(self) -> str:

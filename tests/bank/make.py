@@ -150,6 +150,11 @@ def _amounts(
         return {"hinge_coulomb_friction": {"torque": 1e-5}}, {}
     if case.kind == "nothing_slips":
         return {"friction_level": {"share": 0.3}}, {}
+    if case.amounts:
+        given: dict[str, dict[str, float]] = {}
+        for name, quantity, amount in case.amounts:
+            given.setdefault(name, {})[quantity] = amount
+        return given, {}
     known, sizings = AMOUNTS | OUTSIDE_AMOUNTS, dict[str, Sizing]()
     effects: dict[str, dict[str, float]] = {}
     reached: dict[str, float] = {}

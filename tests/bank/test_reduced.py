@@ -8,6 +8,7 @@ from __future__ import annotations
 import multiprocessing
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 
 from tests.bank.cases import Case
 from tests.bank.make import make_case
-from tests.bank.reduced import CASES
+from tests.bank.reduced import CASES, SIZE
 from tests.bank.score import Judged, judge
 from tests.bank.write import measured
 from workbench.diagnose import HopperRig, diagnose
@@ -65,6 +66,15 @@ def test_the_draw_has_all_kinds_of_cases_and_both_generators() -> None:
     assert {block: blocks.count(block) for block in COUNT} == COUNT
     assert sum(case.generator == "rod" for case in CASES) == len(CASES) / 2
     assert len({case.causes[0] for case in CASES if case.block == "single"}) > len(CASES) / 3
+
+
+@pytest.mark.check
+@pytest.mark.parametrize("case", [CASES[0], CASES[3]], ids=lambda case: case.generator)
+def test_the_causes_have_their_size(case: Case) -> None:
+    sized = make_case(replace(case, amounts=())).label
+    assert sized["sizes"][case.causes[0]] == pytest.approx(SIZE, rel=0.1)
+    for cause, quantity, amount in case.amounts:
+        assert sized["effects"][cause][quantity] == pytest.approx(amount, rel=0.02)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join((case.generator, case.block)))
