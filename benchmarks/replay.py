@@ -54,7 +54,7 @@ def errors(robot: Robot, speed: float, seconds: float) -> tuple[float, list[floa
     noise = NOISE_M / robot.values["rotor_radius"]
     seen = truth + noise * np.random.default_rng(round(10 * speed)).standard_normal(len(times))
     fit = least_squares(lambda p: turned(times, speed, p) - seen, [0.04, 0.0, 0.0, 0.0])
-    kept = [savgol_filter(seen, 2 * round(w * 60) + 1, 3) for w in WINDOWS_S]
+    kept = [np.asarray(savgol_filter(seen, 2 * round(w * 60) + 1, 3)) for w in WINDOWS_S]
 
     def off(angle: Array) -> float:
         return 1000 * float(np.sqrt(np.mean((moved(robot, times, angle) - top) ** 2)))
