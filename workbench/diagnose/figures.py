@@ -101,7 +101,7 @@ def score_figure(found: Diagnosis) -> Figure:
     best = dict.fromkeys((*singles, *refitted), 0.0)
     best = {causes: max(singles.get(causes, 0.0), refitted.get(causes, 0.0)) for causes in best}
     shown = sorted(best, key=lambda one: -best[one])[:_MOST_BARS]
-    threshold = max(LEAST_WORTH, found.refits.threshold)
+    threshold = max(LEAST_WORTH, found.refits.threshold) + found.refits.misjudged
 
     def draw(figure: Figure) -> None:
         ax = figure.subplots()

@@ -14,8 +14,17 @@ from workbench.diagnose.judging import Hypothesis, judged, left_together
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
-from workbench.diagnose.search import BEHIND, FAR, MORE, POOR, Search, leading, windows_of
-from workbench.diagnose.solve import TRIALS, Fit, fit
+from workbench.diagnose.search import (
+    BEHIND,
+    FAR,
+    MORE,
+    POOR,
+    Search,
+    followed_by,
+    leading,
+    windows_of,
+)
+from workbench.diagnose.solve import TRIALS, fit
 from workbench.progress import Progress
 
 __all__ = ["SURE", "Refits", "refit_all"]
@@ -187,7 +196,7 @@ def _base(problem: Problem) -> _Start:
         window = until if follows else window
         if follows or shown == np.inf:
             place, shown = z, until
-        followed |= {k: until for k in _following(problem, found) if followed[k] == before}
+        followed |= {k: until for k in followed_by(problem, found) if followed[k] == before}
         before = until
         problem.look_again(z)
         twice = found.cost > problem.samples(until)  # what noise leaves
@@ -200,17 +209,11 @@ def _base(problem: Problem) -> _Start:
     base = judged(problem, (), found, None)
     least = min(windows_of(problem), default=np.inf)
     followed = {k: max(until, least) for k, until in followed.items()}
-    followed |= dict.fromkeys(_following(problem, found), np.inf)
+    followed |= dict.fromkeys(followed_by(problem, found), np.inf)
     if base.left <= FAR or shown == np.inf:
         return _Start(base, base.near, 0.0, followed)
     close = problem.linear(place, every, shown)
     return _Start(base, Neighbourhood(layout, close, problem.samples(shown)), window, followed)
-
-
-def _following(problem: Problem, found: Fit) -> list[int]:
-    """Return the runs that a fit follows."""
-    pairs = zip(problem.runs, found.residuals, strict=True)
-    return [k for k, left in pairs if left_together(problem, [k], [left]) < FAR]
 
 
 def _worthy(scores: Sequence[Score], far: bool, something: bool) -> list[Score]:

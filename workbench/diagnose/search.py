@@ -15,7 +15,7 @@ from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, fit, renewed
 from workbench.progress import Progress, counted
 
-__all__ = ["BEHIND", "FAR", "MORE", "POOR", "Search", "leading", "windows_of"]
+__all__ = ["BEHIND", "FAR", "MORE", "POOR", "Search", "followed_by", "leading", "windows_of"]
 
 BEHIND = 0.5
 """Share of the best worth below which no refit is tried."""
@@ -76,10 +76,8 @@ class Search:
         return all(map(self._loses, (self.base, *self.best.values())))
 
     def _loses(self, one: Hypothesis) -> bool:
-        problem = self.problem
-        pairs = zip(problem.runs, one.fit.residuals, strict=True)
-        forgetting = [(k, left) for k, left in pairs if problem.rig.runs[k].forgets]
-        return any(left_together(problem, [k], [left]) > FAR for k, left in forgetting)
+        kept, problem = followed_by(self.problem, one.fit), self.problem
+        return any(problem.rig.runs[k].forgets for k in problem.runs if k not in kept)
 
     def found(self, count: int) -> tuple[Hypothesis, ...]:
         """Return those with so many causes, best first."""
@@ -290,6 +288,12 @@ class Search:
 
 def _seconds(until: float) -> str:
     return f"{until:g} s" if until < np.inf else "whole runs"
+
+
+def followed_by(problem: Problem, found: Fit) -> list[int]:
+    """Return the runs that a fit follows."""
+    pairs = zip(problem.runs, found.residuals, strict=True)
+    return [k for k, left in pairs if left_together(problem, [k], [left]) < FAR]
 
 
 def leading(
