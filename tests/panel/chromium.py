@@ -39,14 +39,15 @@ class Browser:
         self._numbers = itertools.count(1)
         self._told: list[dict[str, Any]] = []
 
-    def open(self, url: str, width: int = 1280, height: int = 1000) -> Page:
-        """Open a tab and wait until it has loaded."""
+    def open(self, url: str, width: int = 1280, height: int = 1000, script: str = "") -> Page:
+        """Open a tab and wait until it has loaded; a script runs before the page's own."""
         target = self.ask("Target.createTarget", url="about:blank")["targetId"]
         session = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         page = Page(self, target, session)
         for domain in ("Page", "Runtime", "Network", "Log"):
             page.ask(f"{domain}.enable")
         page.resize(width, height)
+        page.ask("Page.addScriptToEvaluateOnNewDocument", source=script)
         page.ask("Page.navigate", url=url)
         page.wait_for("document.readyState === 'complete' && location.href !== 'about:blank'")
         return page

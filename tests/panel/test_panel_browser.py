@@ -29,6 +29,16 @@ STOP_BAR_S = 0.5
 GONE_BAR_S = 1.0
 STALLED = 3
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "pictures" / "template.png"
+HELD = """
+  // what the server sends waits until it is released
+  window.held = [];
+  window.release = () => held.splice(0).forEach(([, take]) => take());
+  window.EventSource = class extends EventSource {
+    addEventListener(name, take) {
+      super.addEventListener(name, (event) => held.push([name, () => take(event)]));
+    }
+  };
+"""
 PROMPTS = """\
 schema: workbench/protocol-1
 title: With prompts
@@ -167,6 +177,17 @@ def test_a_stop_by_keyboard_is_the_first_tab_stop(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "stop"
     page.key("Enter", 13, "\r")
     page.wait_for(has("#stop-says", "There is no run to stop"))
+
+
+def test_what_stop_says_before_the_first_state_comes_stays(browser: Browser, panel: Panel) -> None:
+    page = browser.open(panel.url, script=HELD)
+    page.click("#stop")
+    page.wait_for(has("#stop-says", "There is no run to stop"))
+    page.wait_for("held.some(([name]) => name === 'state')")
+    page.evaluate("release()")
+    assert page.evaluate("state.pid === null")
+    assert page.text("#stop-says").startswith("There is no run to stop")
+    page.close()
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (820, 1180), (390, 844), (320, 480)])

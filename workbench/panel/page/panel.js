@@ -195,7 +195,8 @@ function listen() {
     take(JSON.parse(event.data));
   });
   on("state", (news) => {
-    if (news.pid !== state.pid) put("stop-says", "");  // it was said of another run
+    // what was said of another run goes; what was said before the first state came is of this one
+    if (state.pid !== undefined && news.pid !== state.pid) put("stop-says", "");
     state = news;
     showState();
     showLog();
