@@ -6,9 +6,10 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from workbench.diagnose.answer import APART, LEAST_WORTH, alike, believable
+from workbench.diagnose.answer import APART, LEAST_WORTH, alike, believable, decide
 from workbench.diagnose.hypotheses import Refits
 
 RUNS, SAMPLES = 5, 1000
@@ -86,8 +87,10 @@ def test_a_gain_counts_whole_where_noise_alone_moves_it_or_many_runs_tell_the_sc
 def judged(cost: float, alone: float, *causes: str) -> Any:
     """Return a hypothesis by its costs: with the clutter of all others, and of its fit alone."""
     layout = SimpleNamespace(numerics=("mesh",))
-    near = SimpleNamespace(layout=layout, unexplained=lambda _: [np.zeros(3)])
-    return SimpleNamespace(causes=causes, cost=cost, fit=SimpleNamespace(cost=alone), near=near)
+    near = SimpleNamespace(layout=layout, unexplained=lambda _: [np.zeros(3)], samples=9, silent=())
+    runs = SimpleNamespace(runs=range(RUNS))
+    fit = SimpleNamespace(cost=alone, linear=runs, apart=lambda other, samples: 1.0)
+    return SimpleNamespace(causes=causes, cost=cost, fit=fit, near=near, left=0.3, beyond=0.0)
 
 
 def refits(base: Any, singles: tuple[Any, ...], pairs: tuple[Any, ...] = ()) -> Any:
@@ -110,3 +113,24 @@ def test_what_is_cheaper_by_itself_is_a_rival_where_costs_contradict_each_other(
     contradicted = refits(base, (play, drag, slack))
     assert alike(contradicted, play, APART) == [play, drag]
     assert refits(base, (play, slack)).misjudged == 150
+
+
+@pytest.mark.parametrize(
+    ("worth", "off", "why"),
+    [
+        (40, 30, "play: every other cause leaves clearly more unexplained"),
+        (40, 34, "play may be there, worth 40.0, but the fits contradict each other by 34.0, so a "
+                 "mixture may do as well"),
+        (6, 0, "play may be there, but so small a misfit may also be a mixture"),
+    ],
+)  # fmt: skip
+def test_a_cause_that_is_not_sure_is_a_set_with_the_reason(
+    worth: float, off: float, why: str
+) -> None:
+    base, play = judged(1000, 1500), judged(1000 - worth, 1400, "play")
+    layout = SimpleNamespace(numerics=(), causes={"play": SimpleNamespace(group="hinge")})
+    pair = judged(1000 - worth + off, 1399, "play", "drag")
+    found = decide(refits(base, (play,), (pair,) if off else ()), cast(Any, layout))
+    assert found.reason == why
+    assert found.kind == ("NAMED" if worth > LEAST_WORTH + off else "SET")
+    assert found.causes == ("play",)

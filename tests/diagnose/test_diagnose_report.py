@@ -196,6 +196,13 @@ def test_runs_held_out_that_speak_against_the_answer_are_a_warning(
     assert words is None or words in html
 
 
+def test_runs_compared_in_part_are_a_warning(pages: dict[str, Page], tmp_path: Path) -> None:
+    found = replace(pages["SET"].found, shortened=(("run_0", 1.0), ("run_2", 2.5)))
+    html = write_diagnosis(tmp_path / "page.html", found, {}, {}).read_text(encoding="utf-8")
+    words = "compared only for as long as the base follows them: run_0 for 1.00 s, run_2 for 2.50 s"
+    assert f'<ul class="warnings"><li>{words}</li></ul>' in html
+
+
 def test_what_is_left_is_the_error_over_the_noise(pages: dict[str, Page]) -> None:
     """The noise is white here, so whitening changes nothing."""
     found = pages["SET"].found

@@ -25,6 +25,7 @@ __all__ = [
     "alike",
     "believable",
     "decide",
+    "evident",
     "left_over",
     "negligible",
     "widened",
@@ -99,19 +100,30 @@ def decide(
     weights = _weights(refits, best, same)
     causes = tuple(sorted(weights, key=lambda name: -weights[name]))
     rivals = _rivals(refits, layout, best, causes)
-    sure = refits.worth(best) > LEAST_WORTH + refits.misjudged
-    if len(same) > 1 or not sure:
-        reason = (
-            f"{', '.join(causes)} cannot be told apart by these runs"
-            if sure
-            else f"{', '.join(causes)} may be there, but so small a misfit may also be a mixture"
-        )
-        return Answer("SET", causes, best, weights, rivals, reason)
+    if len(same) > 1 or not evident(refits, best):
+        return Answer("SET", causes, best, weights, rivals, _why_a_set(refits, best, causes))
     causes = tuple(sorted(best.causes, key=lambda name: name in layout.numerics))
     groups = {layout.causes[name].group for name in causes}
     kind: Kind = "DATA_FAULT" if groups == {"sensor"} else "NAMED"
     reason = f"{' and '.join(causes)}: every other cause leaves clearly more unexplained"
     return Answer(kind, causes, best, weights, rivals, reason)
+
+
+def evident(refits: Refits, best: Hypothesis) -> bool:
+    """Tell whether it is worth more than chance, and what costs may be wrong by, could make it."""
+    return refits.worth(best) > LEAST_WORTH + refits.misjudged
+
+
+def _why_a_set(refits: Refits, best: Hypothesis, causes: tuple[str, ...]) -> str:
+    names, worth = ", ".join(causes), refits.worth(best)
+    if evident(refits, best):
+        return f"{names} cannot be told apart by these runs"
+    if worth > LEAST_WORTH:
+        return (
+            f"{names} may be there, worth {worth:.1f}, but the fits contradict each other by "
+            f"{refits.misjudged:.1f}, so a mixture may do as well"
+        )
+    return f"{names} may be there, but so small a misfit may also be a mixture"
 
 
 def _best(refits: Refits, shown: Callable[[Hypothesis], bool]) -> Hypothesis | None:

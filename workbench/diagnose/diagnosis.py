@@ -60,6 +60,8 @@ class Diagnosis:
         seconds: that it took.
         seed: of its draws.
         sound: which runs were trusted.
+        shortened: runs that were compared only for as long as the base follows them, and for how
+            long [s].
     """
 
     rig: Rig
@@ -75,6 +77,7 @@ class Diagnosis:
     seconds: float
     seed: int
     sound: Soundness
+    shortened: tuple[tuple[str, float], ...]
 
     @property
     def removed(self) -> float:
@@ -103,6 +106,7 @@ class Diagnosis:
             "answer": answer.kind,
             "reason": answer.reason,
             "faults": told(self.sound.evidence),
+            "shortened": [{"run": run, "seconds": end} for run, end in self.shortened],
             "causes": [
                 {
                     "effect": name,
@@ -159,7 +163,7 @@ def diagnose(
         return Proof(errors, errors_of(rig, noise, held, one.fit.z)).size > LEAST_SIZE
 
     answer = with_carriers(decide(refits, layout, shown), refits, refits.problem)
-    answer = with_faults(_with_shortened(answer, whole, rig), sound)
+    answer = with_faults(answer, sound)
     quantities = _quantities(layout, refits, answer)
     proof, extended = None, None
     if answer.causes:
@@ -174,19 +178,15 @@ def diagnose(
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
-        time.perf_counter() - begin, seed, sound,
+        time.perf_counter() - begin, seed, sound, _shortened(whole, rig),
     )  # fmt: skip
 
 
-def _with_shortened(answer: Answer, whole: Rig, rig: Rig) -> Answer:
-    """Return an answer that tells which runs were compared for a part of what they could be."""
+def _shortened(whole: Rig, rig: Rig) -> tuple[tuple[str, float], ...]:
+    """Return which runs were compared for a part of what they could be, and for how long [s]."""
     pairs = zip(whole.runs, rig.runs, strict=True)
     cut = [short for run, short in pairs if len(short.times) < len(run.times)]
-    if not cut:
-        return answer
-    names = ", ".join(f"{run.name} for {digits(float(run.times[-1]))} s" for run in cut)
-    reason = f"{answer.reason}. Compared only for as long as the base follows them: {names}"
-    return replace(answer, reason=reason)
+    return tuple((run.name, float(run.times[-1])) for run in cut)
 
 
 def _refuted(answer: Answer, proof: Proof) -> Answer:

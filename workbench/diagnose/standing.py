@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from workbench.diagnose.answer import APART, LEAST_WORTH, SUSPECTED, alike
+from workbench.diagnose.answer import APART, LEAST_WORTH, SUSPECTED, alike, evident
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
@@ -105,8 +105,8 @@ def _chosen(found: Diagnosis) -> list[tuple[Hypothesis, float]]:
         return []
     reach = APART if answer.kind == "SET" else _NEAR
     chosen = [(one, one.cost) for one in alike(refits, answer.best, reach)[:_MOST]]
-    if refits.worth(answer.best) <= LEAST_WORTH:  # that nothing is there is as likely at that worth
-        chosen.append((refits.base, refits.base.cost - LEAST_WORTH))
+    if not evident(refits, answer.best):  # that nothing is there is as likely at that worth
+        chosen.append((refits.base, refits.base.cost - LEAST_WORTH - refits.misjudged))
     return chosen
 
 
