@@ -134,3 +134,19 @@ def test_a_cause_that_is_not_sure_is_a_set_with_the_reason(
     assert found.reason == why
     assert found.kind == ("NAMED" if worth > LEAST_WORTH + off else "SET")
     assert found.causes == ("play",)
+
+
+@pytest.mark.parametrize(("left", "causes"), [(3.0, ("play", "drag")), (0.9, ("play",))])
+def test_how_runs_scatter_does_not_matter_where_one_cause_misses_them_by_far(
+    left: float, causes: tuple[str, ...]
+) -> None:
+    base, play, both = (
+        judged(1000, 1500), judged(960, 1400, "play"), judged(900, 1000, "play", "drag")
+    )  # fmt: skip
+    play.left, both.left = left, 0.1
+    both.near.unexplained = lambda _: [np.full(3, 30.0)]
+    play.near.unexplained = lambda _: [np.full(3, 31.0)]
+    hinge = SimpleNamespace(group="hinge")
+    layout = SimpleNamespace(numerics=(), causes={"play": hinge, "drag": hinge})
+    found = decide(refits(base, (play,), (both,)), cast(Any, layout))
+    assert (found.kind, found.causes) == ("NAMED", causes)

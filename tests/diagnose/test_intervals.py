@@ -31,7 +31,7 @@ def fitted(rig: PaperRig) -> Hypothesis:
     z = np.zeros(len(layout))
     linear = problem.linear(z, np.arange(len(layout)))
     found = fit(problem, z, prior_of(layout, ("wobble",)), linear=linear)
-    return judged(problem, ("wobble",), found, None)
+    return judged(problem, ("wobble",), found)
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tests.diagnose.paper import TERMS, cause, measured
 from workbench.diagnose import hypotheses, judging, solve
 from workbench.diagnose import search as searching
+from workbench.diagnose.judging import DEARER
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.noise import noise_of
@@ -144,7 +145,7 @@ def test_a_base_that_stopped_on_its_way_is_no_gain_of_a_cause() -> None:
     z = base.fit.z.copy()
     z[problem.layout.base] += 0.05
     stopped = fit(problem, z, prior_of(problem.layout), linear=base.fit.linear, trials=0)
-    misjudged = replace(judging.judged(problem, (), stopped, None), cost=base.cost + 50.0)
+    misjudged = replace(judging.judged(problem, (), stopped), cost=base.cost + 50.0)
     search = Search(problem, misjudged, lambda text: None)
     scores = [promised(BASE - 1.0, "creep")]
     creep = search._fit_anew(("creep",), base.fit.z)
@@ -187,7 +188,7 @@ def test_a_cause_is_judged_from_where_the_base_s_clutter_led_if_that_is_cheaper(
     blind = [0 * jacobian for jacobian in stopped.linear.jacobians]
     stopped = replace(stopped, linear=stopped.linear.with_jacobians(blind))
     alone = judging.with_clutter(problem, ("creep",), stopped, samples)
-    led = judging.with_clutter(problem, ("creep",), stopped, samples, base.near)
+    led = judging.with_clutter(problem, ("creep",), stopped, samples, [base])
     assert alone.lowest(("creep",)) > base.fit.cost + 50
     assert led.lowest(("creep",)) < base.fit.cost
 
@@ -208,6 +209,48 @@ def test_clutter_that_would_explain_the_noise_is_tried_and_not_believed() -> Non
     assert abs(tried.lowest(()) - found.cost) < judging._FORETOLD / 4
     honest = judging.with_clutter(problem, (), found, samples)
     assert honest.linear is found.linear
+
+
+def test_a_cause_more_is_judged_again_where_it_made_things_dearer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem = swings(5)
+    base, *_ = hypotheses._base(problem)
+    layout, samples = problem.layout, problem.samples()
+    z = base.fit.z.copy()
+    z[layout.base] += 0.05
+    stopped = fit(problem, z, prior_of(layout, ("creep",)), linear=base.fit.linear, trials=0)
+    lie, (column,) = [], layout.of_cause["wobble"]
+    for jacobian, residual in zip(stopped.linear.jacobians, stopped.residuals, strict=True):
+        lie.append(0 * jacobian)
+        lie[-1][:, column] += residual
+    false = replace(stopped, linear=stopped.linear.with_jacobians(lie))
+    assert Neighbourhood(layout, false.linear, samples).lowest(("creep",)) < base.cost
+    led = judging._led
+
+    def stuck(*args: Any) -> Neighbourhood:
+        """Lead nowhere from its own place, which promised more."""
+        if args[3:]:
+            return led(*args)
+        blind = [0 * jacobian for jacobian in stopped.linear.jacobians]
+        return Neighbourhood(layout, stopped.linear.with_jacobians(blind), samples)
+
+    monkeypatch.setattr(judging, "_led", stuck)
+    assert judging.judged(problem, ("creep",), false).cost > base.cost + 50
+    assert judging.judged(problem, ("creep",), false, [base]).cost < base.cost + DEARER
+
+
+def test_what_contradicts_one_of_fewer_causes_is_judged_again() -> None:
+    search = Search(problem := swings(5), hypotheses._base(problem).base, lambda text: None)
+    search._refit(("creep",))
+    search._refit(("wobble",))
+    dear = replace(search.best["creep",], cost=search.base.cost + 50.0)
+    kept = replace(search.best["wobble",], cost=search.base.cost + DEARER / 2)
+    search.best |= {dear.causes: dear, kept.causes: kept}
+    assert judging.contradiction(dear, [search.base]) == pytest.approx(50.0)
+    search.reconcile()
+    assert search.best["creep",].cost < search.base.cost + DEARER
+    assert search.best["wobble",] is kept
 
 
 @pytest.mark.parametrize(("trials", "arrived"), [(2, False), (24, True)])

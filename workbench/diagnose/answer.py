@@ -14,6 +14,7 @@ from scipy.stats import norm, t
 from workbench.diagnose.hypotheses import SURE, Refits
 from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.layout import Layout
+from workbench.diagnose.search import FAR, POOR
 
 __all__ = [
     "LEAST_SIZE",
@@ -143,11 +144,11 @@ def _holds(
     """Tell whether a hypothesis is worth more than a simpler one, and of practical size.
 
     Base numbers that are off may hide most of a cause in the runs that they were fitted to, not in
-    others.
+    others. How runs scatter does not matter where one cause misses them by far and two follow them.
     """
     gained = simpler.cost - one.cost - refits.misjudged
     size = one.fit.apart(simpler.fit, one.near.samples)
-    if len(simpler.causes) == 1:
+    if len(simpler.causes) == 1 and not (simpler.left > FAR and one.left < POOR):
         wider = _scatter(simpler, one)
         gained = believable(gained / wider, wider, len(one.fit.linear.runs))
     least = SUSPECTED if simpler is refits.base and len(one.causes) == 1 else LEAST_WORTH

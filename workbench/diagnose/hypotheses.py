@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.diagnose.judging import Hypothesis, judged, left_together
+from workbench.diagnose.judging import Hypothesis, contradiction, judged, left_together
 from workbench.diagnose.minimum import prior_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood, Score
@@ -38,6 +38,7 @@ _EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
 _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
+_WHOLE = 2  # that are fitted to whole runs beside those of a race
 _LITTLE = 0.5  # of worth: what promises less is not the truth
 
 
@@ -100,18 +101,15 @@ class Refits:
     def misjudged(self) -> float:
         """Return by how much the costs of hypotheses, with their clutter, may be wrong.
 
-        A cause more can make nothing dearer, for clutter may do without it. Where a fit is cheaper
-        than that of fewer causes and yet, with its clutter, dearer, clutter was not fitted to the
-        end. The greatest such contradiction tells how far any two costs may be off. Numerics are
-        steps of one, whose costs jump.
+        The greatest contradiction tells how far any two costs may be off. Numerics are steps of
+        one, whose costs jump.
         """
         numerics = set(self.base.near.layout.numerics)
         off = 0.0
         for one in (*self.singles, *self.pairs):
             halves = [half for half in self.singles if set(half.causes) < set(one.causes)]
-            for fewer in (self.base, *halves):
-                if not numerics & set(one.causes) and one.fit.cost <= fewer.fit.cost:
-                    off = max(off, one.cost - fewer.cost)
+            if not numerics & set(one.causes):
+                off = max(off, contradiction(one, (self.base, *halves)))
         return off
 
 
@@ -143,19 +141,28 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
         _seek_elsewhere(search, start, doubt)
     search.arrive(2)
     search.simplify()
+    search.reconcile()
     base, singles, pairs = search.base, search.found(1), search.found(2)
     threshold = base.near.threshold(seed)
     return Refits(problem, base, singles, pairs, tuple(scores), threshold, doubt)
 
 
 def _seek_first(search: Search, scores: Sequence[Score], doubt: float) -> None:
-    """Fit the single causes that are promising where the base follows the runs."""
+    """Fit the single causes that are promising where the base follows the runs.
+
+    What a far base leaves may be large because a cause is: where clutter makes up for it, those
+    that are promising over whole runs are fitted as well.
+    """
     something = search.far or _suspicious(search.base, search.base.left, doubt)
     chosen = _worthy(scores, search.far, something)
     if not search.far:
         search.refit(chosen, _worthy(scores, True, something))
     elif scores and scores[0].worth > MORE:
         search.race(chosen)
+    if search.far and search.base.beyond <= POOR:
+        whole = _worthy(search.base.near.scores(), False, something)
+        tied = [one for one in whole[_WHOLE:] if one.worth > whole[0].worth - _LIKELY]
+        search.refit([*whole[:_WHOLE], *tied])
     search.arrive(1)
 
 
@@ -172,12 +179,16 @@ def _seek_second(search: Search, start: _Start, doubt: float) -> None:
     """Fit pairs of the best single cause and others, where it leaves more than a little of each.
 
     Where it leaves so much that its fit may lie in another valley, those that add to it in the
-    longest window that it follows race from there.
+    longest window that it follows race from there, unless clutter makes up for all of it and one of
+    those that add to it over whole runs follows them.
     """
     for best in search.found(1)[:1]:
         if search.far and (best.left > FAR or best.beyond > POOR):
-            near, until = search.close_to(best.causes) or (start.close, start.window)
-            search.race(_beside(near, best.causes[0]), near.z if until else None, until)
+            if best.beyond <= POOR:
+                search.refit(_adding(best)[:_WHOLE])
+            if min((one.left for one in search.found(2)), default=np.inf) > FAR:
+                near, until = search.close_to(best.causes) or (start.close, start.window)
+                search.race(_beside(near, best.causes[0]), near.z if until else None, until)
         elif _suspicious(search.base, best.left, doubt):
             search.refit(_adding(best) if search.far else _promising(start.close, best))
 
@@ -206,7 +217,7 @@ def _base(problem: Problem) -> _Start:
     linear = problem.linear(z, every)
     found = fit(problem, z, prior, linear=linear, trials=trials, settle=False,
                 damping=first.damping)  # fmt: skip
-    base = judged(problem, (), found, None)
+    base = judged(problem, (), found)
     least = min(windows_of(problem), default=np.inf)
     followed = {k: max(until, least) for k, until in followed.items()}
     followed |= dict.fromkeys(followed_by(problem, found), np.inf)

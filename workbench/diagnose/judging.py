@@ -13,11 +13,13 @@ from workbench.diagnose.problem import Problem
 from workbench.diagnose.screen import Neighbourhood
 from workbench.diagnose.solve import Fit, fit, renewed
 
-__all__ = ["Hypothesis", "judged", "left_together", "with_clutter"]
+__all__ = ["DEARER", "Hypothesis", "contradiction", "judged", "left_together", "with_clutter"]
 
-_FORETOLD = 200.0  # of the cost: clutter that is said to gain more is tried
-_TRIALS = 8
-_ENOUGH = 4.0  # of the cost: a trial that gains less ends them
+DEARER = 2.0
+"""Of the cost, than with a cause fewer: clutter was not fitted to the end."""
+_FORETOLD = 30.0  # of the cost: clutter that is said to gain more is tried
+_TRIALS = 24
+_ENOUGH = 1.0  # of the cost: a trial that gains less ends them
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class Hypothesis:
 
 
 def judged(
-    problem: Problem, causes: tuple[str, ...], found: Fit, base: Hypothesis | None
+    problem: Problem, causes: tuple[str, ...], found: Fit, fewer: Sequence[Hypothesis] = ()
 ) -> Hypothesis:
     """Return a fit as a hypothesis.
 
@@ -52,11 +54,11 @@ def judged(
         problem: that was fitted.
         causes: released in it.
         found: where it ended.
-        base: without causes; None where this is it.
+        fewer: hypotheses with some of the causes, that of the base first; none where this is it.
     """
     samples = problem.samples()
-    near = with_clutter(problem, causes, found, samples, base.near if base else None)
-    size = 0.0 if base is None else found.apart(base.fit, samples)
+    near = with_clutter(problem, causes, found, samples, fewer)
+    size = found.apart(fewer[0].fit, samples) if fewer else 0.0
     left = left_together(problem, problem.runs, found.residuals)
     beyond = left_together(problem, problem.runs, near.unexplained(causes))
     return Hypothesis(causes, found, near.lowest(causes), size, left, beyond, near)
@@ -67,29 +69,74 @@ def with_clutter(
     causes: tuple[str, ...],
     found: Fit,
     samples: int,
-    base: Neighbourhood | None = None,
+    fewer: Sequence[Hypothesis] = (),
 ) -> Neighbourhood:
     """Return all causes around a fit, or around the place that their clutter really leads to.
 
     What clutter gains is foretold well where it is little. In hops, straight lines let it gain
     more than what tells two causes apart: there it is tried, all but that of the numerics, which
-    is small and dear to simulate. Where the clutter of the base led is a place for every cause as
-    well, and they begin there if that is cheaper than their own fit.
+    is small and dear to simulate. Where the clutter of fewer causes led is a place for more of them
+    as well. They begin there if that is cheaper than their own fit, and also where they ended
+    dearer than those fewer: a cause more can make nothing dearer.
+
+    Args:
+        problem: that was fitted.
+        causes: released in it.
+        found: where it ended.
+        samples: compared.
+        fewer: hypotheses with some of the causes.
     """
-    layout = problem.layout
-    near = Neighbourhood(layout, found.linear, samples)
-    clutter = near.clutter.copy()
-    clutter[layout.quantities(layout.numerics)] = 0.0
-    prior, linear, refresh = prior_of(layout, causes, clutter), found.linear, layout.base
-    if base is not None and base.cost + prior.cost(base.z) < near.lowest(causes):
-        place = layout.taken_over(base.z, causes)
+    near = Neighbourhood(problem.layout, found.linear, samples)
+    best = min(fewer, key=lambda one: one.cost, default=None)
+    if best is not None and _cost_from(best, near, causes) < near.lowest(causes):
+        return _led(problem, causes, near, best)
+    tried = near
+    if found.cost - near.lowest(causes) >= _FORETOLD:
+        tried = _led(problem, causes, near)
+    if best is None or tried.lowest(causes) <= best.cost + DEARER:
+        return tried
+    return min(tried, _led(problem, causes, near, best), key=lambda one: one.lowest(causes))
+
+
+def _cost_from(best: Hypothesis, near: Neighbourhood, causes: tuple[str, ...]) -> float:
+    """Return the cost where the clutter of fewer causes led."""
+    prior = prior_of(near.layout, causes, _tried(near))
+    return best.near.cost + prior.cost(best.near.z)
+
+
+def _led(
+    problem: Problem,
+    causes: tuple[str, ...],
+    near: Neighbourhood,
+    best: Hypothesis | None = None,
+) -> Neighbourhood:
+    """Return all causes around where their clutter leads, from a fit or from that of fewer."""
+    layout, linear, refresh = problem.layout, near.linear, problem.layout.base
+    if best is not None:
+        place = layout.taken_over(best.near.z, causes)
         refresh = np.union1d(refresh, layout.quantities(causes))
-        linear = renewed(problem, place, refresh, np.inf, base.linear)
-    elif found.cost - near.lowest(causes) < _FORETOLD:
-        return near
+        linear = renewed(problem, place, refresh, np.inf, best.near.linear)
+    prior = prior_of(layout, causes, _tried(near))
     led = fit(problem, linear.z, prior, linear=linear, refresh=refresh, enough=_ENOUGH,
               rough=0.0, trials=_TRIALS, settle=False)  # fmt: skip
-    return Neighbourhood(layout, led.linear, samples)
+    return Neighbourhood(layout, led.linear, near.samples)
+
+
+def _tried(near: Neighbourhood) -> NDArray[np.float64]:
+    """Return the clutter (u,) that is simulated."""
+    clutter = near.clutter.copy()
+    clutter[near.layout.quantities(near.layout.numerics)] = 0.0
+    return clutter
+
+
+def contradiction(one: Hypothesis, fewer: Sequence[Hypothesis]) -> float:
+    """Return by how much a hypothesis is dearer than one of fewer causes, zero where it is not.
+
+    A cause more can make nothing dearer, for clutter may do without it. Where its fit is cheaper
+    and yet, with its clutter, dearer, clutter was not fitted to the end.
+    """
+    dearer = [one.cost - less.cost for less in fewer if one.fit.cost <= less.fit.cost]
+    return max((0.0, *dearer))
 
 
 def left_together(

@@ -8,14 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.judging import Hypothesis, judged, left_together
+from workbench.diagnose.judging import DEARER, Hypothesis, contradiction, judged, left_together
 from workbench.diagnose.minimum import Prior, prior_of
 from workbench.diagnose.problem import Linear, Problem
 from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, fit, renewed
 from workbench.progress import Progress, counted
 
-__all__ = ["BEHIND", "FAR", "MORE", "POOR", "Search", "followed_by", "leading", "windows_of"]
+__all__ = [
+    "BEHIND",
+    "FAR",
+    "MORE",
+    "POOR",
+    "Search",
+    "followed_by",
+    "leading",
+    "windows_of",
+]
 
 BEHIND = 0.5
 """Share of the best worth below which no refit is tried."""
@@ -223,13 +232,22 @@ class Search:
         begin[replaced] = self.base.fit.z[replaced]
         near = renewed(self.problem, begin, prior.free, np.inf, self.base.fit.linear)
         found = fit(self.problem, begin, prior, linear=near, trials=_REFIT_TRIALS)
-        base = judged(self.problem, (), found, None)
+        base = judged(self.problem, (), found)
         if base.cost < self.base.cost:
             self.base = base
             self.best = {
                 causes: replace(one, size=one.fit.apart(found, one.near.samples))
                 for causes, one in self.best.items()
             }
+
+    def reconcile(self) -> None:
+        """Judge those again that contradict one of fewer causes, which was fitted later."""
+        for causes in sorted(self.best, key=len):
+            one, fewer = self.best[causes], self._fewer(causes)
+            if contradiction(one, fewer) > DEARER:
+                self.tell(f"judge {' and '.join(causes)} again")
+                again = judged(self.problem, causes, one.fit, fewer)
+                self.best[causes] = min(one, again, key=lambda one: one.cost)
 
     def simplify(self) -> None:
         """Fit each half of the best pair alone, from where the pair's fit ended."""
@@ -241,16 +259,17 @@ class Search:
 
     def _refit(self, causes: tuple[str, ...]) -> Hypothesis:
         """Fit from the best that was found with fewer of the causes: it should not end dearer."""
-        layout, origin = self.problem.layout, self._within(causes)
+        layout = self.problem.layout
+        origin = min(self._fewer(causes), key=lambda one: one.fit.cost)
         fresh = tuple(name for name in causes if name not in origin.causes)
         place, linear = layout.taken_over(origin.fit.z, fresh), origin.fit.linear
         if origin is not self.base:
             linear = renewed(self.problem, place, layout.quantities(fresh), np.inf, linear)
         return self._fit(causes, place, linear, layout.quantities(causes))
 
-    def _within(self, causes: tuple[str, ...]) -> Hypothesis:
-        fewer = [one for one in self.best.values() if set(one.causes) < set(causes)]
-        return min((self.base, *fewer), key=lambda one: one.fit.cost)
+    def _fewer(self, causes: tuple[str, ...]) -> list[Hypothesis]:
+        """Return the base, and what was fitted with some of the causes."""
+        return [self.base, *(one for one in self.best.values() if set(one.causes) < set(causes))]
 
     def _fit_anew(
         self, causes: tuple[str, ...], z: NDArray[np.float64], damping: float = 0.0
@@ -280,7 +299,7 @@ class Search:
         prior = prior_of(self.problem.layout, causes)
         found = fit(self.problem, z, prior, linear=linear, refresh=refresh, trials=_REFIT_TRIALS,
                     damping=damping)  # fmt: skip
-        hypothesis = judged(self.problem, causes, found, self.base)
+        hypothesis = judged(self.problem, causes, found, self._fewer(causes))
         if causes not in self.best or hypothesis.cost < self.best[causes].cost:
             self.best[causes] = hypothesis
         return hypothesis
