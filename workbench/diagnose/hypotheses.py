@@ -161,6 +161,7 @@ def _seek_first(search: Search, scores: Sequence[Score], doubt: float) -> None:
         search.race(chosen)
     if search.far and search.base.beyond <= POOR:
         whole = _worthy(search.base.near.scores(), False, something)
+        whole = [one for one in whole if one.causes not in search.best]
         tied = [one for one in whole[_WHOLE:] if one.worth > whole[0].worth - _LIKELY]
         search.refit([*whole[:_WHOLE], *tied])
     search.arrive(1)

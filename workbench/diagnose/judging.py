@@ -19,7 +19,7 @@ DEARER = 2.0
 """Of the cost, than with a cause fewer: clutter was not fitted to the end."""
 _FORETOLD = 30.0  # of the cost: clutter that is said to gain more is tried
 _TRIALS = 24
-_ENOUGH = 1.0  # of the cost: a trial that gains less ends them
+_ENOUGH, _ROUGH = 1.0, 0.005  # of the cost, and of its excess over noise: less ends them
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ def _led(
         linear = renewed(problem, place, refresh, np.inf, best.near.linear)
     prior = prior_of(layout, causes, _tried(near))
     led = fit(problem, linear.z, prior, linear=linear, refresh=refresh, enough=_ENOUGH,
-              rough=0.0, trials=_TRIALS, settle=False)  # fmt: skip
+              rough=_ROUGH, trials=_TRIALS, settle=False)  # fmt: skip
     return Neighbourhood(layout, led.linear, near.samples)
 
 
