@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares, lsq_linear
 
 from tests.diagnose.paper import PaperRig, measured
+from workbench.diagnose import solve
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.minimum import Prior, prior_of, step_from
 from workbench.diagnose.noise import noise_of
@@ -138,3 +140,24 @@ def test_a_fit_that_coarse_steps_misled_does_not_end_dearer(
     found = fit(problem, begin, prior, linear=linear, settle=False)
     print(f"{before:.1f} before, {found.cost:.1f} after")
     assert found.cost <= before
+
+
+def test_what_a_trial_teaches_changes_the_curvature_as_the_derivatives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = list[tuple[NDArray[np.float64], NDArray[np.float64]]]()
+    whole = solve._Descent.step
+
+    def step(way: Any) -> Any:
+        found = whole(way)
+        free = np.ix_(way._prior.free, way._prior.free)
+        told.append((way._curvature[free], way.linear.curvature_of(way._prior.free)[free]))
+        return found
+
+    monkeypatch.setattr(solve._Descent, "step", step)
+    rig = measured(3, {"hardening": 0.08})
+    problem = Problem(rig, Layout(rig), noise_of(rig.runs, (0, 1, 2)), (0, 1, 2))
+    fit(problem, np.zeros(len(problem.layout)), prior_of(problem.layout, ("hardening",)))
+    assert len(told) > 4
+    for kept, anew in told:
+        np.testing.assert_allclose(kept, anew, rtol=1e-9, atol=1e-9 * np.abs(anew).max())

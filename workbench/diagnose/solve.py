@@ -165,6 +165,7 @@ class _Descent:
         self.cost = self._least = self._cost(linear.residuals, z)
         self._harder, self._fine = _HARDER, False
         self._anchor = problem.anchor(linear.z, linear.residuals, until)
+        self._curvature: NDArray[np.float64] | None = None
 
     @property
     def known(self) -> bool:
@@ -173,10 +174,10 @@ class _Descent:
 
     def step(self) -> Step:
         """Return the step that the neighbourhood asks for."""
-        curvature = self.linear.curvature_of(self._prior.free)
-        gradient = self.linear.gradient
-        layout = self._problem.layout
-        return step_from(layout, self.linear.z, curvature, gradient, self._prior, self.damping)
+        if self._curvature is None:
+            self._curvature = self.linear.curvature_of(self._prior.free)
+        z, gradient, layout = self.linear.z, self.linear.gradient, self._problem.layout
+        return step_from(layout, z, self._curvature, gradient, self._prior, self.damping)
 
     def attempt(self, step: Step, tell: Progress) -> None:
         """Simulate where a step leads, learn from it, and go there if it is cheaper."""
@@ -187,8 +188,7 @@ class _Descent:
         less = self._cost(residuals, step.z)
         tell(f"{less:.1f}, expected {self.cost - step.gain:.1f}, damping {self.damping:.2g}")
         if less < _ABSURD * self.cost:
-            taught = _taught(self._problem.layout, self.linear, step.z, residuals, less < self.cost)
-            self.linear, self.learnt = taught, True
+            self._learn(step.z, residuals, less < self.cost)
         kept = (self.cost - less) / step.gain
         self.cost = min(self.cost, less)
         if kept * _TRUST > 1:
@@ -198,11 +198,20 @@ class _Descent:
             self.damping = max(self.damping, 1.0) * self._harder
             self._harder, self.misled = 2 * self._harder, self.misled + 1
 
+    def _learn(
+        self, z: NDArray[np.float64], residuals: list[NDArray[np.float64]], arrive: bool
+    ) -> None:
+        layout = self._problem.layout
+        self.linear, change = _taught(layout, self.linear, z, residuals, arrive)
+        self.learnt = True
+        if self._curvature is not None:
+            self._curvature = self._curvature + change
+
     def renew(self) -> None:
         """Take the derivatives anew, and the residuals in fine steps."""
         linear = renewed(self._problem, self.linear.z, self._columns, self._until, self.linear)
         self.damping, self._harder = _RENEWED * self.damping, _HARDER
-        self.learnt, self.misled = False, 0
+        self.learnt, self.misled, self._curvature = False, 0, None
         self._ascertain(linear)
 
     def confirm(self) -> None:
@@ -230,8 +239,12 @@ def _taught(
     z: NDArray[np.float64],
     residuals: list[NDArray[np.float64]],
     arrive: bool,
-) -> Linear:
+) -> tuple[Linear, NDArray[np.float64]]:
     """Return a neighbourhood that foretells a trial: each run's derivatives changed the least.
+
+    A change of rank one changes the curvature by what costs no more than a gradient; the product
+    of the derivatives, anew after each trial, took as long as the trial. That change is returned as
+    well, (u, u); it holds for the unknowns that move.
 
     Args:
         layout: tells which unknowns a run depends on.
@@ -241,15 +254,20 @@ def _taught(
         arrive: whether the trial is the new place, or only taught something of the old one.
     """
     move, matrices = z - linear.z, []
+    change = np.zeros((len(z), len(z)))
     parts = zip(linear.runs, linear.residuals, residuals, linear.jacobians, strict=True)
     for k, before, after, matrix in parts:
         own = np.flatnonzero((move != 0) & ((layout.run < 0) | (layout.run == k)))
         taught = matrix.copy()
         if len(own):
             missed = before - after - matrix[:, own] @ move[own]
-            taught[:, own] += np.outer(missed, move[own] / (move[own] @ move[own]))
+            way = np.zeros(len(z))
+            way[own] = move[own] / (move[own] @ move[own])
+            taught[:, own] += np.outer(missed, way[own])
+            half = np.outer(matrix.T @ missed + (missed @ missed) / 2 * way, way)
+            change += half + half.T
         matrices.append(taught)
-    return (linear.at(z, residuals) if arrive else linear).with_jacobians(matrices)
+    return (linear.at(z, residuals) if arrive else linear).with_jacobians(matrices), change
 
 
 def renewed(
