@@ -169,9 +169,8 @@ def show_diagnosis(found: Diagnosis) -> None:
     """Print the answer, its proof and what was not taken."""
     answer, told = found.answer, found.as_json()["rmse_mm"]
     people.print(f"{answer.kind}: {answer.reason}", markup=False)
-    if found.shortened:
-        ends = ", ".join(f"{run} for {end:.1f} s" for run, end in found.shortened)
-        people.print(f"compared only for as long as the base follows them: {ends}", markup=False)
+    if found.in_part is not None:
+        people.print(found.in_part, markup=False)
     for cause in answer.causes:
         people.print(
             f"  {cause} ({100 * found.confidence(cause):.0f} %): "

@@ -93,6 +93,14 @@ class Diagnosis:
         """Return how often a cause of an answer like this one was a true one, 0 to 1."""
         return confidence(self.answer.kind, self.answer.weights.get(cause, 0.0))
 
+    @property
+    def in_part(self) -> str | None:
+        """Return in words which runs were compared in part; None where all were compared whole."""
+        if not self.shortened:
+            return None
+        ends = ", ".join(f"{run} for {digits(end)} s" for run, end in self.shortened)
+        return f"compared only for as long as the base follows them: {ends}"
+
     def sentence(self, cause: str) -> str:
         """Return a cause in words, with its numbers."""
         words = {name: _worded(one) for name, one in self.quantities.get(cause, {}).items()}

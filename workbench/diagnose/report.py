@@ -111,9 +111,8 @@ def _warnings(found: Diagnosis) -> Iterator[str]:
     """Yield which runs count in part or not at all, and where those held out speak against it."""
     for run, evidence in found.sound.evidence:
         yield f"{run} is left out: {evidence}"
-    if found.shortened:
-        ends = ", ".join(f"{run} for {digits(end)} s" for run, end in found.shortened)
-        yield f"compared only for as long as the base follows them: {ends}"
+    if found.in_part is not None:
+        yield found.in_part
     base, unit = found.errors, found.errors.unit
     last = base if found.proof is None else found.proof.extended
     for name in found.held_out if found.answer.kind != "NONE" else ():

@@ -15,16 +15,7 @@ from workbench.diagnose.screen import Neighbourhood, Score
 from workbench.diagnose.solve import Fit, fit, renewed
 from workbench.progress import Progress, counted
 
-__all__ = [
-    "BEHIND",
-    "FAR",
-    "MORE",
-    "POOR",
-    "Search",
-    "followed_by",
-    "leading",
-    "windows_of",
-]
+__all__ = ["BEHIND", "FAR", "MORE", "POOR", "Search", "followed_by", "leading", "windows_of"]
 
 BEHIND = 0.5
 """Share of the best worth below which no refit is tried."""

@@ -165,7 +165,7 @@ class _Descent:
         self.cost = self._least = self._cost(linear.residuals, z)
         self._harder, self._fine = _HARDER, False
         self._anchor = problem.anchor(linear.z, linear.residuals, until)
-        self._curvature: NDArray[np.float64] | None = None
+        self._curvature = linear.curvature_of(prior.free)
 
     @property
     def known(self) -> bool:
@@ -174,8 +174,6 @@ class _Descent:
 
     def step(self) -> Step:
         """Return the step that the neighbourhood asks for."""
-        if self._curvature is None:
-            self._curvature = self.linear.curvature_of(self._prior.free)
         z, gradient, layout = self.linear.z, self.linear.gradient, self._problem.layout
         return step_from(layout, z, self._curvature, gradient, self._prior, self.damping)
 
@@ -188,7 +186,9 @@ class _Descent:
         less = self._cost(residuals, step.z)
         tell(f"{less:.1f}, expected {self.cost - step.gain:.1f}, damping {self.damping:.2g}")
         if less < _ABSURD * self.cost:
-            self._learn(step.z, residuals, less < self.cost)
+            layout, arrived = self._problem.layout, less < self.cost
+            self.linear, change = _taught(layout, self.linear, step.z, residuals, arrived)
+            self._curvature, self.learnt = self._curvature + change, True
         kept = (self.cost - less) / step.gain
         self.cost = min(self.cost, less)
         if kept * _TRUST > 1:
@@ -198,20 +198,12 @@ class _Descent:
             self.damping = max(self.damping, 1.0) * self._harder
             self._harder, self.misled = 2 * self._harder, self.misled + 1
 
-    def _learn(
-        self, z: NDArray[np.float64], residuals: list[NDArray[np.float64]], arrive: bool
-    ) -> None:
-        layout = self._problem.layout
-        self.linear, change = _taught(layout, self.linear, z, residuals, arrive)
-        self.learnt = True
-        if self._curvature is not None:
-            self._curvature = self._curvature + change
-
     def renew(self) -> None:
         """Take the derivatives anew, and the residuals in fine steps."""
         linear = renewed(self._problem, self.linear.z, self._columns, self._until, self.linear)
         self.damping, self._harder = _RENEWED * self.damping, _HARDER
-        self.learnt, self.misled, self._curvature = False, 0, None
+        self._curvature = linear.curvature_of(self._prior.free)
+        self.learnt, self.misled = False, 0
         self._ascertain(linear)
 
     def confirm(self) -> None:
