@@ -69,7 +69,7 @@ _RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
 _DISTURBED = 0.01  # of what is known of a start
 _SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
-_LEAST_S, _MOST_S = 1.0, 4.0  # of a hop that are compared
+_LEAST_S, _MOST_S = 1.0, 2.0  # of a hop that are compared; derivatives are lost soon after
 _UNIT = {"m": 1.0, "rad": 10.0}
 _FAR_M = 10.0  # what a robot that cannot be simulated is said to do
 

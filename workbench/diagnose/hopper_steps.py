@@ -19,6 +19,7 @@ Job = tuple[Robot, Condition]
 
 _MOST_STEPS = 136  # of the engine, a sample
 _COARSE_STEPS = 6
+_COARSE_HOP_STEPS = 17
 _SLUGGISH_KG_M2 = 1e-5  # derivatives change by 1 % (`tests/diagnose/test_hopper_steps.py`)
 
 
@@ -93,7 +94,7 @@ def coarsened(robot: Robot, mode: Mode) -> Robot:
         mode: of the run.
     """
     if mode not in ("clamped", "decay"):
-        return robot
+        return replace(robot, steps_per_sample=_COARSE_HOP_STEPS)
     return replace(
         robot, steps_per_sample=_COARSE_STEPS, edits=(*robot.edits, _make_hinges_sluggish)
     )

@@ -20,6 +20,7 @@ Vectors = list[NDArray[np.float64]]
 
 _WANTED = 0.3  # of the noise: what a finite difference of a base number moves the prediction by
 _LONGEST_STEP = 0.5  # of a tolerance
+_OVER_JUMPS = 5.0  # times the step where runs forget: landings make them answer in little jumps
 _GLITCH = 8.0  # deviations of the noise from the median of the samples around
 
 
@@ -266,7 +267,7 @@ class Problem:
             for i in columns:
                 if layout.run[i] not in (-1, k):
                     continue
-                step = self._step(int(i), z)
+                step = self._step(int(i), z, k)
                 there = z.copy()
                 there[i] += step
                 asked.append((k, layout.values(there, k)))
@@ -281,9 +282,10 @@ class Problem:
             change = whitened((predicted - base) / step, seen, self.noise[k])
             jacobians[k][:, i] = change.ravel()
 
-    def _step(self, i: int, z: NDArray[np.float64]) -> float:
-        """Return the step of a difference, away from a bound."""
-        step = float(self.steps[i])
+    def _step(self, i: int, z: NDArray[np.float64], k: int) -> float:
+        """Return the step of a difference in a run, away from a bound."""
+        jumps = self.rig.runs[k].forgets and not self.layout.exact[i]
+        step = float(self.steps[i]) * (_OVER_JUMPS if jumps else 1.0)
         return -step if z[i] + step > self.layout.high[i] + step / 2 else step
 
     def _adapt(self, jacobians: dict[int, NDArray[np.float64]]) -> None:
