@@ -28,7 +28,7 @@ from tests.bank.calibrate import elsewhere
 from tests.bank.calibrate import told_of as causes_of
 from tests.bank.cases import draw_cases
 from tests.bank.kept import keep_all, kept
-from tests.bank.one_case import Line, run_case
+from tests.bank.one_case import Line, engine, run_case
 from tests.bank.resolving import ties_of
 from tests.bank.score import Judged, judge
 from tests.bank.tables import Told, Turned, page
@@ -61,10 +61,12 @@ def told_of(folder: Path) -> Told:
         for line in lines if "failed" in line
     ]  # fmt: skip
     engines = Counter(str(one.get("engine")) for one in answered.values())
+    now = engine()
+    newest = frozenset(seed for seed, one in answered.items() if one.get("engine") == now)
     signs = list(_signs(folder, judged))
     return Told(
         tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
-        engines,
+        engines, newest,
     )  # fmt: skip
 
 

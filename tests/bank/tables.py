@@ -50,6 +50,7 @@ class Told:
         failed: what became of those without an answer, one line each.
         seeds: of the draws.
         engines: state of the engine -> how many cases it answered.
+        newest: cases among those judged that the engine answered as it is now.
     """
 
     judged: Sequence[Judged]
@@ -60,6 +61,7 @@ class Told:
     failed: Sequence[str]
     seeds: Sequence[int]
     engines: Mapping[str, int]
+    newest: frozenset[int] = frozenset()
 
 
 def page(told: Told) -> str:
@@ -70,14 +72,12 @@ def page(told: Told) -> str:
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
         f"{len(told.judged)} answered{_by(told.engines)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %.", "",
-        "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
     ]  # fmt: skip
-    columns = {source: scores(_of(told.judged, source)) for source in _SOURCES}
-    for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
-        bar = BARS[twin.name]
-        cells = [_cell(twin), _verdict(twin, bar.twin, bar.least), _cell(rod),
-                 _verdict(rod, bar.rod, bar.least)]  # fmt: skip
-        parts.append(f"| {twin.name} | {' | '.join(cells)} |")
+    newest = [one for one in told.judged if one.label.get("seed") in told.newest]
+    if newest and len(newest) < len(told.judged):
+        parts += [f"## The engine as it is: {len(newest)} cases", "", *_scored(newest), "",
+                  f"## By all its states: {len(told.judged)} cases", ""]  # fmt: skip
+    parts += _scored(told.judged)
     parts += _beside_plain(told)
     parts += _signs(told.turned)
     parts += _ties(told.ties)
@@ -88,6 +88,20 @@ def page(told: Told) -> str:
     if told.failed:
         parts += ["", "## Cases without an answer", "", *(f"- {line}" for line in told.failed)]
     return "\n".join(parts) + "\n"
+
+
+def _scored(judged: Sequence[Judged]) -> list[str]:
+    """Return every score beside its bars."""
+    parts = [
+        "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
+    ]  # fmt: skip
+    columns = {source: scores(_of(judged, source)) for source in _SOURCES}
+    for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
+        bar = BARS[twin.name]
+        cells = [_cell(twin), _verdict(twin, bar.twin, bar.least), _cell(rod),
+                 _verdict(rod, bar.rod, bar.least)]  # fmt: skip
+        parts.append(f"| {twin.name} | {' | '.join(cells)} |")
+    return parts
 
 
 def _by(engines: Mapping[str, int]) -> str:

@@ -16,6 +16,7 @@ from tests.bank.__main__ import told_of
 from tests.bank.answering import behind, flip
 from tests.bank.baselines import bic, sindy, single
 from tests.bank.cases import draw_cases
+from tests.bank.one_case import engine
 from tests.bank.tables import page
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
@@ -99,6 +100,22 @@ def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
     assert told.engines == {"state 1": 1, "state 2": 1}
     assert [(one.effect, len(one.after)) for one in told.turned] == [("tether", 1)]
     assert "2 answered by 2 states of the engine (1 by state 1, 1 by state 2)." in page(told)
+
+
+def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
+    lines = []
+    for seed, (state, said) in enumerate([("earlier", "NONE"), (engine(), "CLEAN")]):
+        label = {"seed": seed, "block": "null", "generator": "twin", "effects": {}, "kind": "",
+                 "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
+        answer = {"answer": said, "causes": [], "seconds": 100.0 * (seed + 1)}
+        lines.append(json.dumps({"seed": seed, "engine": state, "answer": answer,
+                                 "label": label, "plain": {}}))  # fmt: skip
+    (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    text = page(told_of(tmp_path))
+    now, _, all_states = text.partition("## By all its states: 2 cases")
+    assert "## The engine as it is: 1 cases" in now
+    assert "| slowest case [s] | 200 of 1 |" in now
+    assert "| slowest case [s] | 200 of 2 |" in all_states
 
 
 def test_a_confidence_is_what_the_other_cases_teach(tmp_path: Path) -> None:

@@ -176,7 +176,7 @@ def diagnose(
     proof, extended = None, None
     if answer.causes:
         values = _base_values(layout, answer.best)
-        effects = _effects(layout, answer.best)
+        effects = _effects(layout, answer.best, refits.doubt)
         out.mkdir(parents=True, exist_ok=True)
         extended = rig.extend(out / f"{name}-model", values, effects, name)
         proof = Proof(errors, errors_of(extended, noise, held))
@@ -215,13 +215,13 @@ def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dic
     same = refits.with_as_many(len(answer.best.causes))
     for cause in answer.causes:
         holder = next(one for one in same if cause in one.causes)
-        found[cause] = _found(layout, holder, cause)
+        found[cause] = _found(layout, holder, cause, refits.doubt)
     return found
 
 
-def _found(layout: Layout, holder: Hypothesis, cause: str) -> dict[str, Found]:
-    found = {}
-    for i, deviation, wide in zip(layout.of_cause[cause], *spread(holder, cause), strict=True):
+def _found(layout: Layout, holder: Hypothesis, cause: str, doubt: float) -> dict[str, Found]:
+    found, told = {}, spread(holder, cause, doubt)
+    for i, deviation, wide in zip(layout.of_cause[cause], *told, strict=True):
         unknown = layout.unknowns[i]
         value, wide = layout.value(int(i), float(holder.fit.z[i])), float(wide) * unknown.tolerance
         low, high = max(value - wide, unknown.low), min(value + wide, unknown.high)
@@ -230,8 +230,8 @@ def _found(layout: Layout, holder: Hypothesis, cause: str) -> dict[str, Found]:
     return found
 
 
-def _effects(layout: Layout, best: Hypothesis) -> Effects:
-    found = {cause: _found(layout, best, cause) for cause in best.causes}
+def _effects(layout: Layout, best: Hypothesis, doubt: float) -> Effects:
+    found = {cause: _found(layout, best, cause, doubt) for cause in best.causes}
     return {
         cause: {key: (one.value, one.error) for key, one in named.items()}
         for cause, named in found.items()

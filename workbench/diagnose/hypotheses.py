@@ -27,7 +27,7 @@ from workbench.diagnose.search import (
 from workbench.diagnose.solve import TRIALS, fit
 from workbench.progress import Progress
 
-__all__ = ["SURE", "Refits", "refit_all"]
+__all__ = ["SURE", "Refits", "doubt_of", "refit_all"]
 
 SURE = 3.0
 """Standard errors: what is that far off is no chance."""
@@ -126,7 +126,7 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     tell("fit the base within its tolerances")
     start = _base(problem)
     search, scores = Search(problem, start.base, tell), start.close.scores()
-    doubt = _doubt(problem)
+    doubt = doubt_of(problem)
     _seek_first(search, scores, doubt)
     shorter = problem.shortened(start.followed) if search.lost else None
     if shorter is not None:
@@ -276,7 +276,7 @@ def _suspicious(base: Hypothesis, left: float, doubt: float) -> bool:
     return left**2 > base.near.little + SURE * doubt
 
 
-def _doubt(problem: Problem) -> float:
+def doubt_of(problem: Problem) -> float:
     """Return how far chance, and a memory known from few samples at rest, move what is left.
 
     A memory m that n samples tell has the variance (1 - m^2) / n (Bartlett 1946), and is off by as
