@@ -102,6 +102,27 @@ def test_the_page_tells_of_all_draws_that_were_run(tmp_path: Path) -> None:
     assert "2 answered by 2 states of the engine (1 by state 1, 1 by state 2)." in page(told)
 
 
+@pytest.mark.parametrize(
+    ("after", "same"),
+    [
+        ('"""Other words."""\n\nSENTENCES = (\n    "a", "b"\n)  # in short\n', True),
+        ('SENTENCES = ("a", "b")\n"""What they say."""\n', True),
+        ('SENTENCES = ("a", "c")\n', False),
+        ('if True:\n    SENTENCES = ("a", "b")\n', False),
+    ],
+)
+def test_a_state_of_the_engine_is_its_code_not_its_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: str, same: bool
+) -> None:
+    monkeypatch.setattr(one_case.workbench, "__file__", str(tmp_path / "__init__.py"))
+    (tmp_path / "sim").mkdir()
+    source = tmp_path / "sim" / "one.py"
+    source.write_text('"""Words."""\n\nSENTENCES = ("a", "b")\n', encoding="utf-8")
+    before = engine()
+    source.write_text(after, encoding="utf-8")
+    assert (engine() == before) == same
+
+
 def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
     lines = []
     for seed, (state, said) in enumerate([("earlier", "NONE"), (engine(), "CLEAN")]):

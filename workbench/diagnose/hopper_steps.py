@@ -86,8 +86,8 @@ def coarsened(robot: Robot, mode: Mode) -> Robot:
 
     With its foot held it takes six steps a sample. What forbids such steps are the light increments
     alone, which ring at kilohertz: each hinge gets a moment of inertia of its own (mass scaling, as
-    in explicit finite elements), which the modes that cameras see hardly feel. A hop is none in
-    other steps than its own.
+    in explicit finite elements), which the modes that cameras see hardly feel. A hop takes steps
+    twice as long: its landings do not allow for more, nor for other hinges.
 
     Args:
         robot: as it is compared.
