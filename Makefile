@@ -42,6 +42,7 @@ bench: install
 	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/identify.py
 	$(BIN)/python benchmarks/replay.py
+	$(BIN)/python benchmarks/hop_windows.py
 	$(BIN)/python -m benchmarks.kills
 	$(BIN)/python benchmarks/search.py
 	$(BIN)/python benchmarks/optimize.py --only speed

@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
         ("wire", ["registers of an RD6006", "readings of a E36312A", "wrong  processor s"]),
         ("replay", ["followed  replayed", "root mean square error [mm]", "13.2"]),
+        ("hop_windows", ["foot_cg forward 0.0165, 1 hops", "from rest, 2 s", "windows of 0.72 s"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
         ("catalogue", ["first list, no index yet", "search: speed, mode", "floor: a list of no"]),
