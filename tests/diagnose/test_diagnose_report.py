@@ -14,6 +14,7 @@ import pytest
 
 from tests.conftest import Command
 from tests.diagnose.paper import CAUSES, NOISE_M, PaperRig, cause, measured
+from workbench.cli.diagnose import show_diagnosis
 from workbench.diagnose import Diagnosis, diagnose, write_diagnosis
 from workbench.diagnose.figures import label, spectrum_figure, trace_figure
 from workbench.diagnose.leftover import Trace, density, left_by_run, worst_traces
@@ -194,6 +195,16 @@ def test_runs_held_out_that_speak_against_the_answer_are_a_warning(
     html = write_diagnosis(tmp_path / "page.html", doubted, {}, {}).read_text(encoding="utf-8")
     assert ('<ul class="warnings">' in html) == (words is not None)
     assert words is None or words in html
+
+
+def test_names_of_runs_held_out_are_not_folded(
+    pages: dict[str, Page], capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ("2026-11-25_070710_clamped-clamped-5", "2026-11-25_070714_hop-hop-3")
+    show_diagnosis(replace(pages["NAMED"].found, held_out=names))
+    said = capsys.readouterr()
+    assert f"held out: {', '.join(names)}\n" in said.err
+    assert said.out.splitlines()[0].strip() == "error on runs held out"
 
 
 def test_runs_compared_in_part_are_a_warning(pages: dict[str, Page], tmp_path: Path) -> None:

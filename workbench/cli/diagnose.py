@@ -177,9 +177,8 @@ def show_diagnosis(found: Diagnosis) -> None:
             f"{found.sentence(cause)}", markup=False,
         )  # fmt: skip
     rows = [[key.replace("_", " "), f"{value:.3f}"] for key, value in told.items()]
-    show_table(
-        f"error on {', '.join(found.held_out)}", ["model", f"rmse [{found.errors.unit}]"], rows
-    )
+    people.print(f"held out: {', '.join(found.held_out)}", markup=False)
+    show_table("error on runs held out", ["model", f"rmse [{found.errors.unit}]"], rows)
     if found.extended is not None:
         people.print(
             f"the extension removes {100 * found.removed:.0f} % of the removable error\n"
