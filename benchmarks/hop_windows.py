@@ -53,7 +53,7 @@ LAG_S = 0.05
 PART = 0.2  # of a cause that is simulated
 STEPS = (0.02, 0.1)  # of a tolerance
 GAIN, ANGLE_RAD = 1e-4, 1e-3
-ASIDE_M, BENT_M, TURNED_RAD = 1e-4, 2e-4, 1e-3
+ASIDE_M, BENT_RAD, TURNED_RAD = 1e-4, 2e-4, 1e-3
 RINGING = 20.0  # of a mode's rate to its place [1/s]
 MODES = 3
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -211,13 +211,13 @@ def starts(twin: Twin) -> Iterator[Callable[[mujoco.MjData], None]]:
     yield add(ASIDE_M * axes[1], still)
     yield add(TURNED_RAD * axes[2], still)
     for mode in beam_modes(twin):
-        yield add(BENT_M * mode, still)
-        yield add(still, RINGING * BENT_M * mode)
+        yield add(BENT_RAD * mode, still)
+        yield add(still, RINGING * BENT_RAD * mode)
     yield add(TURNED_RAD * axes[-1], still)
 
 
 def beam_modes(twin: Twin) -> Array:
-    """Return the lowest modes of the beam on its foot, (m, nv), a metre of each turns it by 1 rad.
+    """Return the lowest modes of the beam on its foot, (m, nv), each turning it by 1 rad at most.
 
     Gravity is left out: they only span what may be otherwise.
     """
