@@ -121,10 +121,16 @@ def _off_top(motion: Motion, values: Values) -> Motion:
 
 
 def _dropped(motion: Motion, values: Values) -> Motion:
-    """Lose pictures that nobody counts: what follows is stamped too early."""
-    seed, share = round(values["seed"]), values["share"]
-    draw = np.random.default_rng(seed).random(len(motion.times))
-    kept = np.flatnonzero((draw >= share) | (np.arange(len(draw)) == 0))
+    """Lose pictures that nobody counts: what follows is stamped too early.
+
+    Each of as many pictures as make one loss on average loses one at random. More losses move all
+    of them to earlier pictures, so that the size grows smoothly from the run's end on.
+    """
+    seed, share, count = round(values["seed"]), values["share"], len(motion.times)
+    losses = int(share * count) + 1
+    at = (np.arange(losses) + np.random.default_rng(seed).random(losses)) / max(share, 1e-12)
+    lost = (1 + at[at < count - 1]).astype(int)
+    kept = np.setdiff1d(np.arange(count), lost)
     fields = {name: value[kept] for name, value in motion._asdict().items() if name != "steps"}
     return motion._replace(**fields | {"times": motion.times[0] + np.arange(len(kept)) / RATE_HZ})
 

@@ -110,3 +110,14 @@ def test_a_stiffening_strip_rings_faster_at_greater_amplitude(rod: Rod) -> None:
         return int(np.count_nonzero(np.diff(np.sign(path))))
 
     assert turns(0.6, 600.0) > turns(0.6, 0.0)
+
+
+def test_more_dropped_frames_are_lost_earlier_and_one_by_one(rod: Rod) -> None:
+    whole = len(swing(rod, CLAMPED).times)
+    lost = [
+        whole - len(perform(rod, {"dropped_frames": {"share": s, "seed": 534.0}}, CLAMPED).times)
+        for s in np.linspace(0, 0.2, 201)
+    ]
+    assert lost[0] == 0
+    assert lost[-1] == pytest.approx(0.2 * whole, abs=1)
+    assert set(np.diff(lost)) <= {0, 1}
