@@ -33,6 +33,8 @@ FIRST_HOUR = (ROOT / "README.md", ROOT / "docs" / "tutorial.md")
 
 MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
 LINKED = ("docs", "examples", "models", "protocols", "workbench")
+NAMED = ("benchmarks", "docs", "tests", "workbench/[a-z_]+")
+"""Folders that are the checkout's alone, whose files sentences name."""
 WHOLE = {
     "bench": ROOT / "docs" / "examples" / "lab-bench.yaml",
     "model": ROOT / "models" / "thesis.yaml",
@@ -116,6 +118,17 @@ def test_every_link_to_a_file_leads_somewhere(page: Path) -> None:
         place = page.parent / target if target else page
         assert place.exists(), target
         assert not heading or heading in _headings(place), f"{target}#{heading}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_every_file_and_module_that_a_sentence_names_exists(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    spans = re.sub(r"<[a-z]+>", "*", " ".join(re.findall(r"`([^`\n]+)`", text)))
+    for name in re.findall(rf"(?<![\w/.-])(?:{'|'.join(NAMED)})/[\w*/.-]*[\w*/]", spans):
+        assert any(ROOT.glob(name.rstrip("/"))), name
+    for module in re.findall(r"python -m ((?:tests|workbench)\b[\w.]*)", spans):
+        place = ROOT / module.replace(".", "/")
+        assert place.is_dir() or place.with_suffix(".py").exists(), module
 
 
 def test_every_page_is_found_from_the_index() -> None:
