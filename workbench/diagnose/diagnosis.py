@@ -26,6 +26,8 @@ from workbench.progress import Progress
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
+_SURE = ("NAMED", "DATA_FAULT")
+
 
 @dataclass(frozen=True)
 class Found:
@@ -163,14 +165,14 @@ def diagnose(
     held = sound.held_out
     layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
     refits = refit_all(Problem(rig, layout, noise, sound.train), tell, seed)
+    errors, answer = _judged(refits, held, tell)
+    if answer.kind not in _SURE:
+        windows = refits.problem.in_windows(refits.base.fit.z)
+        if windows is not None:
+            tell("compare hops in windows as well")
+            refits = refit_all(windows, tell, seed, refits.base.fit.z)
+            errors, answer = _judged(refits, held, tell)
     whole, rig = rig, refits.problem.rig
-    tell("judge by the runs held out")
-    errors = errors_of(rig, noise, held, refits.base.fit.z)
-
-    def shown(one: Hypothesis) -> bool:
-        return Proof(errors, errors_of(rig, noise, held, one.fit.z)).size > LEAST_SIZE
-
-    answer = with_carriers(decide(refits, layout, shown), refits, refits.problem)
     answer = with_faults(answer, sound)
     quantities = _quantities(layout, refits, answer)
     proof, extended = None, None
@@ -188,6 +190,19 @@ def diagnose(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
         time.perf_counter() - begin, seed, sound, _shortened(whole, rig),
     )  # fmt: skip
+
+
+def _judged(refits: Refits, held: Sequence[int], tell: Progress) -> tuple[Errors, Answer]:
+    """Return what the base errs by on the runs held out, and the answer."""
+    problem = refits.problem
+    tell("judge by the runs held out")
+    errors = errors_of(problem.rig, problem.noise, held, refits.base.fit.z)
+
+    def shown(one: Hypothesis) -> bool:
+        extended = errors_of(problem.rig, problem.noise, held, one.fit.z)
+        return Proof(errors, extended).size > LEAST_SIZE
+
+    return errors, with_carriers(decide(refits, problem.layout, shown), refits, problem)
 
 
 def _shortened(whole: Rig, rig: Rig) -> tuple[tuple[str, float], ...]:

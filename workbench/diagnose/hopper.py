@@ -12,10 +12,23 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
+from workbench.diagnose.following import Look
 from workbench.diagnose.hopper_faults import hopper_faults
+from workbench.diagnose.hopper_numbers import (
+    LAG_S,
+    ON_FLOOR,
+    base_numbers,
+    causes_of,
+    felt,
+    own_numbers,
+    seen_only,
+)
 from workbench.diagnose.hopper_steps import Job, Stepping, coarsened
+from workbench.diagnose.hopper_windows import HopWindows, Robots
 from workbench.diagnose.imagined import imagined_run
-from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Trial, Unknown
+from workbench.diagnose.noise import noise_of
+from workbench.diagnose.rig import Asked, Effects, Fault, Observed, Trial, Unknown
+from workbench.diagnose.windows import Windows
 from workbench.identify import MeasuredRun
 from workbench.identify.drive import lagged_command
 from workbench.identify.events import EventTest, compare_events, twins
@@ -23,9 +36,8 @@ from workbench.identify.problem import LEAD_S
 from workbench.motion import ROTOR_ANGLE
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import (
-    EFFECTS,
+    SAMPLE_RATE_HZ,
     Condition,
-    Effect,
     Robot,
     make_robot,
     sample_times,
@@ -35,42 +47,12 @@ from workbench.timeseries import TimeSeries
 
 __all__ = ["HopperRig"]
 
-_BEAM = (
-    "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
-    "rotor_mass", "rotor_radius",
-)  # fmt: skip
-_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
-_ON_FLOOR = ("hop", "drop")
-_RELEASES = {
-    "hinge_stiffness": ("hinge_stiffness",),
-    "root_stiffness": ("root_stiffness",),
-    "hinge_damping": ("hinge_damping",),
-    "root_damping": ("root_damping",),
-    "top_mass": ("top_mass",),
-    "foot_mass": ("foot_mass",),
-    "rotor_unbalance": ("rotor_radius",),
-    "ground_stiffness": ("ground_stiffness",),
-    "ground_damping": ("ground_damping",),
-    "friction_level": ("friction_slide", "friction_stick"),
-}
-"""Effect -> the base numbers whose tolerance it leaves."""
-
-_OWN_STEPS = ("time_step", "motor_droop")  # what changes or upsets the simulation's steps
-_STEP = 1e-4  # of a base number, as a share
-_LAG_S = 0.05
-_DELAY_S = 0.01
-_LEAST_N = 0.05
-_WEAK_N = 0.25  # a release from a weaker pull is found less well, as the pull is weaker
-_GAIN = 1e-3  # how well a supply repeats a speed, as a share
-_ANGLE_RAD = 5e-3
-_PULL, _HEIGHT_M = 0.03, 1e-3
-_PLACE_M = 3e-3  # how well a technician places T's marker, and the shape file the strip
-_RUN_PLACE_M = 2e-4  # how well the origin is found again in each run
-_WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
 _DISTURBED = 0.01  # of what is known of a start
 _SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
 _LEAST_S, _MOST_S = 1.0, 2.0  # of a hop that are compared; derivatives are lost soon after
+_SHIFT = "time_offset"  # a window has no clock but its own
 _UNIT = {"m": 1.0, "rad": 10.0}
+_TURN = 2 * np.pi
 _FAR_M = 10.0  # what a robot that cannot be simulated is said to do
 
 
@@ -103,20 +85,18 @@ class HopperRig:
         self._stepping = Stepping(threads)
         self.measured, self.places = tuple(runs), dict(places or {})
         self._ends: dict[int, float] = {}
+        self._windows = HopWindows({}, {})
+        self._from_rest: dict[int, float] = {}
         self.runs = tuple(_observed(run) for run in runs)
         self.runs = tuple(self._predictable(k) for k in range(len(runs)))
         modes = {run.mode for run in runs}
-        names = _BEAM + (("beam_root", *_FLOOR) if modes & set(_ON_FLOOR) else ())
-        self.base = tuple(
-            _parameter(name, values[name], getattr(model.parameters, name).tolerance)
-            for name in names
-            if getattr(model.parameters, name).tolerance > 0
-        ) + tuple(_place(f"top_{axis}_m place", places or {}) for axis in "xz")
-        self.causes = tuple(
-            _cause(effect)
-            for effect in EFFECTS.values()
-            if modes & set(effect.excited_by) and effect.name not in self.robot.effects
-        )
+        self.base = base_numbers(model, modes, places or {})
+        self.causes = causes_of(modes, self.robot.effects)
+
+    @property
+    def windows(self) -> Mapping[int, Windows]:
+        """Return the windows that hops are compared in, by run."""
+        return self._windows.windows
 
     @property
     def source(self) -> Path:
@@ -146,35 +126,43 @@ class HopperRig:
         """Return the rig with some runs compared for a shorter time, also once it is extended."""
         shorter = copy(self)
         shorter._ends = {**self._ends, **ends}
+        shorter._windows = self._windows.without(ends)
         shorter.runs = tuple(run.until(ends.get(k, np.inf)) for k, run in enumerate(self.runs))
         return shorter
 
-    def own(self, run: int) -> Sequence[Unknown]:
-        """Return what a run keeps to itself: delay, stiffness, motor, release and places.
+    def in_windows(self, values: Mapping[int, Mapping[str, float]]) -> HopperRig | None:
+        """Return the rig with hops also compared in windows that begin while the foot stands.
 
-        A strip is not equally stiff from run to run: it warms, and its clamp sits anew.
+        From rest they are compared for a second less, then: a slip more or less there outweighs
+        all windows.
+
+        Args:
+            values: of the unknowns of each run that is, near what is true.
+
+        Returns:
+            None where no hop has a stance.
         """
-        measured = self.measured[run]
-        weak = _WEAK_N / max(measured.pull, _LEAST_N) if measured.mode == "decay" else 1.0
-        unknowns = [
-            Unknown("delay", "s", 0.0, _DELAY_S * max(weak, 1.0), -0.1, 0.1, 1e-4),
-            Unknown("stiffness", "1", 0.0, _WARMTH, -0.1, 0.1, 1e-5),
-        ]
-        if measured.driven:
-            unknowns += [
-                Unknown("lag", "s", _LAG_S, _LAG_S, 1e-3, 1.0, 1e-3),
-                Unknown("gain", "1", 0.0, _GAIN, -0.1, 0.1, 1e-5),
-                Unknown("start angle", "rad", 0.0, _ANGLE_RAD, -0.1, 0.1, 1e-4),
-            ]
-        elif measured.mode == "decay":
-            unknowns.append(Unknown("pull", "1", 0.0, _PULL, -0.5, 0.5, 1e-4))
-        else:
-            unknowns.append(Unknown("height", "m", 0.0, _HEIGHT_M, -0.05, 0.05, 1e-5))
-        return [
-            *unknowns,
-            *(Unknown(f"place {name}", "m", 0.0, _RUN_PLACE_M, -0.01, 0.01, 1e-5)
-              for name in measured.places),
-        ]  # fmt: skip
+        noise = noise_of(self.runs, list(values))
+        hops = {k: (self.measured[k], noise[k]) for k in values if self.runs[k].mode == "hop"}
+        found = HopWindows.found(hops, self._robots(), values, self.threads)
+        if not found.windows:
+            return None
+        more = copy(self)
+        more._windows = found
+        more.runs = tuple(
+            run.until(_LEAST_S).also(*found.windows[k].rows) if k in found.windows else run
+            for k, run in enumerate(self.runs)
+        )
+        more._from_rest = dict.fromkeys(found.windows, _LEAST_S)
+        return more
+
+    def _robots(self) -> Robots:
+        lead = round(LEAD_S * SAMPLE_RATE_HZ)
+        return Robots(self._stands, self._looks, lambda name: felt(name, "hop"), lead)
+
+    def own(self, run: int) -> Sequence[Unknown]:
+        """Return what a run keeps to itself: delay, stiffness, motor, release and places."""
+        return own_numbers(self.measured[run])
 
     def faults(self) -> Sequence[Fault]:
         """Return the runs that are not what they are said to be, as drive and bodies show."""
@@ -187,22 +175,38 @@ class HopperRig:
 
         What a run's mode does not feel, and what only moves what is seen, is not simulated again.
         """
+        told = self._from_start(asked, until, coarse)
+        at = [i for i, (k, _) in enumerate(asked) if k in self._windows.windows]
+        if not at or until < _LEAST_S:
+            return told
+        rest = self._windows.predicted([asked[i] for i in at], self._robots(), until, coarse)
+        for i, later in zip(at, rest, strict=True):
+            rows = int((self.runs[asked[i][0]].times <= until).sum()) - len(told[i])
+            if later is None:
+                later = np.full((rows, told[i].shape[1]), _FAR_M)
+            told[i] = np.concatenate([told[i], later[:rows]])
+        return told
+
+    def _from_start(
+        self, asked: Sequence[Asked], until: float, coarse: bool
+    ) -> list[NDArray[np.float64]]:
+        """Return what is seen of each run from its start on."""
         jobs: dict[tuple[object, ...], Job] = {}
         keys = []
         for k, values in asked:
-            felt = {name: v for name, v in values.items() if _felt(name, self.runs[k].mode)}
-            key = (k, *sorted(felt.items()))
+            own = {name: v for name, v in values.items() if felt(name, self.runs[k].mode)}
+            key = (k, *sorted(own.items()))
             if key not in jobs:
-                robot = self._robot(felt)
-                effects = {n: own for n, own in robot.effects.items() if not _seen_only(n)}
+                robot = self._robot(own)
+                effects = {n: v for n, v in robot.effects.items() if not seen_only(n)}
                 robot = replace(robot, effects=effects)
                 robot = coarsened(robot, self.measured[k].mode) if coarse else robot
-                end = min(float(self.runs[k].times[-1]), until)
-                jobs[key] = robot, self._condition(k, felt, end)
+                end = min(self._end(k), until)
+                jobs[key] = robot, self._condition(k, own, end)
             keys.append(key)
         motions = dict(zip(jobs, self._stepping.motions(list(jobs.values())), strict=True))
         return [
-            self._seen(k, values, motions[key], until)
+            self._seen(k, values, motions[key], min(self._end(k), until))
             for (k, values), key in zip(asked, keys, strict=True)
         ]
 
@@ -232,7 +236,7 @@ class HopperRig:
         after tells of chance. Runs with a clamped foot foretell themselves to their end.
         """
         run = self.runs[k]
-        if run.mode not in _ON_FLOOR:
+        if run.mode not in ON_FLOOR:
             return run
         start = self.own(k)[-1 - len(self.measured[k].places)]
         asked = [(k, {}), (k, {start.name: _DISTURBED * start.tolerance})]
@@ -243,6 +247,47 @@ class HopperRig:
         lost = np.flatnonzero(grown > _SPLIT * first)
         end = run.times[lost[0]] if len(lost) and first > 0 else run.times[-1]
         return run.until(float(np.clip(end, _LEAST_S, _MOST_S)))
+
+    def _end(self, k: int) -> float:
+        """Return how long a run is compared from its start on [s]."""
+        return self._from_rest.get(k, float(self.runs[k].times[-1]))
+
+    def _stands(
+        self, k: int, values: Mapping[str, float], coarse: bool
+    ) -> tuple[Robot, Condition] | None:
+        """Return the robot of a hop as it is simulated, and what it is put through to its end."""
+        robot = self._robot(values)
+        robot = coarsened(robot, "hop") if coarse else robot
+        condition = self._condition(k, values, float(self.measured[k].motion.times[-1]))
+        return self._stepping.stepped(robot, condition)
+
+    def _looks(self, k: int, values: Mapping[str, float]) -> Look:
+        """Return what turns a motion of a run into what is seen of it, (n, c)."""
+        channels = self.runs[k].channels
+        rotor = channels.index(ROTOR_ANGLE)
+        cameras = self._cameras(values)
+        cameras = replace(
+            cameras, effects={n: v for n, v in cameras.effects.items() if n != _SHIFT}
+        )
+        places = np.array([self._place(name, values) for name in channels])
+
+        def look(motion: TimeSeries) -> NDArray[np.float64]:
+            seen = observed(motion, cameras).select(channels).values + places
+            turned = seen[0, rotor] - motion.select((ROTOR_ANGLE,)).values[0, 0]
+            seen[:, rotor] -= _TURN * np.round(turned / _TURN)  # cameras count none
+            return seen
+
+        return look
+
+    def _cameras(self, values: Mapping[str, float]) -> Robot:
+        """Return the robot with only what acts on the cameras."""
+        robot = self._robot(values)
+        return replace(robot, effects={n: v for n, v in robot.effects.items() if seen_only(n)})
+
+    def _place(self, name: str, values: Mapping[str, float]) -> float:
+        """Return how far a channel's marker is from where the shape file has it."""
+        stated = self.places.get(f"{name} place", 0.0)
+        return values.get(f"place {name}", 0.0) + values.get(f"{name} place", stated)
 
     def _robot(self, values: Mapping[str, float]) -> Robot:
         changed = {name: value for name, value in values.items() if name in UNITS}
@@ -264,7 +309,7 @@ class HopperRig:
             height = max(run.height + values.get("height", 0.0), 0.0)
             still = np.zeros(len(times))
             return Condition(run.mode, still, run.start_angle, pull=pull, height=height)
-        lag, gain = values.get("lag", _LAG_S), 1 + values.get("gain", 0.0)
+        lag, gain = values.get("lag", LAG_S), 1 + values.get("gain", 0.0)
         start = run.start_angle + values.get("start angle", 0.0)
         return Condition(run.mode, lagged_command(times, run.steps, lag, gain), start)
 
@@ -275,33 +320,13 @@ class HopperRig:
         times = seen.times[seen.times <= until]
         if motion is None or len(motion) < 2:
             return np.full((len(times), len(seen.channels)), _FAR_M)
-        robot = self._robot(values)
-        cameras = {n: own for n, own in robot.effects.items() if _seen_only(n)}
-        motion = observed(motion, replace(robot, effects=cameras))
+        motion = observed(motion, self._cameras(values))
         lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
         curve = CubicSpline(motion.times, motion.select(seen.channels).values)(at)
         for axis, name in enumerate(seen.channels):
-            curve[:, axis] += values.get(f"place {name}", 0.0) + values.get(
-                f"{name} place", self.places.get(f"{name} place", 0.0)
-            )
+            curve[:, axis] += self._place(name, values)
         return np.asarray(curve)
-
-
-def _felt(name: str, mode: str) -> bool:
-    """Tell whether the motion of a run of this mode depends on an unknown."""
-    effect, dot, _ = name.partition(".")
-    if dot:
-        return mode in EFFECTS[effect].excited_by and not _seen_only(effect)
-    if name in _FLOOR:
-        return mode in _ON_FLOOR
-    return name != "delay" and not name.startswith("place ") and not name.endswith(" place")
-
-
-def _seen_only(effect: str) -> bool:
-    """Tell whether an effect acts on the cameras alone."""
-    one = EFFECTS[effect]
-    return one.alter is None and one.build is None and one.drive is None
 
 
 def _observed(run: MeasuredRun) -> Observed:
@@ -318,39 +343,5 @@ def _observed(run: MeasuredRun) -> Observed:
         channels=channels,
         units=tuple("rad" if name == ROTOR_ANGLE else "m" for name in channels),
         rest=np.where(rest.valid, rest.values, np.nan),
-        forgets=run.mode in _ON_FLOOR,
-    )
-
-
-def _parameter(name: str, value: float, tolerance: float) -> Unknown:
-    step = _STEP * abs(value)
-    return Unknown(name, UNITS[name], value, tolerance, 1e-3 * value, 1e3 * value, step)
-
-
-def _place(name: str, places: Mapping[str, float]) -> Unknown:
-    return Unknown(name, "m", places.get(name, 0.0), _PLACE_M, -0.1, 0.1, 1e-5)
-
-
-def _cause(effect: Effect) -> Cause:
-    return Cause(
-        name=effect.name,
-        group=effect.group,
-        sentence=effect.sentence,
-        unknowns=tuple(
-            Unknown(
-                f"{effect.name}.{q.name}",
-                q.unit,
-                0.0,
-                q.tolerance,
-                q.low,
-                q.high,
-                q.step,
-                exact=effect.name in _OWN_STEPS,
-            )
-            for q in effect.quantities
-        ),
-        shows_in=tuple(effect.excited_by),
-        confused_with=effect.confused_with,
-        separated_by=effect.separated_by,
-        replaces=_RELEASES.get(effect.name, ()),
+        forgets=run.mode in ON_FLOOR,
     )

@@ -58,6 +58,11 @@ class Stepping:
             waiting = self._in_shorter_steps(jobs, refused)
         return motions
 
+    def stepped(self, robot: Robot, condition: Condition) -> Job | None:
+        """Return a robot in as many steps as its kind needs; None where none would do."""
+        steps = self._steps_of((robot, condition))
+        return None if steps is None else (replace(robot, steps_per_sample=steps), condition)
+
     def _steps_of(self, job: Job) -> int | None:
         """Return steps a sample that a kind of robot can be simulated in; its first one tells."""
         kind = _kind(job)

@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.diagnose.judging import Hypothesis, contradiction, judged, left_together
 from workbench.diagnose.minimum import prior_of
@@ -113,7 +114,12 @@ class Refits:
         return off
 
 
-def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 0) -> Refits:
+def refit_all(
+    problem: Problem,
+    tell: Progress = lambda text: None,
+    seed: int = 0,
+    begin: NDArray[np.float64] | None = None,
+) -> Refits:
     """Fit the base, score all causes, refit the promising ones and pairs of them.
 
     Causes are scored where the base follows the runs: at their ends, or, where it leaves too much
@@ -122,16 +128,22 @@ def refit_all(problem: Problem, tell: Progress = lambda text: None, seed: int = 
     Where what is promised is too little to believe, or does not hold, those race that the window
     which comes next promises most of. A second cause is sought where one leaves more than a little
     of every cause makes.
+
+    Args:
+        problem: with its runs.
+        tell: is told each stage.
+        seed: of the draws.
+        begin: (u,) near where the base ends; None is as stated.
     """
     tell("fit the base within its tolerances")
-    start = _base(problem)
+    start = _base(problem, begin)
     search, scores = Search(problem, start.base, tell), start.close.scores()
     doubt = doubt_of(problem)
     _seek_first(search, scores, doubt)
     shorter = problem.shortened(start.followed) if search.lost else None
     if shorter is not None:
         tell("compare hops only for as long as the base follows them")
-        return refit_all(shorter, tell, seed)
+        return refit_all(shorter, tell, seed, begin)
     if search.far and not search.found(1):
         search.race_others(start.close, start.window)
         search.arrive(1)
@@ -194,14 +206,15 @@ def _seek_second(search: Search, start: _Start, doubt: float) -> None:
             search.refit(_adding(best) if search.far else _promising(start.close, best))
 
 
-def _base(problem: Problem) -> _Start:
-    """Fit the base to growing windows, and to whole runs."""
+def _base(problem: Problem, begin: NDArray[np.float64] | None = None) -> _Start:
+    """Fit the base to growing windows, and to whole runs; near where it ends, to those at once."""
     layout = problem.layout
     prior, every = prior_of(layout), np.arange(len(layout))
-    z, trials, follows, damping = np.zeros(len(layout)), TRIALS, True, 0.0
+    z = np.zeros(len(layout)) if begin is None else begin
+    trials, follows, damping = TRIALS, True, 0.0
     place, shown, window, before = z, np.inf, 0.0, 0.0
     followed = dict.fromkeys(problem.runs, 0.0)
-    for until in windows_of(problem):
+    for until in windows_of(problem) if begin is None else ():
         found = leading(problem, z, prior, until, damping)
         z, damping = found.z, found.damping
         follows = follows and left_together(problem, problem.runs, found.residuals) < FAR

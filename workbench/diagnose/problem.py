@@ -200,6 +200,18 @@ class Problem:
         others = {k: min(ends.values()) for k in forgetting if k not in followed}
         return Problem(self.rig.shortened(ends | others), self.layout, self.noise, self.runs)
 
+    def in_windows(self, z: NDArray[np.float64]) -> Problem | None:
+        """Return the same with runs that forget compared in short windows too; None without any.
+
+        Args:
+            z: (u,) a place near what is true.
+        """
+        forgetting = [k for k in self.runs if self.rig.runs[k].forgets]
+        if not forgetting or not isinstance(self.rig, Forgetful):
+            return None
+        rig = self.rig.in_windows({k: self.layout.values(z, k) for k in forgetting})
+        return None if rig is None else Problem(rig, self.layout, self.noise, self.runs)
+
     def samples(self, until: float = np.inf) -> int:
         """Return how many values are compared."""
         return sum(int(self.seen[k][self._rows(k, until)].sum()) for k in self.runs)

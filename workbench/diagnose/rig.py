@@ -131,6 +131,17 @@ class Observed:
             self, times=self.times[keep], values=self.values[keep], valid=self.valid[keep]
         )
 
+    def also(
+        self, times: NDArray[np.float64], values: NDArray[np.float64], valid: NDArray[np.bool_]
+    ) -> Observed:
+        """Return the same with more samples, later ones: (m,), (m, c), (m, c)."""
+        return replace(
+            self,
+            times=np.concatenate([self.times, times]),
+            values=np.concatenate([self.values, values]),
+            valid=np.concatenate([self.valid, valid]),
+        )
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -235,6 +246,17 @@ class Forgetful(Rig, Protocol):
 
         Args:
             ends: by run [s].
+        """
+        ...
+
+    def in_windows(self, values: Mapping[int, Mapping[str, float]]) -> Rig | None:
+        """Return the rig with some runs compared in short windows too, whose starts are free.
+
+        Args:
+            values: of the unknowns of each of these runs, near what is true.
+
+        Returns:
+            None where there are none.
         """
         ...
 

@@ -46,6 +46,7 @@ from workbench.sim.simulate import (
     simulate,
     simulate_all,
 )
+from workbench.sim.stance import STANCE, Standing, spread
 
 __all__ = [
     "EFFECTS",
@@ -53,6 +54,7 @@ __all__ = [
     "LIMITS",
     "MOTOR",
     "SAMPLE_RATE_HZ",
+    "STANCE",
     "Admit",
     "Condition",
     "Drive",
@@ -67,6 +69,7 @@ __all__ = [
     "Quantity",
     "Robot",
     "Simulation",
+    "Standing",
     "Stick",
     "applied",
     "attempt_all",
@@ -86,6 +89,7 @@ __all__ = [
     "settle",
     "simulate",
     "simulate_all",
+    "spread",
     "staircase",
     "unloaded",
 ]

@@ -75,12 +75,26 @@ class Recorder:
         return Samples(**{name: kept[row] for name, kept in self._kept.items()})
 
 
-def motion_of(robot: Robot, model: mujoco.MjModel, samples: Samples, rest: float) -> TimeSeries:
-    """Return the motion, its first sample repeated for the still time before [s]."""
+def motion_of(
+    robot: Robot,
+    model: mujoco.MjModel,
+    samples: Samples,
+    rest: float = 0.0,
+    origin: NDArray[np.float64] | None = None,
+) -> TimeSeries:
+    """Return the motion, places against the foot's.
+
+    Args:
+        robot: that moved.
+        model: of it.
+        samples: of its simulation.
+        rest: still time that its first sample is repeated for before [s].
+        origin: (3,) where the foot rests; None where the first sample is at rest [m].
+    """
     still = round(rest * SAMPLE_RATE_HZ)
     index = np.concatenate([np.zeros(still, dtype=int), np.arange(len(samples.top))])
     times = (np.arange(len(index)) - still) / SAMPLE_RATE_HZ
-    base = samples.foot[0]
+    base = samples.foot[0] if origin is None else origin
     columns: dict[str, NDArray[np.float64]] = {}
     for names, path in ((FOOT, samples.foot), (TOP, samples.top), (ROTOR, samples.rotor)):
         columns |= dict(zip(names, (path - base)[index].T, strict=True))

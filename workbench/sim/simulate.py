@@ -34,10 +34,12 @@ __all__ = [
     "Admit",
     "Outcome",
     "Simulation",
+    "at_rest",
     "attempt_all",
     "keep_engine_quiet",
     "simulate",
     "simulate_all",
+    "stepped",
 ]
 
 Outcome = Literal["completed", "fell", "diverged"]
@@ -149,7 +151,7 @@ class _Prepared(NamedTuple):
 def _prepared(job: Job) -> _Prepared:
     asked, condition = job
     robot, driven_by = applied(asked, bool(np.any(condition.command))), driven(condition, asked)
-    return _Prepared(asked, robot, driven_by, *_start(robot, driven_by))
+    return _Prepared(asked, robot, driven_by, *at_rest(robot, driven_by))
 
 
 def _attempted(job: Job, admit: Admit | None) -> _Prepared | InputError:
@@ -171,7 +173,7 @@ def _step(jobs: Sequence[_Prepared]) -> list[Simulation]:
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
-        recorder, sane = _run(
+        recorder, sane = stepped(
             [(jobs[i].model, jobs[i].data) for i in members],
             np.array([jobs[i].condition.command for i in members]),
             steps,
@@ -182,7 +184,7 @@ def _step(jobs: Sequence[_Prepared]) -> list[Simulation]:
     return [done[i] for i in range(len(jobs))]
 
 
-def _start(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def at_rest(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at time zero."""
     require_sound(robot, condition)
     model, data = _rest(unloaded(robot), condition)
@@ -213,7 +215,7 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
     return model, data
 
 
-def _run(
+def stepped(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
     command: NDArray[np.float64],
     steps: int,
