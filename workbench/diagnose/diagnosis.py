@@ -167,11 +167,8 @@ def diagnose(
     refits = refit_all(Problem(rig, layout, noise, sound.train), tell, seed)
     errors, answer = _judged(refits, held, tell)
     if answer.kind not in _SURE:
-        windows = refits.problem.in_windows(refits.base.fit.z)
-        if windows is not None:
-            tell("compare hops in windows as well")
-            refits = refit_all(windows, tell, seed, refits.base.fit.z)
-            errors, answer = _judged(refits, held, tell)
+        found = _in_windows(refits, held, tell, seed)
+        refits, errors, answer = found or (refits, errors, answer)
     whole, rig = rig, refits.problem.rig
     answer = with_faults(answer, sound)
     quantities = _quantities(layout, refits, answer)
@@ -199,10 +196,34 @@ def _judged(refits: Refits, held: Sequence[int], tell: Progress) -> tuple[Errors
     errors = errors_of(problem.rig, problem.noise, held, refits.base.fit.z)
 
     def shown(one: Hypothesis) -> bool:
-        extended = errors_of(problem.rig, problem.noise, held, one.fit.z)
-        return Proof(errors, extended).size > LEAST_SIZE
+        return _shown(refits, held, errors, one)
 
     return errors, with_carriers(decide(refits, problem.layout, shown), refits, problem)
+
+
+def _shown(refits: Refits, held: Sequence[int], errors: Errors, one: Hypothesis) -> bool:
+    """Tell whether what a hypothesis explains is of practical size in runs held out."""
+    extended = errors_of(refits.problem.rig, refits.problem.noise, held, one.fit.z)
+    return Proof(errors, extended).size > LEAST_SIZE
+
+
+def _in_windows(
+    refits: Refits, held: Sequence[int], tell: Progress, seed: int
+) -> tuple[Refits, Errors, Answer] | None:
+    """Return what hops tell in windows where they name a cause; None where they do not.
+
+    How a window begins is free, which hides some of what a model gets wrong. So a name must show in
+    runs held out, which are compared from rest.
+    """
+    problem = refits.problem.in_windows(refits.base.fit.z)
+    if problem is None:
+        return None
+    tell("compare hops in windows as well")
+    again = refit_all(problem, tell, seed, refits)
+    errors, answer = _judged(again, held, tell)
+    if answer.kind not in _SURE or not _shown(again, held, errors, answer.best):
+        return None
+    return again, errors, answer
 
 
 def _shortened(whole: Rig, rig: Rig) -> tuple[tuple[str, float], ...]:

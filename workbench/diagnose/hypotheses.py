@@ -38,6 +38,7 @@ _ADDED, _OTHERS = 4, 4  # pairs with the best single cause, and without it
 _EXPLAINED = 0.2  # noise deviations: what is left of less needs no other pair
 _FAR_BEHIND = 0.1  # share of the best worth, seen in a part of the runs only
 _FAR_TRIALS = 8  # of a base that cannot follow the runs anyway
+_LIKELIEST = 2  # causes that are taken up where runs are compared in another way
 _LIKELY = 5.0  # of worth: what is less far behind the best may be the truth
 _WHOLE = 2  # that are fitted to whole runs beside those of a race
 _LITTLE = 0.5  # of worth: what promises less is not the truth
@@ -94,6 +95,11 @@ class Refits:
         """Tell whether noise deviations that are left are more than a little of every cause is."""
         return _suspicious(self.base, left, self.doubt)
 
+    @property
+    def likely(self) -> tuple[Hypothesis, ...]:
+        """Return the best single causes, if they are worth more than a little."""
+        return tuple(one for one in self.singles[:_LIKELIEST] if self.worth(one) > MORE)
+
     def worth(self, hypothesis: Hypothesis) -> float:
         """Return how much cheaper it is than the base with its clutter."""
         return self.base.cost - hypothesis.cost
@@ -118,7 +124,7 @@ def refit_all(
     problem: Problem,
     tell: Progress = lambda text: None,
     seed: int = 0,
-    begin: NDArray[np.float64] | None = None,
+    before: Refits | None = None,
 ) -> Refits:
     """Fit the base, score all causes, refit the promising ones and pairs of them.
 
@@ -133,17 +139,20 @@ def refit_all(
         problem: with its runs.
         tell: is told each stage.
         seed: of the draws.
-        begin: (u,) near where the base ends; None is as stated.
+        before: of the same runs, compared in another way: the base begins where it ended there,
+            and causes that were promising there are fitted as well. None begins as stated.
     """
     tell("fit the base within its tolerances")
-    start = _base(problem, begin)
+    start = _base(problem, None if before is None else before.base.fit.z)
     search, scores = Search(problem, start.base, tell), start.close.scores()
     doubt = doubt_of(problem)
     _seek_first(search, scores, doubt)
+    if before is not None:
+        search.take_up(before.likely)
     shorter = problem.shortened(start.followed) if search.lost else None
     if shorter is not None:
         tell("compare hops only for as long as the base follows them")
-        return refit_all(shorter, tell, seed, begin)
+        return refit_all(shorter, tell, seed, before)
     if search.far and not search.found(1):
         search.race_others(start.close, start.window)
         search.arrive(1)

@@ -108,6 +108,18 @@ class Search:
             self.race([*again, *(one for one in rivals if one not in again)])
             self.retries -= len(again)
 
+    def take_up(self, others: Sequence[Hypothesis]) -> None:
+        """Fit causes that were fitted to the same runs in another way, each from its place there.
+
+        Args:
+            others: as they were fitted; those that were fitted here as well are left alone.
+        """
+        fresh = [one for one in others if one.causes not in self.best]
+        for k, one in enumerate(fresh):
+            words = f"take up {' and '.join(one.causes)}"
+            self.tell(counted(words, k + 1, len(fresh)))
+            self._fit_anew(one.causes, one.fit.z)
+
     def race(
         self, scores: Sequence[Score], begin: NDArray[np.float64] | None = None, after: float = 0.0
     ) -> None:
