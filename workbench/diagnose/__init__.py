@@ -13,7 +13,9 @@ all of it in one call; `leftover`, `hops`, `figures` and `report` make the page 
 
 What shows that a run of the robot is not what it is said to be stands in `drive_faults`,
 `body_faults` and `release_faults`; `hopper_faults` puts them together. A new check is a function
-there that yields a sentence. `hopper_steps` simulates robots in as short steps as their kind needs.
+there that yields a sentence. `hopper_numbers` lists what may be other than stated, `hopper_steps`
+simulates robots in as short steps as their kind needs. `windows` finds the moments at which a hop
+can be taken up again, `following` predicts from there, `hopper_windows` does so for all hops.
 
 What comes after: `standing` the causes that an answer leaves, `next_experiment` the runs that tell
 best which of them it is, `next_protocol` the menu of a bench and the file, `investigation` the loop

@@ -27,6 +27,7 @@ from workbench.progress import Progress
 __all__ = ["Diagnosis", "Found", "diagnose"]
 
 _SURE = ("NAMED", "DATA_FAULT")
+_WINDOWED = "hops told it in short windows that begin while the foot stands, not from rest"
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,7 @@ def _in_windows(
     errors, answer = _judged(again, held, tell)
     if answer.kind not in _SURE or not _shown(again, held, errors, answer.best):
         return None
-    return again, errors, answer
+    return again, errors, replace(answer, reason=f"{answer.reason}; {_WINDOWED}")
 
 
 def _shortened(whole: Rig, rig: Rig) -> tuple[tuple[str, float], ...]:
