@@ -29,11 +29,12 @@ _WIDE = np.array([5e-3, 1e-3, 0.02, 0.1, 0.1, 0.02, 1.0, 2.0, 2.4, 0.1])
 """How far a stance may be from rest, and foot and rotor from where they are seen, in the units of
 `STANCE`: what hops of the thesis' robot reach."""
 _STEPS = np.array([1e-4, 5e-5, 2e-4, 2e-4, 2e-4, 2e-4, 4e-3, 4e-3, 4e-3, 1e-3])
-_TRIALS, _TURNS = 6, 8
+"""Of differences: they move T by about a third of the noise."""
+_TRIALS, _TURNS = 6, 8  # steps in all, and in a search from rest with derivatives taken anew
 _ENOUGH, _ARRIVED = 0.05, 0.5  # of the cost of a window that a step is said to gain
-_CAREFUL = (1.0, 30.0)  # damping of the first step from rest; the better way counts
-_HARDER, _EASIER, _LEAST = 8.0, 0.2, 1e-3
-_MOST_DAMPING = 100.0
+_CAREFUL = 1.0, 30.0  # damping of the first step from rest; the better way counts
+_HARDER, _EASIER = 8.0, 0.2  # times the damping, after a step that did not pay or did
+_LEAST, _MOST_DAMPING = 1e-3, 100.0  # less is none
 _SHORT = 1.0  # of the sum of squares: a step that changes less tells of jumps, not of slopes
 _LOST = 1.5  # noise deviations that a model leaves of a window
 _SHORTER = (0.75, 0.5)
@@ -81,10 +82,6 @@ class Followed:
     slopes: Array
     damping: Array
 
-    def until(self, kept: int) -> Followed:
-        """Return the first of them."""
-        return self.chosen(np.arange(kept))
-
     def chosen(self, at: NDArray[np.int_]) -> Followed:
         """Return some of them."""
         every = (self.stances, self.told, self.slopes, self.damping)
@@ -102,10 +99,9 @@ def followed(windows: Windows, hop: Hop, begin: Followed | None = None) -> Follo
         begin: where a model like it stood; None begins at rest, with derivatives taken anew.
     """
     if begin is None:
-        ways = [_found(windows, hop, damping) for damping in _CAREFUL]
-        costs = np.array([_cost(windows, way) for way in ways])
-        better = np.flatnonzero(costs[1] < costs[0])
-        return _with(ways[0], better, ways[1].chosen(better))
+        bold, careful = (_found(windows, hop, damping) for damping in _CAREFUL)
+        better = np.flatnonzero(_cost(windows, careful) < _cost(windows, bold))
+        return _with(bold, better, careful.chosen(better))
     told = hop.told(windows, begin.stances)
     return _descended(windows, hop, replace(begin, told=told))
 
@@ -244,6 +240,7 @@ def _descended(windows: Windows, hop: Hop, there: Followed) -> Followed:
 
 
 def _cost(windows: Windows, there: Followed) -> Array:
+    """Return half the sum of squares of each window, (w,): what is left, and the stance's own."""
     left = windows.white(windows.values - there.told)
     beyond = (there.stances - windows.expected) / _WIDE
     return (np.sum(left**2, axis=1) + np.sum(beyond**2, axis=1)) / 2
