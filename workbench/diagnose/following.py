@@ -29,7 +29,7 @@ _WIDE = np.array([5e-3, 1e-3, 0.02, 0.1, 0.1, 0.02, 1.0, 2.0, 2.4, 0.1])
 """How far a stance may be from rest, and foot and rotor from where they are seen, in the units of
 `STANCE`: what hops of the thesis' robot reach."""
 _STEPS = np.array([1e-4, 5e-5, 2e-4, 2e-4, 2e-4, 2e-4, 4e-3, 4e-3, 4e-3, 1e-3])
-"""Of differences: they move T by about a third of the noise."""
+"""Of differences: in all its samples together a window changes by 0.2 to 1 noise deviations."""
 _TRIALS, _TURNS = 6, 8  # steps in all, and in a search from rest with derivatives taken anew
 _ENOUGH, _ARRIVED = 0.05, 0.5  # of the cost of a window that a step is said to gain
 _CAREFUL = 1.0, 30.0  # damping of the first step from rest; the better way counts
