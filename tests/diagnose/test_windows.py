@@ -113,6 +113,16 @@ def test_derivatives_are_those_of_what_no_stance_makes_up_for(plain: Problem) ->
         assert told @ change > 0.8 * np.linalg.norm(told) * np.linalg.norm(change)
 
 
+def test_a_marker_that_sits_elsewhere_counts_no_turns_of_the_rotor(plain: Problem) -> None:
+    """Cameras tell the rotor's angle within a turn; a window is dozens of turns from rest."""
+    layout, z = plain.layout, np.zeros(len(plain.layout))
+    z[layout.of_cause["marker_offset"]] = 0.5
+    later = plain.rig.runs[0].times > 1.0
+    before, after = (plain.predictions(one)[0][later, 4] for one in (0 * z, z))
+    assert before.min() > 10 * np.pi
+    assert np.abs(after - before).max() < 0.2
+
+
 def test_only_windows_that_have_begun_are_told(plain: Problem) -> None:
     begins = windows(plain).begins
     until = begins[1] / 120 + 0.1
