@@ -12,7 +12,7 @@ from workbench.diagnose import HopperRig
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.problem import Problem
-from workbench.diagnose.rig import Forgetful
+from workbench.diagnose.rig import Forgetful, Windowed
 from workbench.diagnose.windows import Windows, windows_in
 from workbench.identify import MeasuredRun
 from workbench.timeseries import TimeSeries
@@ -56,8 +56,9 @@ def windows(problem: Problem) -> Windows:
     return problem.rig.windows[0]
 
 
-def test_a_rig_of_hops_forgets(plain: Problem) -> None:
+def test_a_rig_of_hops_forgets_and_can_be_taken_up_again(plain: Problem) -> None:
     assert isinstance(plain.rig, Forgetful)
+    assert isinstance(plain.rig, Windowed)
 
 
 def test_windows_follow_the_seconds_from_rest(plain: Problem) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, coloured, whitened
-from workbench.diagnose.rig import Forgetful, Rig
+from workbench.diagnose.rig import Forgetful, Rig, Windowed
 from workbench.tracking.glitches import spikes
 
 __all__ = ["Anchor", "Linear", "Problem", "Slope"]
@@ -207,7 +207,7 @@ class Problem:
             z: (u,) a place near what is true.
         """
         forgetting = [k for k in self.runs if self.rig.runs[k].forgets]
-        if not forgetting or not isinstance(self.rig, Forgetful):
+        if not forgetting or not isinstance(self.rig, Windowed):
             return None
         rig = self.rig.in_windows({k: self.layout.values(z, k) for k in forgetting})
         return None if rig is None else Problem(rig, self.layout, self.noise, self.runs)

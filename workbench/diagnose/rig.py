@@ -26,6 +26,7 @@ __all__ = [
     "Rig",
     "Trial",
     "Unknown",
+    "Windowed",
 ]
 
 Effects = Mapping[str, Mapping[str, tuple[float, float]]]
@@ -248,6 +249,11 @@ class Forgetful(Rig, Protocol):
             ends: by run [s].
         """
         ...
+
+
+@runtime_checkable
+class Windowed(Rig, Protocol):
+    """A rig whose runs that forget can be taken up again in between."""
 
     def in_windows(self, values: Mapping[int, Mapping[str, float]]) -> Rig | None:
         """Return the rig with some runs compared in short windows too, whose starts are free.
