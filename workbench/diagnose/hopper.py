@@ -86,7 +86,6 @@ class HopperRig:
         self.measured, self.places = tuple(runs), dict(places or {})
         self._ends: dict[int, float] = {}
         self._windows = HopWindows({}, {})
-        self._from_rest: dict[int, float] = {}
         self.runs = tuple(_observed(run) for run in runs)
         self.runs = tuple(self._predictable(k) for k in range(len(runs)))
         modes = {run.mode for run in runs}
@@ -153,7 +152,6 @@ class HopperRig:
             run.until(_LEAST_S).also(*found.windows[k].rows) if k in found.windows else run
             for k, run in enumerate(self.runs)
         )
-        more._from_rest = dict.fromkeys(found.windows, _LEAST_S)
         return more
 
     def _robots(self) -> Robots:
@@ -176,7 +174,7 @@ class HopperRig:
         What a run's mode does not feel, and what only moves what is seen, is not simulated again.
         """
         told = self._from_start(asked, until, coarse)
-        at = [i for i, (k, _) in enumerate(asked) if k in self._windows.windows]
+        at = [i for i, (k, _) in enumerate(asked) if k in self.windows]
         if not at or until < _LEAST_S:
             return told
         rest = self._windows.predicted([asked[i] for i in at], self._robots(), until, coarse)
@@ -250,7 +248,7 @@ class HopperRig:
 
     def _end(self, k: int) -> float:
         """Return how long a run is compared from its start on [s]."""
-        return self._from_rest.get(k, float(self.runs[k].times[-1]))
+        return _LEAST_S if k in self.windows else float(self.runs[k].times[-1])
 
     def _stands(
         self, k: int, values: Mapping[str, float], coarse: bool

@@ -46,8 +46,9 @@ from workbench.sim.simulate import (
     keep_engine_quiet,
     simulate,
     simulate_all,
+    spread,
 )
-from workbench.sim.stance import STANCE, Standing, spread
+from workbench.sim.stance import STANCE, Standing
 
 __all__ = [
     "EFFECTS",

@@ -16,7 +16,7 @@ from workbench.sim.laws import within_play
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
-__all__ = ["FALLEN_M", "settle", "unloaded"]
+__all__ = ["FALLEN_M", "hinge_ids", "settle", "unloaded", "world_angle"]
 
 _ROUNDS = 60
 _BALANCED = 1e-10  # [N, N m]
@@ -39,7 +39,7 @@ def unloaded(robot: Robot) -> Robot:
     model = compile_model(listed, "free")
     data = mujoco.MjData(model)
     _pose(model, data, listed)
-    data.joint("rotor").qpos[:] = _HANGING - _world_angle(data)
+    data.joint("rotor").qpos[:] = _HANGING - world_angle(data)
     for _ in range(_LOAD_ROUNDS):
         mujoco.mj_forward(model, data)
         # the foot tips until its corners' springs carry the weight below the centre of mass
@@ -49,7 +49,7 @@ def unloaded(robot: Robot) -> Robot:
         data.qpos[3:7] = [np.cos(pitch / 2), 0, np.sin(pitch / 2), 0]
     data.qacc[:] = 0
     mujoco.mj_inverse(model, data)
-    ids = _hinge_ids(model, listed)
+    ids = hinge_ids(model, listed)
     bend = data.qfrc_inverse[model.jnt_dofadr[ids]] / model.jnt_stiffness[ids]
     angles = tuple(float(a + b) for a, b in zip(robot.angles, bend, strict=True))
     return _drifted(replace(robot, angles=angles, state="unloaded"))
@@ -78,7 +78,7 @@ def settle(
     data = mujoco.MjData(model)
     _pose(model, data, robot)
     free = moving_dofs(model, foot)
-    data.joint("rotor").qpos[:] = start_angle - _world_angle(data)
+    data.joint("rotor").qpos[:] = start_angle - world_angle(data)
     data.xfrc_applied[model.body("top").id, 0] = pull
     stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     for _ in range(_ROUNDS):
@@ -148,11 +148,13 @@ def _pose(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot) -> None:
     mujoco.mj_forward(model, data)
 
 
-def _world_angle(data: mujoco.MjData) -> float:
+def world_angle(data: mujoco.MjData) -> float:
+    """Return the direction from T to the rotor in the world, about +y from +x [rad]."""
     arm = data.site("rotor").xpos - data.body("top").xpos
     return float(np.arctan2(-arm[2], arm[0]))
 
 
-def _hinge_ids(model: mujoco.MjModel, robot: Robot) -> NDArray[np.int_]:
+def hinge_ids(model: mujoco.MjModel, robot: Robot) -> NDArray[np.int_]:
+    """Return the joints of the beam, in the order of its hinges."""
     names = [hinge_name(k) for k, hinge in enumerate(robot.hinges) if hinge.stiffness is not None]
     return np.array([model.joint(name).id for name in names])

@@ -39,6 +39,7 @@ __all__ = [
     "driven_peaks",
     "driven_response",
     "linear_modes",
+    "mass_matrix",
 ]
 
 Direction = Literal["up", "down"]
@@ -119,7 +120,9 @@ def linear_modes(
     dofs = moving_dofs(model, "fixed")
     stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
     mujoco.mj_forward(model, data)
-    squares, shapes = eigh((stiffness + stiffness.T) / 2, _mass(model, data)[np.ix_(dofs, dofs)])
+    squares, shapes = eigh(
+        (stiffness + stiffness.T) / 2, mass_matrix(model, data)[np.ix_(dofs, dofs)]
+    )
     top = _top_jacobian(model, data)[:, dofs]
     damping = model.dof_damping[dofs]
     return [
@@ -180,7 +183,8 @@ def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
     return found
 
 
-def _mass(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+def mass_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the mass of all degrees of freedom, (nv, nv)."""
     full = np.empty((model.nv, model.nv))
     mujoco.mj_fullM(model, data, full)
     return full

@@ -39,6 +39,7 @@ __all__ = [
     "keep_engine_quiet",
     "simulate",
     "simulate_all",
+    "spread",
     "stepped",
 ]
 
@@ -49,6 +50,7 @@ Job = tuple[Robot, Condition]
 Admit = Callable[[mujoco.MjModel, mujoco.MjData], None]
 """Looks at a model at rest, before its first step, and raises InputError to refuse it."""
 
+J = TypeVar("J")
 R = TypeVar("R")
 
 _MOST_AT_ONCE = 8
@@ -120,10 +122,16 @@ def _on_threads(
     threads = threads or os.cpu_count() or 1
     size = min(_MOST_AT_ONCE, max(1, -(-len(jobs) // threads)))
     chunks = [jobs[i : i + size] for i in range(0, len(jobs), size)]
-    if len(chunks) < 2 or threads == 1:
-        return [result for chunk in chunks for result in work(chunk)]
+    return [result for done in spread(work, chunks, threads) for result in done]
+
+
+def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[R]:
+    """Return what some work makes of each job, on all cores unless fewer threads are asked for."""
+    threads = threads or os.cpu_count() or 1
+    if len(jobs) < 2 or threads == 1:
+        return [work(job) for job in jobs]
     with ThreadPoolExecutor(threads) as pool:
-        return [result for done in pool.map(work, chunks) for result in done]
+        return list(pool.map(work, jobs))
 
 
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:

@@ -7,11 +7,8 @@ beam's lowest modes and the rotor's angle (`docs/decisions/0011-diagnosis.md`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from os import cpu_count
-from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -22,25 +19,24 @@ from workbench.motion import ROTOR_ANGLE
 from workbench.sim.condition import Condition
 from workbench.sim.drive import hold_rotor
 from workbench.sim.effects.apply import applied, driven
+from workbench.sim.equilibrium import hinge_ids, world_angle
 from workbench.sim.ground import CORNER_FIELDS, corner_records
+from workbench.sim.modes import mass_matrix
 from workbench.sim.motion import motion_of
-from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
+from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
 from workbench.sim.simulate import at_rest, stepped
 from workbench.timeseries import TimeSeries
 
-__all__ = ["ROTOR", "STANCE", "Standing", "spread"]
+__all__ = ["STANCE", "Standing"]
 
 _MODES = 3
 STANCE = ("foot x", "foot z", "foot pitch", *(f"bend {k}" for k in range(_MODES)),
           *(f"rate {k}" for k in range(_MODES)), "rotor")  # fmt: skip
 """What a stance is told by [m, m, rad, rad, rad/s, rad]: all beside rest, the rotor's in the world.
 A bend of a mode is the most that it turns any increment by."""
-ROTOR = STANCE.index("rotor")
+_ROTOR = STANCE.index("rotor")
 _TURN = 2 * np.pi
 _BENDS, _RATES = slice(3, 3 + _MODES), slice(3 + _MODES, 3 + 2 * _MODES)
-
-J = TypeVar("J")
-R = TypeVar("R")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +95,7 @@ class Standing:
             times = (begin + np.arange(count)) / SAMPLE_RATE_HZ
             values, valid = motion.values[kept], motion.valid[kept]
             angle = values[:, motion.names.index(ROTOR_ANGLE)]
-            angle += _TURN * np.round((stances[row, ROTOR] - angle[0]) / _TURN)
+            angle += _TURN * np.round((stances[row, _ROTOR] - angle[0]) / _TURN)
             found.append(TimeSeries(times, values, motion.names, valid))
         return found
 
@@ -115,21 +111,11 @@ class Standing:
         data.qvel[:] = stance[_RATES] @ self.modes
         rotor = data.joint("rotor")
         mujoco.mj_kinematics(model, data)
-        arm = data.site("rotor").xpos - data.body("top").xpos
-        rotor.qpos += stance[ROTOR] - np.arctan2(-arm[2], arm[0])
+        rotor.qpos += stance[_ROTOR] - world_angle(data)
         rotor.qvel = speed
         hold_rotor(model, data)
         mujoco.mj_forward(model, data)
         return data
-
-
-def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[R]:
-    """Return what some work makes of each job, on all cores unless fewer threads are asked for."""
-    threads = threads or cpu_count() or 1
-    if threads == 1 or len(jobs) < 2:
-        return [work(job) for job in jobs]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(work, jobs))
 
 
 def _beam_modes(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
@@ -137,13 +123,10 @@ def _beam_modes(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> NDA
 
     Gravity is left out: they only span what may be otherwise.
     """
-    names = [hinge_name(k) for k, hinge in enumerate(robot.hinges) if hinge.stiffness is not None]
-    at = [int(model.joint(name).dofadr[0]) for name in names]
-    mass = np.empty((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
-    ids = [model.joint(name).id for name in names]
+    ids = hinge_ids(model, robot)
+    at = model.jnt_dofadr[ids]
     stiffness = np.diag([float(np.ravel(model.jnt_stiffness[i])[0]) for i in ids])
-    shapes = eigh(stiffness, mass[np.ix_(at, at)])[1][:, :_MODES].T
+    shapes = eigh(stiffness, mass_matrix(model, data)[np.ix_(at, at)])[1][:, :_MODES].T
     turned = np.cumsum(shapes, axis=1)
     modes = np.zeros((_MODES, model.nv))
     modes[:, at] = shapes / (np.sign(turned[:, -1]) * np.abs(turned).max(axis=1))[:, None]
