@@ -58,13 +58,19 @@ def _section(group: str) -> str:
 def _row(effect: Effect) -> str:
     cells = (
         f"`{effect.name}`",
-        re.sub(r"{(\w+)}", r"`\1`", effect.sentence),
+        _told(effect.sentence),
         "<br>".join(map(_quantity, effect.quantities)),
         ", ".join(effect.excited_by),
         ", ".join(f"`{name}`" for name in effect.confused_with),
         effect.separated_by,
     )
     return _line(cells)
+
+
+def _told(sentence: str) -> str:
+    """Return a sentence with the names of its quantities, and both words that a sign asks for."""
+    sentence = re.sub(r"{\w+:([^|}]+)\|([^}]+)}", r"\1 (\2)", sentence)
+    return re.sub(r"{(\w+)(:size)?}", r"`\1`", sentence)
 
 
 def _line(cells: Sequence[str]) -> str:

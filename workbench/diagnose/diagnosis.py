@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import string
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from workbench.diagnose.problem import Problem
 from workbench.diagnose.proof import Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
 from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
-from workbench.diagnose.wording import digits
+from workbench.diagnose.wording import Amount, digits
 from workbench.progress import Progress
 
 __all__ = ["Diagnosis", "Found", "diagnose"]
@@ -106,8 +105,11 @@ class Diagnosis:
 
     def sentence(self, cause: str) -> str:
         """Return a cause in words, with its numbers."""
-        words = {name: _worded(one) for name, one in self.quantities.get(cause, {}).items()}
-        return string.Formatter().vformat(self.layout.causes[cause].sentence, (), words)
+        amounts = {
+            name: Amount(one.value, one.low, one.high, one.unit)
+            for name, one in self.quantities.get(cause, {}).items()
+        }
+        return self.layout.causes[cause].sentence.format_map(amounts)
 
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""
@@ -279,11 +281,3 @@ def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
     return {
         layout.unknowns[i].name: layout.value(int(i), float(best.fit.z[i])) for i in layout.base
     }
-
-
-def _worded(one: Found) -> str:
-    """Return a value with its interval, shares in percent."""
-    if one.unit == "1":
-        value, low, high = (digits(100 * part) for part in (one.value, one.low, one.high))
-        return f"{value} % ({low} to {high} %)"
-    return f"{digits(one.value)} {one.unit} ({digits(one.low)} to {digits(one.high)})"

@@ -147,4 +147,5 @@ def _cause(effect: Effect) -> Cause:
         confused_with=effect.confused_with,
         separated_by=effect.separated_by,
         replaces=_RELEASES.get(effect.name, ()),
+        dear=effect.dear,
     )

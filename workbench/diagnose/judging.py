@@ -74,8 +74,8 @@ def with_clutter(
     """Return all causes around a fit, or around the place that their clutter really leads to.
 
     What clutter gains is foretold well where it is little. In hops, straight lines let it gain
-    more than what tells two causes apart: there it is tried, all but that of the numerics, which
-    is small and dear to simulate. Where the clutter of fewer causes led is a place for more of them
+    more than what tells two causes apart: there it is tried, all but that of causes that are dear
+    to simulate, for it is small. Where the clutter of fewer causes led is a place for more of them
     as well. They begin there if that is cheaper than their own fit, and also where they ended
     dearer than those fewer: a cause more can make nothing dearer.
 
@@ -125,7 +125,7 @@ def _led(
 def _tried(near: Neighbourhood) -> NDArray[np.float64]:
     """Return the clutter (u,) that is simulated."""
     clutter = near.clutter.copy()
-    clutter[near.layout.quantities(near.layout.numerics)] = 0.0
+    clutter[near.layout.quantities(near.layout.dear)] = 0.0
     return clutter
 
 

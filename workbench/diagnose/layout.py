@@ -62,6 +62,11 @@ class Layout:
         """Return the causes that are the step or the mesh of the simulation."""
         return tuple(name for name, cause in self.causes.items() if cause.group == "numerics")
 
+    @cached_property
+    def dear(self) -> tuple[str, ...]:
+        """Return the causes that take several times as long to simulate."""
+        return tuple(name for name, cause in self.causes.items() if cause.dear)
+
     def quantities(self, names: tuple[str, ...]) -> NDArray[np.int_]:
         """Return the indices of the quantities of some causes."""
         none = np.empty(0, dtype=np.int_)

@@ -107,7 +107,8 @@ _AMPLITUDES = "releases from three heights: what depends on amplitude changes al
 
 JOINT_EFFECTS: dict[JointEffect, Generic] = {
     "stiffness": Generic(
-        "structure", "k", "F/L", "the spring of {owner} is stiffer than stated by {{k}}",
+        "structure", "k", "F/L",
+        "the spring of {owner} is {{k:stiffer|softer}} than stated by {{k:size}}",
         "weighing, and the frequency of small swings", ("even_stiffness", "cubic_stiffness"),
         releases="stiffness", add=_add_stiffness(1),
     ),
@@ -117,7 +118,8 @@ JOINT_EFFECTS: dict[JointEffect, Generic] = {
         add=_add_stiffness(2),
     ),
     "cubic_stiffness": Generic(
-        "structure", "k3", "F/L^3", "{owner} stiffens as it moves, with a cubic term of {{k3}}",
+        "structure", "k3", "F/L^3",
+        "{owner} {{k3:stiffens|softens}} as it moves, with a cubic term of {{k3}}",
         _AMPLITUDES, ("stiffness", "quadratic_damping"), add=_add_stiffness(3),
     ),
     "rest_shift": Generic(
@@ -125,7 +127,7 @@ JOINT_EFFECTS: dict[JointEffect, Generic] = {
         "pictures at rest with and without load", ("even_stiffness",), add=_add_rest,
     ),
     "damping": Generic(
-        "dissipation", "d", "F s/L", "{owner} is damped more than stated by {{d}}",
+        "dissipation", "d", "F s/L", "{owner} is damped {{d:more|less}} than stated by {{d:size}}",
         _AMPLITUDES, ("coulomb_friction", "quadratic_damping"),
         releases="damping", add=_add_damping(1),
     ),
@@ -148,36 +150,40 @@ JOINT_EFFECTS: dict[JointEffect, Generic] = {
 }  # fmt: skip
 
 MASS = Generic(
-    "mass", "mass", "kg", "{owner} is heavier than stated by {{mass}}", "weighing it",
-    releases="mass", add=_add_mass,
+    "mass", "mass", "kg", "{owner} is {{mass:heavier|lighter}} than stated by {{mass:size}}",
+    "weighing it", releases="mass", add=_add_mass,
 )  # fmt: skip
 
 CHANNEL_EFFECTS: dict[ChannelEffect, Generic] = {
     "offset": Generic(
-        "sensor", "offset", "L", "channel {owner} reads {{offset}} too much",
+        "sensor", "offset", "L", "channel {owner} reads {{offset:size}} too {{offset:much|little}}",
         "the reading at a known place", ("gain",),
     ),
     "gain": Generic(
-        "sensor", "share", "1", "channel {owner} reads too much by {{share}}",
+        "sensor", "share", "1", "channel {owner} reads too {{share:much|little}} by {{share:size}}",
         "a ruler or a protractor", ("offset",),
     ),
     "delay": Generic(
-        "sensor", "delay", "s", "channel {owner} shows everything {{delay}} late",
+        "sensor", "delay", "s",
+        "channel {owner} shows everything {{delay:size}} {{delay:late|early}}",
         "several frequencies: its phase lag grows with the frequency",
     ),
 }  # fmt: skip
 
 INPUT_EFFECTS: dict[InputEffect, Generic] = {
     "offset": Generic(
-        "drive", "offset", "control", "input {owner} acts with {{offset}} more than recorded",
+        "drive", "offset", "control",
+        "input {owner} acts with {{offset:size}} {{offset:more|less}} than recorded",
         "the place at rest without input",
     ),
     "gain": Generic(
-        "drive", "share", "1", "input {owner} acts more strongly than recorded by {{share}}",
+        "drive", "share", "1",
+        "input {owner} acts {{share:more strongly|more weakly}} than recorded by {{share:size}}",
         "a load cell", ("delay",),
     ),
     "delay": Generic(
-        "drive", "delay", "s", "input {owner} acts {{delay}} later than recorded",
+        "drive", "delay", "s",
+        "input {owner} acts {{delay:size}} {{delay:later|earlier}} than recorded",
         "a step of the input, seen by all channels", ("gain",),
     ),
 }  # fmt: skip

@@ -77,7 +77,8 @@ class Cause:
         name: canonical.
         group: kind of cause; `sensor` ones mean that the data are at fault, `numerics` the step or
             the mesh of the simulation.
-        sentence: for people; `{quantity}` stands for its value with unit.
+        sentence: for people; `{quantity}` stands for its value with unit, `{quantity:size}` for how
+            large it is, and `{quantity:heavier|lighter}` for the word that its sign asks for.
         unknowns: its quantities, all stated zero.
         shows_in: modes of runs in which it shows; empty means all.
         confused_with: names of causes that look alike.
@@ -85,6 +86,7 @@ class Cause:
         replaces: base numbers that this cause is the release of: `hinge_stiffness` as a cause is
             the base's hinge stiffness beyond its tolerance. Its one quantity is what the numbers
             exceed their stated values by: a share where its unit is 1, else in their unit.
+        dear: whether it takes several times as long to simulate a model that has it.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Cause:
     confused_with: tuple[str, ...] = ()
     separated_by: str = ""
     replaces: tuple[str, ...] = ()
+    dear: bool = False
 
 
 @dataclass(frozen=True, eq=False)

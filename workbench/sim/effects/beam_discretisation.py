@@ -23,4 +23,5 @@ EFFECT = Effect(
     confused_with=("hinge_stiffness", "root_stiffness"),
     separated_by="simulating with more increments, which costs no experiment",
     alter=_alter,
+    dear=True,
 )

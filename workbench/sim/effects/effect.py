@@ -62,7 +62,9 @@ class Effect:
     Args:
         name: canonical, as in a model file.
         group: what kind of cause it is.
-        sentence: what a technician is told; `{name}` stands for a quantity with its unit.
+        sentence: what a technician is told; `{name}` stands for a quantity with its unit,
+            `{name:size}` for how large it is, and `{name:heavier|lighter}` for the word that its
+            sign asks for.
         quantities: all of them zero where it is absent.
         excited_by: modes of runs in which it shows.
         confused_with: names of effects that look alike.
@@ -71,6 +73,7 @@ class Effect:
         build: changes the MjSpec of a robot with this effect.
         drive: changes what the rotor is told.
         observe: changes what is seen of the motion.
+        dear: whether a robot with it takes several times as long to simulate.
     """
 
     name: str
@@ -84,3 +87,4 @@ class Effect:
     build: Build | None = None
     drive: Drive | None = None
     observe: Observe | None = None
+    dear: bool = False

@@ -17,7 +17,10 @@ def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
 EFFECT = Effect(
     name="foot_cg",
     group="mass",
-    sentence="the foot's centre of gravity lies forward of its centre by {forward}",
+    sentence=(
+        "the foot's centre of gravity lies {forward:forward|backward} of its centre by "
+        "{forward:size}"
+    ),
     quantities=(Quantity("forward", "m", low=-0.13, high=0.13, tolerance=0.003, step=0.0003),),
     excited_by=("hop", "drop"),
     confused_with=("foot_mass", "ground_slope", "marker_offset"),

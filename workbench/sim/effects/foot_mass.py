@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="foot_mass",
     group="mass",
-    sentence="the foot is heavier than the model says by {mass}",
+    sentence="the foot is {mass:heavier|lighter} than the model says by {mass:size}",
     quantities=(Quantity("mass", "kg", low=-0.07, high=0.5, tolerance=0.002, step=0.0002),),
     excited_by=("hop", "drop"),
     confused_with=("foot_cg", "ground_stiffness", "ground_damping"),

@@ -22,7 +22,10 @@ def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
 EFFECT = Effect(
     name="friction_anisotropy",
     group="ground",
-    sentence="the sole's friction is higher forward by {share}, and lower backward by as much",
+    sentence=(
+        "the sole's friction is {share:higher|lower} forward by {share:size}, and "
+        "{share:lower|higher} backward by as much"
+    ),
     quantities=(Quantity("share", "1", low=-0.9, high=0.9, tolerance=0.1, step=0.001),),
     excited_by=("hop", "drop"),
     confused_with=("friction_level", "ground_slope"),

@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="friction_level",
     group="ground",
-    sentence="the sole's friction is higher than the model says by {share}",
+    sentence="the sole's friction is {share:higher|lower} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-0.95, high=4.0, tolerance=0.2, step=0.002),),
     excited_by=("hop", "drop"),
     confused_with=("friction_anisotropy", "ground_slope"),

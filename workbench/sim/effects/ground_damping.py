@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="ground_damping",
     group="ground",
-    sentence="the ground damps more than the model says by {share}",
+    sentence="the ground damps {share:more|less} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-1.0, high=5.0, tolerance=0.3, step=0.03),),
     excited_by=("hop", "drop"),
     confused_with=(

@@ -17,7 +17,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="ground_slope",
     group="ground",
-    sentence="the floor rises forward by {slope}",
+    sentence="the floor {slope:rises|falls} forward by {slope:size}",
     quantities=(Quantity("slope", "rad", low=-0.2, high=0.2, tolerance=0.005, step=0.0005),),
     excited_by=("hop", "drop", "clamped", "decay"),
     confused_with=(

@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="ground_stiffness",
     group="ground",
-    sentence="the ground is stiffer than the model says by {share}",
+    sentence="the ground is {share:stiffer|softer} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-0.9, high=10.0, tolerance=0.3, step=0.03),),
     excited_by=("hop", "drop"),
     confused_with=("ground_damping", "ground_hunt_crossley", "foot_mass"),

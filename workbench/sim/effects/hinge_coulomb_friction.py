@@ -39,4 +39,5 @@ EFFECT = Effect(
     confused_with=("hinge_quadratic_damping", "hinge_damping", "root_play"),
     separated_by="a ring-down to the end: it fades along a straight line; a slow pull and return",
     build=_build,
+    dear=True,
 )

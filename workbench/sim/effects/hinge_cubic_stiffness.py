@@ -23,7 +23,7 @@ def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
 EFFECT = Effect(
     name="hinge_cubic_stiffness",
     group="structure",
-    sentence="the beam stiffens as it bends, with a cubic term of {k3} in every hinge",
+    sentence="the beam {k3:stiffens|softens} as it bends, with a cubic term of {k3} in every hinge",
     quantities=(Quantity("k3", "N m/rad^3", low=-2e3, high=2e4, tolerance=30.0, step=1.0),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("root_play", "hinge_quadratic_damping"),

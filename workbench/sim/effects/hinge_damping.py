@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="hinge_damping",
     group="dissipation",
-    sentence="the beam's hinges damp more than the model says by {share}",
+    sentence="the beam's hinges damp {share:more|less} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-1.0, high=20.0, tolerance=0.3, step=0.03),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(

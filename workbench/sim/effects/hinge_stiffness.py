@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="hinge_stiffness",
     group="structure",
-    sentence="the beam's hinges are stiffer than the model says by {share}",
+    sentence="the beam's hinges are {share:stiffer|softer} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=5e-4),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=(

@@ -17,7 +17,9 @@ def _observe(motion: TimeSeries, values: Values) -> TimeSeries:
 EFFECT = Effect(
     name="length_scale",
     group="sensor",
-    sentence="the cameras' metre is off: every place and way is too large by {share}",
+    sentence=(
+        "the cameras' metre is off: every place and way is too {share:large|small} by {share:size}"
+    ),
     quantities=(Quantity("share", "1", low=-0.1, high=0.1, tolerance=0.002, step=1e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "rotor_unbalance", "top_mass", "marker_offset"),

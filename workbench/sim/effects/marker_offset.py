@@ -49,7 +49,10 @@ def _tip_turn(motion: TimeSeries) -> NDArray[np.float64]:
 EFFECT = Effect(
     name="marker_offset",
     group="sensor",
-    sentence="the point taken for T sits {forward} forward of T and {up} above it",
+    sentence=(
+        "the point taken for T sits {forward:size} {forward:before|behind} T and {up:size} "
+        "{up:above|below} it"
+    ),
     quantities=tuple(
         Quantity(name, "m", low=-0.05, high=0.05, tolerance=0.002, step=1e-5)
         for name in ("forward", "up")

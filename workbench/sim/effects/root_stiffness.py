@@ -16,7 +16,9 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="root_stiffness",
     group="structure",
-    sentence="the joint of beam and foot is stiffer than the model says by {share}",
+    sentence=(
+        "the joint of beam and foot is {share:stiffer|softer} than the model says by {share:size}"
+    ),
     quantities=(Quantity("share", "1", low=-0.9, high=9.0, tolerance=0.1, step=2e-3),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "local_stiffness_loss", "beam_discretisation"),

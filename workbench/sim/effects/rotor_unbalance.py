@@ -25,7 +25,10 @@ def _build(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
 EFFECT = Effect(
     name="rotor_unbalance",
     group="mass",
-    sentence="the rotor's unbalance, mass times radius, is greater than the model says by {share}",
+    sentence=(
+        "the rotor's unbalance, mass times radius, is {share:greater|smaller} than the model "
+        "says by {share:size}"
+    ),
     quantities=(Quantity("share", "1", low=-0.9, high=2.0, tolerance=0.02, step=0.002),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_damping", "speed_ripple", "length_scale"),

@@ -21,7 +21,9 @@ def _drive(condition: Condition, values: Values) -> Condition:
 EFFECT = Effect(
     name="speed_drift",
     group="drive",
-    sentence="the motor's speed drifts during a run by {rate} of the commanded one",
+    sentence=(
+        "the motor's speed {rate:rises|falls} during a run by {rate:size} of the commanded one"
+    ),
     quantities=(Quantity("rate", "1/s", low=-0.05, high=0.05, tolerance=3e-4, step=1e-6),),
     excited_by=("clamped", "hop"),
     confused_with=("speed_scale", "speed_offset", "motor_droop"),

@@ -20,7 +20,9 @@ def _drive(condition: Condition, values: Values) -> Condition:
 EFFECT = Effect(
     name="speed_offset",
     group="drive",
-    sentence="the motor turns faster than commanded by {offset} at every speed",
+    sentence=(
+        "the motor turns {offset:faster|slower} than commanded by {offset:size} at every speed"
+    ),
     quantities=(Quantity("offset", "rad/s", low=-10, high=10, tolerance=0.1, step=1e-4),),
     excited_by=("clamped", "hop"),
     confused_with=("speed_scale", "motor_droop", "speed_drift", "time_offset"),

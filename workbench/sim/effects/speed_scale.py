@@ -17,7 +17,7 @@ def _drive(condition: Condition, values: Values) -> Condition:
 EFFECT = Effect(
     name="speed_scale",
     group="drive",
-    sentence="the motor turns faster than commanded by {share}",
+    sentence="the motor turns {share:faster|slower} than commanded by {share:size}",
     quantities=(Quantity("share", "1", low=-0.5, high=0.5, tolerance=0.005, step=1e-5),),
     excited_by=("clamped", "hop"),
     confused_with=("speed_offset", "motor_droop", "speed_drift", "time_offset"),

@@ -35,7 +35,10 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="tether",
     group="outside",
-    sentence="a cable pulls the top forward by {pull}, and back to its place by {stiffness}",
+    sentence=(
+        "a cable pulls the top {pull:forward|backward} by {pull:size}, and back to its place "
+        "by {stiffness}"
+    ),
     quantities=(
         Quantity("stiffness", "N/m", low=0.0, high=50.0, tolerance=0.05, step=0.005),
         Quantity("pull", "N", low=-1.0, high=1.0, tolerance=0.005, step=0.0005),

@@ -20,7 +20,7 @@ def _observe(motion: TimeSeries, values: Values) -> TimeSeries:
 EFFECT = Effect(
     name="time_offset",
     group="sensor",
-    sentence="the cameras saw everything {late} later than their stamps say",
+    sentence="the cameras saw everything {late:size} {late:later|earlier} than their stamps say",
     quantities=(Quantity("late", "s", low=-0.5, high=0.5, tolerance=0.004, step=1e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("speed_offset", "speed_scale"),

@@ -23,4 +23,5 @@ EFFECT = Effect(
     confused_with=("hinge_damping", "ground_damping"),
     separated_by="simulating with a shorter step, which costs no experiment",
     alter=_alter,
+    dear=True,
 )

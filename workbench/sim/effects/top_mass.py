@@ -16,7 +16,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
 EFFECT = Effect(
     name="top_mass",
     group="mass",
-    sentence="the top is heavier than the model says by {mass}",
+    sentence="the top is {mass:heavier|lighter} than the model says by {mass:size}",
     quantities=(Quantity("mass", "kg", low=-0.08, high=0.5, tolerance=0.002, step=5e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_stiffness", "length_scale"),

@@ -1,0 +1,52 @@
+"""What a technician is told of a quantity."""
+
+from __future__ import annotations
+
+import pytest
+
+from workbench.diagnose.mjcf_numbers import CHANNEL_EFFECTS, INPUT_EFFECTS, JOINT_EFFECTS, MASS
+from workbench.diagnose.wording import Amount
+from workbench.sim import EFFECTS
+
+GENERIC = [MASS, *JOINT_EFFECTS.values(), *CHANNEL_EFFECTS.values(), *INPUT_EFFECTS.values()]
+
+
+@pytest.mark.parametrize(
+    ("mass", "told"),
+    [
+        (
+            Amount(0.004, -0.001, 0.009, "kg"),
+            "the top is heavier than the model says by 0.00400 kg (-0.00100 to 0.00900)",
+        ),
+        (
+            Amount(-0.004, -0.009, 0.001, "kg"),
+            "the top is lighter than the model says by 0.00400 kg (-0.00100 to 0.00900)",
+        ),
+        (Amount(0.0, -0.001, 0.001, "kg"), "the top is heavier than the model says by 0 kg"),
+    ],
+)
+def test_a_sentence_follows_the_sign_of_its_quantity(mass: Amount, told: str) -> None:
+    assert EFFECTS["top_mass"].sentence.format(mass=mass).startswith(told)
+
+
+def test_a_share_is_told_in_percent_with_its_interval_turned() -> None:
+    share = Amount(-0.05, -0.08, -0.02, "1")
+    told = EFFECTS["hinge_stiffness"].sentence.format(share=share)
+    wanted = "the beam's hinges are softer than the model says by 5.00 % (2.00 to 8.00 %)"
+    assert told == wanted
+
+
+def test_a_quantity_without_a_word_keeps_its_sign() -> None:
+    tilt = Amount(-0.003, -0.004, -0.002, "rad")
+    told = EFFECTS["camera_tilt"].sentence.format(tilt=tilt)
+    assert "leans by -0.00300 rad (-0.00400 to -0.00200)" in told
+
+
+def test_generic_causes_follow_the_sign_as_well() -> None:
+    for one in GENERIC:
+        sentence = one.sentence.format(owner="pivot")
+        plus, minus = (
+            sentence.format_map({one.quantity: Amount(sign * 0.1, -1.0, 1.0, "m")})
+            for sign in (1, -1)
+        )
+        assert plus != minus, plus
