@@ -27,7 +27,7 @@ the answer what is scored, so that lines stay small and name no place of the mac
 _ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
 _MOST_S = 3600
 _WORDS = 300  # of an error that are kept
-_SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "seconds")
+_SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "adequate", "seconds")
 _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("diagnose", "sim", "tracking")
 _DIGITS = 8

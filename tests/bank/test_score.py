@@ -103,8 +103,17 @@ def test_what_is_outside_the_library_must_stay_unnamed() -> None:
     outside = label("outside", {"magnet": {"force": 1.0}})
     none, named = judge(answer("NONE"), outside), judge(answer("NAMED", "tether"), outside)
     listed = judge(answer("SET", "tether"), outside)
-    assert score("outside: NONE", none, named, listed, none) == 0.5
+    flagged = judge(answer("SET", "tether") | {"adequate": False}, outside)
+    assert score("outside: NONE or flagged", none, named, listed, none) == 0.5
+    assert score("outside: NONE or flagged", none, named, flagged, none) == 0.75
     assert score("outside: named", none, named, listed, none) == 0.25
+
+
+def test_a_name_that_is_said_not_to_be_all_is_a_name() -> None:
+    outside = label("outside", {"magnet": {"force": 1.0}})
+    named = judge(answer("NAMED", "tether") | {"adequate": False}, outside)
+    assert score("outside: NONE or flagged", named) == 0
+    assert score("outside: named", named) == 1
 
 
 def test_a_tie_is_a_set_of_both() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.rig import Asked, Cause, Effects, Fault, Observed, Unknown
 
-__all__ = ["NOISE_M", "PaperRig", "cause", "measured"]
+__all__ = ["NOISE_M", "PaperRig", "cause", "half_understood", "measured"]
 
 NOISE_M = 3e-4
 RATE_HZ, SECONDS = 100, 6.0
@@ -147,3 +147,10 @@ def measured(
             )
         )  # fmt: skip
     return PaperRig(tuple(runs))
+
+
+def half_understood() -> PaperRig:
+    """Return a rig that creeps, and whose run held out also does what no cause explains."""
+    rig = measured(1, {"creep": 0.2})
+    odd = 3e-3 * np.sin(23 * rig.runs[3].times)[:, None]
+    return replace(rig, runs=(*rig.runs[:3], replace(rig.runs[3], values=rig.runs[3].values + odd)))

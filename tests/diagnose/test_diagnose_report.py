@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import Command
-from tests.diagnose.paper import CAUSES, NOISE_M, PaperRig, cause, measured
+from tests.diagnose.paper import CAUSES, NOISE_M, PaperRig, cause, half_understood, measured
 from workbench.cli.diagnose import show_diagnosis
 from workbench.diagnose import Diagnosis, diagnose, write_diagnosis
 from workbench.diagnose.figures import label, spectrum_figure, trace_figure
@@ -98,7 +98,7 @@ def test_the_tables_hold_the_numbers_of_the_answer(pages: dict[str, Page], kind:
         low, high = quantity["interval90"]
         assert [
             one["effect"].replace("_", " "), f"{100 * one['confidence']:.0f} %", "amount",
-            digits(quantity["value"]), f"{digits(low)} to {digits(high)}", "1",
+            digits(100 * quantity["value"]), f"{digits(100 * low)} to {digits(100 * high)}", "%",
         ] in rows  # fmt: skip
     for rival in words["rivals"]:
         assert [rival["effect"].replace("_", " "), rival["why_not"].replace("_", " ")] in rows
@@ -148,6 +148,16 @@ def test_provenance_has_hashes_seed_and_versions(pages: dict[str, Page]) -> None
         assert f"{path}, sha256 {digest}" in text
     assert "seed 7" in text
     assert "numpy 9.9" in text
+
+
+def test_a_cause_that_is_not_all_says_so_first(pages: dict[str, Page], tmp_path: Path) -> None:
+    (tmp_path / "paper.json").write_text("{}")
+    found = diagnose(replace(half_understood(), source=tmp_path / "paper.json"), tmp_path)
+    html = write_diagnosis(tmp_path / "page.html", found, {}, {}).read_text(encoding="utf-8")
+    assert "<h1>Found, but not all of it: creep</h1>" in html
+    assert "<li>Something else is wrong as well, or instead. Look at the machine where" in html
+    assert not any("not all of it" in page.html for page in pages.values())
+    assert not any("Something else is wrong" in page.html for page in pages.values())
 
 
 @pytest.mark.parametrize("kind", RIGS)

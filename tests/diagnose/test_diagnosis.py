@@ -10,8 +10,18 @@ import numpy as np
 import pytest
 
 from tests.diagnose import paper
-from tests.diagnose.paper import CAUSES, NOISE_M, TERMS, PaperRig, cause, measured
+from tests.diagnose.paper import (
+    CAUSES,
+    NOISE_M,
+    TERMS,
+    PaperRig,
+    cause,
+    half_understood,
+    measured,
+)
 from workbench.diagnose import Diagnosis, answer, diagnose, diagnosis
+from workbench.diagnose.proof import Proof
+from workbench.diagnose.wording import digits
 from workbench.errors import InputError
 
 
@@ -36,6 +46,7 @@ def test_a_hidden_cause_is_named_with_its_size_and_proved(name: str, tmp_path: P
     assert diagnosis.removed > 0.8
     assert diagnosis.proof is not None
     assert diagnosis.proof.extended.rmse == pytest.approx(1000 * NOISE_M, rel=0.1)
+    assert diagnosis.adequate
 
 
 def test_what_the_runs_held_out_speak_against_is_not_named(tmp_path: Path) -> None:
@@ -47,8 +58,37 @@ def test_what_the_runs_held_out_speak_against_is_not_named(tmp_path: Path) -> No
     assert "but on runs held out the extension errs by " in diagnosis.answer.reason
     assert diagnosis.answer.reason.endswith("mm, so no model is written")
     assert diagnosis.extended is None
+    assert diagnosis.adequate is False
     assert diagnosis.as_json()["extended_model"] is None
     assert not list(tmp_path.rglob("*.json"))
+
+
+def test_a_cause_that_is_not_all_that_is_wrong_is_told_so(tmp_path: Path) -> None:
+    """What else a run held out shows is larger than what the extension makes up for."""
+    diagnosis = found(half_understood(), tmp_path)
+    assert diagnosis.answer.kind == "NAMED"
+    assert names(diagnosis) == ["creep"]
+    assert diagnosis.proof is not None
+    told = diagnosis.proof
+    print(told.base.rmse, told.extended.rmse, told.removed)
+    assert 0 < told.removed < 0.5
+    assert diagnosis.as_json()["adequate"] is False
+    assert diagnosis.answer.reason.endswith(
+        f"but on runs held out the extension still errs by {told.extended.rmse:.3g} of "
+        f"{told.base.rmse:.3g} mm, where noise makes {digits(told.base.noise_floor)} mm, so "
+        "something else is wrong as well, or instead"
+    )
+
+
+def test_little_that_is_left_is_enough_whatever_share_of_the_misfit_it_is(tmp_path: Path) -> None:
+    told = found(measured(1, {"hardening": 0.01}), tmp_path).proof
+    assert told is not None
+    floor = told.base.noise_floor
+    little = replace(told.base, by_run={"run_3": 1.03 * floor})
+    more = replace(told.base, by_run={"run_3": 1.04 * floor})
+    assert Proof(more, little).adequate
+    assert not Proof(more, more).adequate
+    assert Proof(replace(told.base, by_run={"run_3": 1.09 * floor}), more).adequate
 
 
 def test_nothing_hidden_is_answered_as_clean(tmp_path: Path) -> None:

@@ -30,13 +30,9 @@ _WINDOWED = "hops told it in short windows that begin while the foot stands, not
 
 
 @dataclass(frozen=True)
-class Found:
+class Found(Amount):
     """One quantity of a cause, SI, with its 90 % interval and its standard error."""
 
-    value: float
-    low: float
-    high: float
-    unit: str
     error: float
 
     def as_json(self) -> dict[str, Any]:
@@ -87,6 +83,16 @@ class Diagnosis:
         return 0.0 if self.proof is None else self.proof.removed
 
     @property
+    def adequate(self) -> bool | None:
+        """Tell whether the causes make up for most of the misfit; None where there is none.
+
+        Causes whose extension runs held out refuse do not.
+        """
+        if not self.answer.causes:
+            return None
+        return self.proof is not None and self.proof.adequate
+
+    @property
     def worst_held_out(self) -> str:
         """Return the name of the run held out that the base misses most."""
         return max(self.held_out, key=lambda name: self.errors.by_run[name])
@@ -105,11 +111,7 @@ class Diagnosis:
 
     def sentence(self, cause: str) -> str:
         """Return a cause in words, with its numbers."""
-        amounts = {
-            name: Amount(one.value, one.low, one.high, one.unit)
-            for name, one in self.quantities.get(cause, {}).items()
-        }
-        return self.layout.causes[cause].sentence.format_map(amounts)
+        return self.layout.causes[cause].sentence.format_map(self.quantities.get(cause, {}))
 
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""
@@ -139,6 +141,7 @@ class Diagnosis:
                 "extended": extended,
             },
             "removable_removed": self.removed,
+            "adequate": self.adequate,
             "held_out_runs": list(self.held_out),
             "extended_model": None if self.extended is None else str(self.extended.source),
             "next_protocol": None,
@@ -185,6 +188,8 @@ def diagnose(
         if proof.harms:
             extended.source.unlink()
             answer, extended, proof = _refuted(answer, proof), None, None
+        elif not proof.adequate:
+            answer = _in_part(answer, proof)
     names = tuple(rig.runs[k].name for k in held)
     return Diagnosis(
         rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
@@ -246,6 +251,17 @@ def _refuted(answer: Answer, proof: Proof) -> Answer:
     )
     kind = "SET" if answer.kind == "NAMED" else answer.kind
     return replace(answer, kind=kind, reason=reason)
+
+
+def _in_part(answer: Answer, proof: Proof) -> Answer:
+    """Return an answer that tells that its causes are not all that is wrong."""
+    unit = proof.base.unit
+    reason = (
+        f"{answer.reason}; but on runs held out the extension still errs by "
+        f"{digits(proof.extended.rmse)} of {digits(proof.base.rmse)} {unit}, where noise makes "
+        f"{digits(proof.base.noise_floor)} {unit}, so something else is wrong as well, or instead"
+    )
+    return replace(answer, reason=reason)
 
 
 def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:

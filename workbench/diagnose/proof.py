@@ -19,6 +19,8 @@ __all__ = ["Errors", "Proof", "errors_of"]
 
 _MM = 1000.0
 _HARM = 0.02  # of the base's error: more than that is no chance in thousands of samples
+_MOST = 0.5  # of the removable error: an extension that removes less does not make up for it
+_LITTLE = 0.25  # noise deviations that may be left of what no camera can tell from noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,12 @@ class Proof:
         if removable <= 0:
             return 0.0
         return float(np.clip((self.base.rmse - self.extended.rmse) / removable, -1.0, 1.0))
+
+    @property
+    def adequate(self) -> bool:
+        """Tell whether the extension makes up for most of the misfit, or leaves next to none."""
+        floor = self.base.noise_floor
+        return self.removed >= _MOST or self.extended.rmse <= float(np.hypot(1, _LITTLE)) * floor
 
 
 def errors_of(

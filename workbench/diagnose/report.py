@@ -44,6 +44,8 @@ _ADVICE: dict[Kind, str] = {
     "DATA_FAULT": "Put the measurement right and measure again before anything of the machine is "
     "changed.",
 }
+_NOT_ALL = ", but not all of it:"  # in a headline, where most of the misfit is left
+_ELSE = "Something else is wrong as well, or instead. Look at the machine where most is left."
 _ROLES = {"train": "fitted", "held_out": "held out"}
 
 
@@ -68,10 +70,11 @@ def write_diagnosis(
     words = found.as_json()
     fitted, held = len(found.refits.base.fit.linear.runs), len(found.held_out)
     about = f"{words['answer']}: {found.rig.name}, {fitted} runs fitted, {held} held out"
+    sizes = "Size of the causes" if len(words["causes"]) > 1 else "Size of the cause"
     sections = [
         ("Warnings", warning_list(_warnings(found))),
         ("Error on the runs held out", _errors(found, words)),
-        ("Size of the causes" if len(words["causes"]) > 1 else "Size of the cause", _causes(words)),
+        (sizes, _causes(found, words)),
         ("The misfit", _misfit(found)),
         ("Later hops", hop_table(found)),
         ("What each cause is worth", _scores(found)),
@@ -91,7 +94,8 @@ def _headline(words: Mapping[str, Any]) -> str:
     causes = " and ".join(_spoken(cause["effect"]) for cause in words["causes"])
     if words["answer"] == "SET":
         causes = causes.replace(" and ", " or ")
-    return _HEADLINES[words["answer"]].format(causes=causes).removesuffix(": ")
+    headline = _HEADLINES[words["answer"]].format(causes=causes).removesuffix(": ")
+    return headline if words["adequate"] is not False else headline.replace(":", _NOT_ALL, 1)
 
 
 def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
@@ -150,13 +154,14 @@ def _errors(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     ).format(share)
 
 
-def _causes(words: Mapping[str, Any]) -> Markup:
+def _causes(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     heads = ("Cause", "Confidence", "Quantity", "Value", "90 % interval", "Unit")
     rows = [
         (_spoken(cause["effect"]), f"{100 * cause['confidence']:.0f} %", quantity,
-         digits(one["value"]), " to ".join(map(digits, one["interval90"])), one["unit"])
+         digits(value), f"{digits(low)} to {digits(high)}", unit)
         for cause in words["causes"]
-        for quantity, one in cause["parameters"].items()
+        for quantity, one in found.quantities[cause["effect"]].items()
+        for value, low, high, unit in (one.told,)
     ]  # fmt: skip
     several = words["causes"] if words["answer"] == "SET" else []
     sentences = _list(_sentence(cause["sentence"]) + "." for cause in several)
@@ -262,6 +267,8 @@ def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     if next_run is not None:
         yield next_run
     yield _ADVICE[found.answer.kind]
+    if found.adequate is False:
+        yield _ELSE
     for name in found.answer.causes:
         how = found.layout.causes[name].separated_by
         if how:

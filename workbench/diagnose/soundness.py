@@ -89,6 +89,7 @@ def refused(fault: DataFault) -> dict[str, object]:
         "rivals": [],
         "rmse_mm": {"noise_floor": None, "base": None, "extended": None},
         "removable_removed": None,
+        "adequate": None,
         "held_out_runs": [],
         "extended_model": None,
         "next_protocol": None,

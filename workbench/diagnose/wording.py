@@ -48,11 +48,15 @@ class Amount:
         plus, either, minus = spec.partition("|")
         if either:
             return minus if self.value < 0 else plus
-        numbers = self.value, self.low, self.high
-        if spec == "size" and self.value < 0:
-            numbers = -self.value, -self.high, -self.low
+        value, low, high, unit = self.told
+        if spec == "size" and value < 0:
+            value, low, high = -value, -high, -low
+        again = " %" if unit == "%" else ""
+        return f"{digits(value)} {unit} ({digits(low)} to {digits(high)}{again})"
+
+    @property
+    def told(self) -> tuple[float, float, float, str]:
+        """Return value, interval and unit as people are told them: shares in percent."""
         if self.unit == "1":
-            value, low, high = (digits(100 * number) for number in numbers)
-            return f"{value} % ({low} to {high} %)"
-        value, low, high = map(digits, numbers)
-        return f"{value} {self.unit} ({low} to {high})"
+            return 100 * self.value, 100 * self.low, 100 * self.high, "%"
+        return self.value, self.low, self.high, self.unit
