@@ -136,6 +136,64 @@ def test_a_cause_that_is_not_sure_is_a_set_with_the_reason(
     assert found.causes == ("play",)
 
 
+def second(*added: int, off: float = 200.0, gain: float = 50.0) -> Any:
+    """Return the answer where two pairs are cheaper than a cause, and fits contradict each other.
+
+    Args:
+        added: indices of the pairs that runs held out speak for.
+        off: of the costs, by what another cause shows.
+        gain: of the first pair over the cause.
+    """
+    base, play = judged(1000, 1500), judged(600, 1400, "play")
+    drag = judged(1000 + off, 1450, "drag")
+    pairs = judged(600 - gain, 900, "play", "drag"), judged(604 - gain, 950, "play", "slack")
+    every = {name: SimpleNamespace(group="hinge") for name in ("play", "drag", "slack")}
+    layout = SimpleNamespace(numerics=(), causes=every)
+    asked: list[Any] = []
+
+    def adding(single: Any, more: Any) -> list[Any]:
+        asked.append((single, tuple(more)))
+        return [more[k] for k in added]
+
+    found = decide(refits(base, (play, drag), pairs), cast(Any, layout), adding=adding)
+    assert not asked or asked == [(play, pairs)]
+    return found, bool(asked)
+
+
+def test_runs_held_out_tell_a_second_cause_where_fits_contradict_each_other() -> None:
+    found, asked = second(0)
+    assert asked
+    assert (found.kind, found.causes) == ("NAMED", ("play", "drag"))
+    assert found.weights == {"play": 1.0, "drag": 1.0}
+    assert found.reason == (
+        "play and drag: every other cause leaves clearly more unexplained, in runs held out as well"
+    )
+
+
+def test_two_second_causes_that_runs_held_out_speak_for_are_a_set() -> None:
+    found, _ = second(0, 1)
+    assert (found.kind, set(found.causes)) == ("SET", {"play", "drag", "slack"})
+
+
+@pytest.mark.parametrize("added", [(), (1,)])
+def test_a_second_cause_that_runs_held_out_do_not_speak_for_is_not_named(added: Any) -> None:
+    found, asked = second(*added)
+    assert asked
+    assert (found.kind, found.causes) == ("NAMED", ("play",))
+
+
+def test_runs_held_out_are_not_asked_for_what_the_runs_fitted_do_not_show() -> None:
+    found, asked = second(0, gain=LEAST_WORTH)
+    assert not asked
+    assert found.causes == ("play",)
+
+
+def test_no_second_cause_is_sought_where_the_first_is_not_sure() -> None:
+    found, asked = second(0, off=400.0)
+    assert not asked
+    assert found.kind == "SET"
+
+
 @pytest.mark.parametrize(("left", "causes"), [(3.0, ("play", "drag")), (0.9, ("play",))])
 def test_how_runs_scatter_does_not_matter_where_one_cause_misses_them_by_far(
     left: float, causes: tuple[str, ...]

@@ -21,6 +21,7 @@ from tests.diagnose.paper import (
 )
 from workbench.diagnose import Diagnosis, answer, diagnose, diagnosis
 from workbench.diagnose.proof import Proof
+from workbench.diagnose.search import Search
 from workbench.diagnose.wording import digits
 from workbench.errors import InputError
 
@@ -118,6 +119,25 @@ def test_two_causes_are_both_named(tmp_path: Path) -> None:
     diagnosis = found(measured(2, {"wobble": 0.5, "creep": 0.2}), tmp_path)
     assert diagnosis.answer.kind == "NAMED"
     assert sorted(names(diagnosis)) == ["creep", "wobble"]
+
+
+@pytest.mark.parametrize(("amounts", "added"), [
+    ({"wobble": 0.5, "creep": 0.2}, [{"wobble", "creep"}]),
+    ({"wobble": 0.5}, []),
+])  # fmt: skip
+def test_runs_held_out_speak_for_a_second_cause_that_is_there(
+    amounts: dict[str, float], added: list[set[str]], tmp_path: Path
+) -> None:
+    refits = found(measured(2, amounts), tmp_path).refits
+    search = Search(refits.problem, refits.base, lambda text: None)
+    for name in ("wobble", "creep", "hardening"):
+        search.take_up(
+            [replace(refits.singles[0], causes=("wobble", name)[: 1 + (name != "wobble")])]
+        )
+    single, pairs = search.found(1)[0], search.found(2)
+    assert [set(one.causes) for one in pairs] != []
+    told = diagnosis._adding(refits, (3,), single, pairs)
+    assert [set(one.causes) for one in told] == added
 
 
 def test_causes_that_look_the_same_are_answered_as_a_set(tmp_path: Path) -> None:

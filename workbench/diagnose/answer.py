@@ -77,7 +77,10 @@ class Answer:
 
 
 def decide(
-    refits: Refits, layout: Layout, shown: Callable[[Hypothesis], bool] = lambda one: False
+    refits: Refits,
+    layout: Layout,
+    shown: Callable[[Hypothesis], bool] = lambda one: False,
+    adding: Callable[[Hypothesis, Sequence[Hypothesis]], list[Hypothesis]] = lambda one, more: [],
 ) -> Answer:
     """Return the answer that the refits allow.
 
@@ -86,11 +89,16 @@ def decide(
         layout: of the unknowns.
         shown: whether what a hypothesis explains is of practical size in runs held out. It is
             asked only where the evidence is enough and the size in the runs fitted is not.
+        adding: which pairs, of some that have a named cause, make up in runs held out for most of
+            what that cause leaves there. It is asked only where one of them is cheaper.
     """
     best = _best(refits, shown) or _suspect(refits)
     if best is None:
         return _without_cause(refits)
     same = alike(refits, best, APART)
+    added = _added(refits, best, adding) if len(same) == 1 and evident(refits, best) else []
+    if added:
+        best, same = added[0], added
     left, before = best.beyond, refits.base.left
     if left_over(refits, left) and left > _LEFT_SHARE * before:
         return Answer(
@@ -98,7 +106,7 @@ def decide(
             f"{' with '.join(best.causes)} explains a part, but {left:.2f} noise deviations are "
             f"left of {before:.2f}, and no known cause explains them",
         )  # fmt: skip
-    weights = _weights(refits, best, same)
+    weights = _weights(refits, best, same, added or refits.with_as_many(len(best.causes)))
     causes = tuple(sorted(weights, key=lambda name: -weights[name]))
     rivals = _rivals(refits, layout, best, causes)
     if len(same) > 1 or not evident(refits, best):
@@ -107,6 +115,7 @@ def decide(
     groups = {layout.causes[name].group for name in causes}
     kind: Kind = "DATA_FAULT" if groups == {"sensor"} else "NAMED"
     reason = f"{' and '.join(causes)}: every other cause leaves clearly more unexplained"
+    reason += ", in runs held out as well" if added else ""
     return Answer(kind, causes, best, weights, rivals, reason)
 
 
@@ -155,6 +164,26 @@ def _holds(
     if gained <= max(least, refits.threshold):
         return False
     return size > LEAST_SIZE or (simpler is refits.base and gained > LEAST_WORTH and shown(one))
+
+
+def _added(
+    refits: Refits,
+    single: Hypothesis,
+    adding: Callable[[Hypothesis, Sequence[Hypothesis]], list[Hypothesis]],
+) -> list[Hypothesis]:
+    """Return the pairs that a named cause is one of, as runs held out tell, best first.
+
+    How the runs fitted scatter, and fits that contradict each other, may hide a second cause that
+    is plain in runs which no fit has seen. They are believed where the cheapest pair is one of
+    those that they speak for.
+    """
+    least = single.cost - max(LEAST_WORTH, refits.threshold)
+    pairs = [one for one in refits.pairs if set(single.causes) < set(one.causes)]
+    cheaper = [one for one in pairs if one.cost < least]
+    if len(single.causes) > 1 or not cheaper:
+        return []
+    added = adding(single, pairs)
+    return added if cheaper[0] in added else []
 
 
 def _suspect(refits: Refits) -> Hypothesis | None:
@@ -229,9 +258,10 @@ def believable(gained: float, scatter: float, runs: int) -> float:
     return min(float(norm.isf(chance)) ** 2 / 2, gained) if chance > 0 else gained
 
 
-def _weights(refits: Refits, best: Hypothesis, likely: list[Hypothesis]) -> dict[str, float]:
-    """Return the share of each cause in all hypotheses, weighed by how far they are behind."""
-    same = refits.with_as_many(len(best.causes))
+def _weights(
+    refits: Refits, best: Hypothesis, likely: list[Hypothesis], same: Sequence[Hypothesis]
+) -> dict[str, float]:
+    """Return the share of each likely cause in some, weighed by how far they are behind."""
     weights = softmax([-_behind(refits, one, best) for one in same])
     found: dict[str, float] = {}
     for one, weight in zip(same, weights, strict=True):

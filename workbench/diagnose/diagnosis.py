@@ -17,7 +17,7 @@ from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.one_run import with_carriers
 from workbench.diagnose.problem import Problem
-from workbench.diagnose.proof import Errors, Proof, errors_of
+from workbench.diagnose.proof import MOST, Errors, Proof, errors_of
 from workbench.diagnose.rig import Effects, Rig
 from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
 from workbench.diagnose.wording import Amount, digits
@@ -206,13 +206,35 @@ def _judged(refits: Refits, held: Sequence[int], tell: Progress) -> tuple[Errors
     def shown(one: Hypothesis) -> bool:
         return _shown(refits, held, errors, one)
 
-    return errors, with_carriers(decide(refits, problem.layout, shown), refits, problem)
+    def adding(one: Hypothesis, pairs: Sequence[Hypothesis]) -> list[Hypothesis]:
+        return _adding(refits, held, one, pairs)
+
+    answer = decide(refits, problem.layout, shown, adding)
+    return errors, with_carriers(answer, refits, problem)
 
 
 def _shown(refits: Refits, held: Sequence[int], errors: Errors, one: Hypothesis) -> bool:
     """Tell whether what a hypothesis explains is of practical size in runs held out."""
     extended = errors_of(refits.problem.rig, refits.problem.noise, held, one.fit.z)
     return Proof(errors, extended).size > LEAST_SIZE
+
+
+def _adding(
+    refits: Refits, held: Sequence[int], one: Hypothesis, pairs: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Return the pairs that make up for most of what one cause leaves of the runs held out.
+
+    What they explain must be of practical size, and no run held out may speak against it.
+    """
+    rig, noise = refits.problem.rig, refits.problem.noise
+    before, added = errors_of(rig, noise, held, one.fit.z), []
+    for pair in pairs:
+        after = errors_of(rig, noise, held, pair.fit.z)
+        proof = Proof(before, after)
+        worse = any(after.by_run[name] > before.by_run[name] for name in before.by_run)
+        if proof.removed >= MOST and proof.size > LEAST_SIZE and not worse:
+            added.append(pair)
+    return added
 
 
 def _in_windows(

@@ -136,9 +136,14 @@ def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
 
 def _told(found: Sequence[Carrier], problem: Problem) -> str:
     return "; ".join(
-        f"{one.cause} rests on {problem.rig.runs[one.run].name} alone: it is worth {one.worth:.1f} "
-        f"with it and {one.without:.1f} without" for one in found
+        f"{one.cause} rests on {problem.rig.runs[one.run].name} {_how_far(one)}: it is worth "
+        f"{one.worth:.1f} with it and {one.without:.1f} without" for one in found
     )  # fmt: skip
+
+
+def _how_far(one: Carrier) -> str:
+    """Return in a word how far a cause rests on its run: the others may confirm it."""
+    return "alone" if one.excluded or one.without < one.confirmed else "for the most part"
 
 
 def _at_fault(

@@ -15,11 +15,14 @@ from workbench.diagnose.problem import Problem
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.solve import fit
 
-__all__ = ["Errors", "Proof", "errors_of"]
+__all__ = ["HARM", "MOST", "Errors", "Proof", "errors_of"]
+
+HARM = 0.02
+"""Of an error: thousands of samples do not err by so much more by chance."""
+MOST = 0.5
+"""Of the removable error: an extension that removes less does not make up for it."""
 
 _MM = 1000.0
-_HARM = 0.02  # of the base's error: more than that is no chance in thousands of samples
-_MOST = 0.5  # of the removable error: an extension that removes less does not make up for it
 _LITTLE = 0.25  # noise deviations that may be left of what no camera can tell from noise
 
 
@@ -57,7 +60,7 @@ class Proof:
     @property
     def harms(self) -> bool:
         """Tell whether the extension errs clearly more than the base."""
-        return self.extended.rmse > (1 + _HARM) * self.base.rmse
+        return self.extended.rmse > (1 + HARM) * self.base.rmse
 
     @property
     def size(self) -> float:
@@ -77,7 +80,7 @@ class Proof:
     def adequate(self) -> bool:
         """Tell whether the extension makes up for most of the misfit, or leaves next to none."""
         floor = self.base.noise_floor
-        return self.removed >= _MOST or self.extended.rmse <= float(np.hypot(1, _LITTLE)) * floor
+        return self.removed >= MOST or self.extended.rmse <= float(np.hypot(1, _LITTLE)) * floor
 
 
 def errors_of(

@@ -17,6 +17,7 @@ from workbench.diagnose.figures import label, score_figure, spectrum_figure, tra
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.hops import hop_table
 from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
+from workbench.diagnose.proof import HARM
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
 from workbench.review.page import code, figure, heat_table, picture, table, warning_list, write_page
@@ -121,7 +122,7 @@ def _warnings(found: Diagnosis) -> Iterator[str]:
     last = base if found.proof is None else found.proof.extended
     for name in found.held_out if found.answer.kind != "NONE" else ():
         before, after = base.by_run[name], last.by_run[name]
-        if after > max(before, base.noise_floor):
+        if after > max((1 + HARM) * before, base.noise_floor):
             yield (
                 f"{name} speaks against the answer: the extension errs by {digits(after)} {unit} "
                 f"where the base errs by {digits(before)} {unit}"
@@ -213,12 +214,15 @@ def _scores(found: Diagnosis) -> Markup:
 
 def _rivals(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     silent = found.refits.base.near.silent
+    sure = words["answer"] in ("NAMED", "DATA_FAULT") and words["causes"]
+    reason = f"{_sentence(_spoken(words['reason']))}." if sure else ""
     rows = [
         (_spoken(rival["effect"]), _spoken(rival["why_not"]))
         for rival in words["rivals"]
         if rival["effect"] not in silent
     ]
-    return table(rows, css="facts") if rows else Markup()
+    told = Markup("<p>{}</p>").format(reason) if reason else Markup()
+    return told + table(rows, css="facts") if rows else told
 
 
 def _silent(found: Diagnosis) -> Markup:
