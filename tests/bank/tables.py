@@ -72,7 +72,8 @@ def page(told: Told) -> str:
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
         f"{len(told.judged)} answered{_by(told.engines)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %. Seconds "
-        "are by the clock, with as many cases answered at once as there are cores.", "",
+        "are by the clock, with as many cases answered at once as there are cores. What limits it: "
+        "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).", "",
     ]  # fmt: skip
     newest = [one for one in told.judged if one.label.get("seed") in told.newest]
     if newest and len(newest) < len(told.judged):
