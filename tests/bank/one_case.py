@@ -16,6 +16,7 @@ from typing import Any
 import workbench
 from tests.bank.cases import Case
 from tests.bank.make import make_case
+from tests.bank.score import LATE
 from tests.bank.write import write_case
 
 __all__ = ["Line", "engine", "run_case"]
@@ -25,7 +26,7 @@ Line = dict[str, Any]
 the answer what is scored, so that lines stay small and name no place of the machine."""
 
 _ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
-_MOST_S = 3600
+_MOST_S = 3600  # for an answer; what takes longer counts as none
 _WORDS = 300  # of an error that are kept
 _SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "adequate", "seconds")
 _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
@@ -54,7 +55,7 @@ def run_case(case: Case, work: Path, turned: str | None = None) -> Line:
         said = _answered(folder, *(["--flip", turned] if turned else []))
         line |= said | {"answer": _scored(said["answer"]), "engine": engine()}
         line["label"] = json.loads(label.read_bytes())
-    except (ValueError, RuntimeError, subprocess.TimeoutExpired) as error:
+    except (ValueError, RuntimeError) as error:
         line["failed"] = str(error)[-_WORDS:]
     return line
 
@@ -94,10 +95,13 @@ def _scored(answer: Mapping[str, Any]) -> Line:
 
 
 def _answered(*words: str | Path) -> Line:
-    done = subprocess.run(
-        [*_ANSWERING, *map(str, words)],
-        capture_output=True, text=True, timeout=_MOST_S, check=False,
-    )  # fmt: skip
+    try:
+        done = subprocess.run(
+            [*_ANSWERING, *map(str, words)],
+            capture_output=True, text=True, timeout=_MOST_S, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:  # whose words are a command, with places of this machine
+        return {"answer": {"answer": LATE, "causes": [], "seconds": _MOST_S}, "plain": {}}
     if done.returncode:
         raise RuntimeError(done.stderr.strip()[-_WORDS:])
     return json.loads(done.stdout)

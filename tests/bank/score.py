@@ -16,6 +16,7 @@ from scipy.stats import norm
 
 __all__ = [
     "BARS",
+    "LATE",
     "Bar",
     "Judged",
     "Score",
@@ -26,6 +27,9 @@ __all__ = [
     "scores",
     "wilson",
 ]
+
+LATE = "LATE"
+"""The bank's own verdict on a case that was not answered in time; it is never right."""
 
 Answer = Mapping[str, object]
 Label = Mapping[str, object]
@@ -56,7 +60,7 @@ class Judged:
 
     Args:
         label: sealed until now.
-        verdict: NAMED, SET, NONE, CLEAN or DATA_FAULT.
+        verdict: NAMED, SET, NONE, CLEAN or DATA_FAULT; LATE where no answer came in time.
         causes: that the answer lists, best first.
         confidence: of the first cause, NaN where there is none.
         adequate: whether its causes make up for most of the misfit, None where not told.
@@ -135,7 +139,7 @@ def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = Non
         ValueError: when the answer lacks its verdict or has none of the five.
     """
     verdict = answer.get("answer")
-    if verdict not in ("NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT"):
+    if verdict not in ("NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT", LATE):
         raise ValueError(f"answer {verdict!r} is none of NAMED, SET, NONE, CLEAN, DATA_FAULT")
     causes = answer.get("causes") or []
     assert isinstance(causes, list)

@@ -77,7 +77,7 @@ def page(told: Told) -> str:
     ]  # fmt: skip
     newest = [one for one in told.judged if one.label.get("seed") in told.newest]
     if newest and len(newest) < len(told.judged):
-        parts += [f"## The engine as it is: {len(newest)} cases", "", *_scored(newest), "",
+        parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_scored(newest), "",
                   f"## By all its states: {len(told.judged)} cases", ""]  # fmt: skip
     parts += _scored(told.judged)
     parts += _beside_plain(told)
@@ -104,6 +104,10 @@ def _scored(judged: Sequence[Judged]) -> list[str]:
                  _verdict(rod, bar.rod, bar.least)]  # fmt: skip
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
     return parts
+
+
+def _cases(count: int) -> str:
+    return f"{count} case" if count == 1 else f"{count} cases"
 
 
 def _by(engines: Mapping[str, int]) -> str:

@@ -17,6 +17,7 @@ from tests.bank.answering import behind, flip
 from tests.bank.baselines import bic, sindy, single
 from tests.bank.cases import draw_cases
 from tests.bank.one_case import engine
+from tests.bank.score import judge, scores
 from tests.bank.tables import page
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
@@ -134,7 +135,7 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
     (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
     text = page(told_of(tmp_path))
     now, _, all_states = text.partition("## By all its states: 2 cases")
-    assert "## The engine as it is: 1 cases" in now
+    assert "## The engine as it is: 1 case" in now
     assert "| slowest case [s] | 200 of 1 |" in now
     assert "| slowest case [s] | 200 of 2 |" in all_states
 
@@ -169,3 +170,23 @@ def test_a_line_keeps_what_is_scored_and_no_place(
     assert line["answer"]["causes"] == [{"effect": "tether", "confidence": 0.9, "parameters": {}}]
     assert (line["label"], line["engine"]) == ({"block": "single"}, one_case.engine())
     assert str(tmp_path) not in json.dumps(line)
+
+
+def test_a_case_that_is_not_answered_in_time_counts_as_wrong_and_tells_no_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = draw_cases(1, 40)[0]
+    (tmp_path / "sealed").mkdir()
+    label = {"block": "null", "effects": {}, "kind": "",
+             "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
+    (tmp_path / "sealed" / f"{case.name}.json").write_text(json.dumps(label))
+    monkeypatch.setattr(one_case, "_MOST_S", 0.01)
+    line = one_case.run_case(case, tmp_path)
+    assert line == {
+        "seed": case.seed, "plain": {}, "engine": engine(), "label": label,
+        "answer": {"answer": "LATE", "seconds": 0.01, "causes": []},
+    }  # fmt: skip
+    judged = judge(line["answer"], line["label"], line)
+    assert not judged.right
+    assert not judged.names
+    assert {one.name: one.value for one in scores([judged])}["slowest case [s]"] == 0.01
