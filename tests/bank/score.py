@@ -136,7 +136,7 @@ def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = Non
         spent: `screening` and `peak`, where they were measured.
 
     Raises:
-        ValueError: when the answer lacks its verdict or has none of the five.
+        ValueError: when the answer lacks its verdict or has none that there is.
     """
     verdict = answer.get("answer")
     if verdict not in ("NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT", LATE):

@@ -19,6 +19,7 @@ from workbench.diagnose.search import FAR, POOR
 __all__ = [
     "LEAST_SIZE",
     "LEAST_WORTH",
+    "NOTHING_LEFT",
     "SUSPECTED",
     "Answer",
     "Kind",
@@ -41,9 +42,10 @@ SUSPECTED = 4.0
 """Of the cost: a cause that is worth so much may well be there, and is listed as one of a set."""
 LEAST_SIZE = 0.12
 """Noise deviations: what explains less, in runs fitted and held out, is of no practical size."""
+NOTHING_LEFT = 0.25
+"""Noise deviations that may be left unexplained: they are of no practical size."""
 APART = 5.0
 """Of the cost: a rival so far behind is 150 times less likely."""
-_NOTHING_LEFT = 0.25  # noise deviations that may hang together unexplained
 _LEFT_SHARE = 0.3  # of what hung together before
 
 
@@ -180,10 +182,8 @@ def _added(
     least = single.cost - max(LEAST_WORTH, refits.threshold)
     pairs = [one for one in refits.pairs if set(single.causes) < set(one.causes)]
     cheaper = [one for one in pairs if one.cost < least]
-    if len(single.causes) > 1 or not cheaper:
-        return []
-    added = adding(single, pairs)
-    return added if cheaper[0] in added else []
+    added = adding(single, pairs) if cheaper else []
+    return added if added and cheaper[0] in added else []
 
 
 def _suspect(refits: Refits) -> Hypothesis | None:
@@ -288,7 +288,7 @@ def _without_cause(refits: Refits) -> Answer:
 
 def negligible(refits: Refits) -> float:
     """Return how many noise deviations may be left by what has no practical size, and by chance."""
-    return float((_NOTHING_LEFT**2 + SURE * refits.doubt) ** 0.5)
+    return float((NOTHING_LEFT**2 + SURE * refits.doubt) ** 0.5)
 
 
 def left_over(refits: Refits, left: float) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.answer import NOTHING_LEFT
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.minimum import Prior
 from workbench.diagnose.noise import Noise
@@ -23,7 +24,6 @@ MOST = 0.5
 """Of the removable error: an extension that removes less does not make up for it."""
 
 _MM = 1000.0
-_LITTLE = 0.25  # noise deviations that may be left of what no camera can tell from noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +79,8 @@ class Proof:
     @property
     def adequate(self) -> bool:
         """Tell whether the extension makes up for most of the misfit, or leaves next to none."""
-        floor = self.base.noise_floor
-        return self.removed >= MOST or self.extended.rmse <= float(np.hypot(1, _LITTLE)) * floor
+        little = float(np.hypot(1, NOTHING_LEFT)) * self.base.noise_floor
+        return self.removed >= MOST or self.extended.rmse <= little
 
 
 def errors_of(

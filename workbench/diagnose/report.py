@@ -101,15 +101,20 @@ def _headline(words: Mapping[str, Any]) -> str:
 
 def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
     """Return the causes in sentences, or the reason for none, and the errors."""
-    sentences = [cause["sentence"] for cause in words["causes"]]
-    if words["answer"] == "SET" or not sentences:
-        sentences = [_spoken(words["reason"])]
+    sentences = [_spoken(words["reason"])]
+    if _is_sure(words):
+        sentences = [cause["sentence"] for cause in words["causes"]]
     rmse, unit = words["rmse_mm"], found.errors.unit
     gain = f"On runs that no fit has seen, the model errs by {digits(rmse['base'])} {unit}"
     if found.proof is not None:
         gain += f" and the extended one by {digits(rmse['extended'])} {unit}"
     floor = f"noise alone makes {digits(rmse['noise_floor'])} {unit}"
     return " ".join(f"{_sentence(one)}." for one in (*sentences, f"{gain}; {floor}"))
+
+
+def _is_sure(words: Mapping[str, Any]) -> bool:
+    """Tell whether the causes are named; else the reason stands in the verdict."""
+    return bool(words["causes"]) and words["answer"] != "SET"
 
 
 def _warnings(found: Diagnosis) -> Iterator[str]:
@@ -214,14 +219,14 @@ def _scores(found: Diagnosis) -> Markup:
 
 def _rivals(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
     silent = found.refits.base.near.silent
-    sure = words["answer"] in ("NAMED", "DATA_FAULT") and words["causes"]
-    reason = f"{_sentence(_spoken(words['reason']))}." if sure else ""
+    told = Markup()
+    if _is_sure(words):
+        told = Markup("<p>{}.</p>").format(_sentence(_spoken(words["reason"])))
     rows = [
         (_spoken(rival["effect"]), _spoken(rival["why_not"]))
         for rival in words["rivals"]
         if rival["effect"] not in silent
     ]
-    told = Markup("<p>{}</p>").format(reason) if reason else Markup()
     return told + table(rows, css="facts") if rows else told
 
 
