@@ -116,7 +116,7 @@ def main() -> None:
         print(f"case {line['seed']}: {said}", flush=True)
     told = told_of(asked.kept)
     asked.page.write_text(page(told), encoding="utf-8")
-    print(f"{len(told.judged)} of {told.drawn} cases answered; the page is {asked.page}")
+    print(f"{len(told.judged)} of {told.drawn} cases judged; the page is {asked.page}")
 
 
 if __name__ == "__main__":

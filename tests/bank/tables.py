@@ -70,7 +70,7 @@ def page(told: Told) -> str:
     parts = [
         "# The bank of hidden-effect cases", "",
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
-        f"{len(told.judged)} answered{_by(told.engines)}. What a case is and how it is scored: "
+        f"{len(told.judged)} judged{_by(told.engines)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %. Seconds "
         "are by the clock, with as many cases answered at once as there are cores. What limits it: "
         "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).", "",
@@ -215,9 +215,9 @@ def _cell(score: Score) -> str:
 
 
 def _verdict(score: Score, bar: float, least: bool) -> str:
-    if score.count == 0:
-        return f"{'at least' if least else 'at most'} {bar:.3g}"
+    told = f"{'at least' if least else 'at most'} {bar:.3g}"
     met = score.value >= bar if least else score.value <= bar
-    if score.name == "90 % interval coverage":
+    if score.name == "90 % interval coverage":  # wider intervals tell less
+        told = f"{bar:.3g} to {_MOST_COVERED:.3g}"
         met = met and score.value <= _MOST_COVERED
-    return f"{'at least' if least else 'at most'} {bar:.3g}, {'met' if met else 'missed'}"
+    return f"{told}, {'met' if met else 'missed'}" if score.count else told

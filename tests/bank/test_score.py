@@ -172,13 +172,22 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
     )
     turned = [Turned("root_play", [right], [wrong])]
     text = page(Told(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
-    assert "seeds 4, 5: 3 cases drawn, 2 answered. What" in text
+    assert "seeds 4, 5: 3 cases drawn, 2 judged. What" in text
     assert "| root_play | tether 1 |" in text
     assert "at least 0.7, missed" in text
     assert "- case 9: no rest" in text
     sizes = "| top-1 name, size 1 | the independent engine | 0 of 1: 0% (0% to 73%) | 1 of 1: 100%"
     assert sizes in text
     assert "| root_play | 1 | 1 of 1 | 1 of 1 | 1 of 1 | 0 of 1 |" in text
+
+
+def test_intervals_that_always_hold_the_truth_are_too_wide() -> None:
+    right = judge(answer("NAMED", "root_play"), label("single", TRUE))
+    text = page(Told([right], {}, [], [], 1, [], [4], {"ab": 1}))
+    row = next(line for line in text.splitlines() if line.startswith("| 90 % interval coverage"))
+    assert row.endswith(
+        "| no case | 0.82 to 0.97 | 1 of 1: 100% (27% to 100%) | 0.75 to 0.97, missed |"
+    )
 
 
 def test_time_and_memory_are_the_worst_of_all_cases() -> None:
