@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,6 @@ from tests.bank.score import BARS, Judged, Score, confusion, counted, covered, s
 
 __all__ = ["Told", "Turned", "page"]
 
-_MOST_COVERED = 0.97
 _WITHIN = 2
 _RESOLVED = {"twin": 0.80, "rod": 0.70}
 _TIMES = 1.5
@@ -100,8 +100,8 @@ def _scored(judged: Sequence[Judged]) -> list[str]:
     columns = {source: scores(_of(judged, source)) for source in _SOURCES}
     for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
         bar = BARS[twin.name]
-        cells = [_cell(twin), _verdict(twin, bar.twin, bar.least), _cell(rod),
-                 _verdict(rod, bar.rod, bar.least)]  # fmt: skip
+        cells = [_cell(twin), _verdict(twin, bar.twin, *bar[2:]), _cell(rod),
+                 _verdict(rod, bar.rod, *bar[2:])]  # fmt: skip
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
     return parts
 
@@ -214,10 +214,9 @@ def _cell(score: Score) -> str:
     return f"{score.hits} of {score.count}: {score.value:.0%} ({low:.0%} to {high:.0%})"
 
 
-def _verdict(score: Score, bar: float, least: bool) -> str:
+def _verdict(score: Score, bar: float, least: bool, most: float = math.inf) -> str:
     told = f"{'at least' if least else 'at most'} {bar:.3g}"
-    met = score.value >= bar if least else score.value <= bar
-    if score.name == "90 % interval coverage":  # wider intervals tell less
-        told = f"{bar:.3g} to {_MOST_COVERED:.3g}"
-        met = met and score.value <= _MOST_COVERED
+    if most < math.inf:
+        told = f"{bar:.3g} to {most:.3g}"
+    met = bar <= score.value <= most if least else score.value <= bar
     return f"{told}, {'met' if met else 'missed'}" if score.count else told
