@@ -55,7 +55,7 @@ CASES ?= 40
 
 bank: install
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bank]"
-	$(BIN)/python -m tests.bank --seed $(SEED) --cases $(CASES)
+	$(BIN)/python -m benchmarks.bank --seed $(SEED) --cases $(CASES)
 
 fuzz: install
 	$(BIN)/python tests/tracking/fuzzing.py

@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 HOW_TO = ROOT / "docs" / "how-to"
-COPIED = ("workbench", "tests", "docs", "models", "protocols", "examples")
+COPIED = ("workbench", "tests", "benchmarks", "docs", "models", "protocols", "examples")
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bank.rod import Rod
+from benchmarks.bank.rod import Rod
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 
 

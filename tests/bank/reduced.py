@@ -6,7 +6,7 @@ library, half of them from the independent engine.
 
 from __future__ import annotations
 
-from tests.bank.cases import Block, Case, Source
+from benchmarks.bank.cases import Block, Case, Source
 
 __all__ = ["CASES", "SIZE"]
 

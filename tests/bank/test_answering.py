@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bank import one_case
-from tests.bank.__main__ import told_of
-from tests.bank.answering import behind, flip
-from tests.bank.baselines import bic, sindy, single
-from tests.bank.cases import draw_cases
-from tests.bank.one_case import engine
-from tests.bank.score import judge, scores
-from tests.bank.tables import page
+from benchmarks.bank import one_case
+from benchmarks.bank.__main__ import told_of
+from benchmarks.bank.answering import behind, flip
+from benchmarks.bank.baselines import bic, sindy, single
+from benchmarks.bank.cases import draw_cases
+from benchmarks.bank.one_case import engine
+from benchmarks.bank.score import judge, scores
+from benchmarks.bank.tables import page
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values

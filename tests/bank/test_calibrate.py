@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bank import calibrate
-from tests.bank.calibrate import Told, apart, learnt, told_of
+from benchmarks.bank import calibrate
+from benchmarks.bank.calibrate import Told, apart, learnt, told_of
 from workbench.diagnose.confidence import TABLE, confidence
 
 

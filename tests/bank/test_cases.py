@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bank.amounts import scaled
-from tests.bank.cases import (
+from benchmarks.bank.amounts import scaled
+from benchmarks.bank.cases import (
     BLOCKS,
     TRAPS,
     Case,
@@ -25,15 +25,15 @@ from tests.bank.cases import (
     plans,
     ramp,
 )
-from tests.bank.cases_rod import RodGenerator
-from tests.bank.cases_twin import TwinGenerator
-from tests.bank.courses import Course, Job
-from tests.bank.expected import expected
-from tests.bank.make import generator_of, make_case, robot_of
-from tests.bank.observe import FAULTS, Fault, Noise, film
-from tests.bank.rod import Rod
-from tests.bank.size import Sizing, UnreachableError, rms
-from tests.bank.write import measured, sealed_label, write_case
+from benchmarks.bank.cases_rod import RodGenerator
+from benchmarks.bank.cases_twin import TwinGenerator
+from benchmarks.bank.courses import Course, Job
+from benchmarks.bank.expected import expected
+from benchmarks.bank.make import generator_of, make_case, robot_of
+from benchmarks.bank.observe import FAULTS, Fault, Noise, film
+from benchmarks.bank.rod import Rod
+from benchmarks.bank.size import Sizing, UnreachableError, rms
+from benchmarks.bank.write import measured, sealed_label, write_case
 from workbench.ingest import ingest_sheet
 from workbench.motion import TOP
 from workbench.protocol import ModelFile, ShapeFile, Sheet, load
@@ -233,7 +233,7 @@ def test_the_twin_and_the_rod_make_the_same_runs(rod: Rod, shape: ShapeFile) -> 
 def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     two_runs = [Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
                 Plan("b", "held_out", Course("decay", 2.0, pull=0.3))]  # fmt: skip
-    monkeypatch.setattr("tests.bank.make.plans", lambda *_: two_runs)
+    monkeypatch.setattr("benchmarks.bank.make.plans", lambda *_: two_runs)
     one, two = make_case(NULL), make_case(NULL)
     assert sealed_label(one) == sealed_label(two)
     for a, b in zip(measured(one), measured(two), strict=True):
@@ -261,18 +261,18 @@ def test_another_robot_is_drawn_for_one_that_falls(
     rod: Rod, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "tests.bank.make.plans",
+        "benchmarks.bank.make.plans",
         lambda *_: [Plan("a", "held_out", Course("decay", 2.5, pull=0.3))],
     )
     upright, twice, always = (_Falling(rod, falls) for falls in (0, 2, 99))
-    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: upright)
+    monkeypatch.setattr("benchmarks.bank.make.generator_of", lambda _: upright)
     assert make_case(NULL).label["attempt"] == 0
-    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: twice)
+    monkeypatch.setattr("benchmarks.bank.make.generator_of", lambda _: twice)
     made = make_case(NULL)
     assert made.label["attempt"] == 2
     assert made.case.name == NULL.name
     assert len(set(twice.stiffness)) == 3
-    monkeypatch.setattr("tests.bank.make.generator_of", lambda _: always)
+    monkeypatch.setattr("benchmarks.bank.make.generator_of", lambda _: always)
     with pytest.raises(UnreachableError, match="case-000005: the robot falls"):
         make_case(NULL)
     assert len(always.stiffness) == 5

@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-from tests.bank.cases import Case
-from tests.bank.make import make_case
+from benchmarks.bank.cases import Case
+from benchmarks.bank.make import make_case
+from benchmarks.bank.score import Judged, judge
+from benchmarks.bank.write import measured
 from tests.bank.reduced import CASES, SIZE
-from tests.bank.score import Judged, judge
-from tests.bank.write import measured
 from workbench.diagnose import HopperRig, diagnose
 from workbench.protocol import load_model, load_shape
 

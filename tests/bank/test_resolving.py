@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bank import resolving
-from tests.bank.cases import Case, Made, draw_case, plan_of
-from tests.bank.make import further_runs, make_case
-from tests.bank.resolving import resolve, rounds_of, wrongly
-from tests.bank.tables import Told, page
+from benchmarks.bank import resolving
+from benchmarks.bank.cases import Case, Made, draw_case, plan_of
+from benchmarks.bank.make import further_runs, make_case
+from benchmarks.bank.resolving import resolve, rounds_of, wrongly
+from benchmarks.bank.tables import Told, page
 from workbench.diagnose import Trial, minutes_of
 from workbench.errors import DataFault
 

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.bank.cases_twin import TwinGenerator
-from tests.bank.courses import Course, Job
-from tests.bank.rod import Rod, energies, linear_frequencies, swing
-from tests.bank.rod_mesh import MODES
+from benchmarks.bank.cases_twin import TwinGenerator
+from benchmarks.bank.courses import Course, Job
+from benchmarks.bank.rod import Rod, energies, linear_frequencies, swing
+from benchmarks.bank.rod_mesh import MODES
 from workbench.motion import TOP
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import linear_modes, make_robot, simulate
@@ -32,7 +32,7 @@ def driven(speed: float, seconds: float = 8.0) -> Course:
 
 def test_the_engine_shares_no_code_with_the_twin() -> None:
     code = (
-        "import sys, tests.bank.cases_rod, tests.bank.size, tests.bank.observe\n"
+        "import sys, benchmarks.bank.cases_rod, benchmarks.bank.size, benchmarks.bank.observe\n"
         "print([m for m in sys.modules if m.startswith(('workbench.sim', 'mujoco'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.bank.amounts import ABSORBED, AMOUNTS, OUTSIDE_AMOUNTS, direction
-from tests.bank.courses import Course
-from tests.bank.rod import Rod, swing
-from tests.bank.rod_effects import EFFECTS, OUTSIDE, perform
+from benchmarks.bank.amounts import ABSORBED, AMOUNTS, OUTSIDE_AMOUNTS, direction
+from benchmarks.bank.courses import Course
+from benchmarks.bank.rod import Rod, swing
+from benchmarks.bank.rod_effects import EFFECTS, OUTSIDE, perform
 
 CLAMPED = Course("clamped", 1.0, ((0.0, 12.0),))
 HOP = Course("hop", 1.5, ((0.0, 18.0),))

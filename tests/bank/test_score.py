@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from tests.bank.cases import Block, Case
-from tests.bank.expected import expected
-from tests.bank.score import BARS, Judged, confusion, judge, scores, wilson
-from tests.bank.tables import Told, Turned, page
+from benchmarks.bank.cases import Block, Case
+from benchmarks.bank.expected import expected
+from benchmarks.bank.score import BARS, Judged, confusion, judge, scores, wilson
+from benchmarks.bank.tables import Told, Turned, page
 
 TRUE = {"root_play": {"gap": 0.001}}
 

@@ -2,7 +2,7 @@
 
 The weight of the evidence compares the causes that were tried. Of those that nobody thought of, and
 of runs that no model follows, it knows nothing; so it is no chance. The bank's sealed cases tell
-the chance: `confidence.csv` holds what `python -m tests.bank.calibrate` learnt of them.
+the chance: `confidence.csv` holds what `python -m benchmarks.bank.calibrate` learnt of them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Answer one case in a process of its own; what the dumb engines say stands beside it.
 
-    python -m tests.bank.answering FOLDER [--flip EFFECT]
+    python -m benchmarks.bank.answering FOLDER [--flip EFFECT]
 
 The sheet is ingested by the command line, the bundles are diagnosed as `workbench diagnose` does.
 One JSON object is printed. With `--flip` the twin has the named effect with its sign turned: an
@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tests.bank.baselines import plain_answers
+from benchmarks.bank.baselines import plain_answers
 from workbench.bundle import Bundle
 from workbench.cli.diagnose import robot_of
 from workbench.diagnose import diagnose, refused
@@ -111,7 +111,9 @@ def _turned(act: Callable[..., Any]) -> Callable[..., Any]:
 
 def main() -> None:
     """Answer the case that the command line names."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bank.answering", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.bank.answering", description=__doc__
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--flip", choices=list(EFFECTS))
     asked = parser.parse_args()

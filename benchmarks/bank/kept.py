@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from tests.bank.cases import Case
-from tests.bank.one_case import Line
+from benchmarks.bank.cases import Case
+from benchmarks.bank.one_case import Line
 
 __all__ = ["keep_all", "kept"]
 

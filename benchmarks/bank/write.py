@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.cases import Made, Run
-from tests.bank.courses import RATE_HZ
-from tests.bank.observe import REST_S, Filmed
+from benchmarks.bank.cases import Made, Run
+from benchmarks.bank.courses import RATE_HZ
+from benchmarks.bank.observe import REST_S, Filmed
 from workbench.identify import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries

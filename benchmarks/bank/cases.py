@@ -13,9 +13,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from tests.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS
-from tests.bank.courses import Course
-from tests.bank.observe import FAULTS, Filmed, Noise
+from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS
+from benchmarks.bank.courses import Course
+from benchmarks.bank.observe import FAULTS, Filmed, Noise
 from workbench.diagnose import Trial
 
 __all__ = ["BLOCKS", "SIZES", "TIES", "TRAPS", "Block", "Case", "Made", "Plan", "Run", "draw_case",

@@ -14,9 +14,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.rod_constants import Constants
-from tests.bank.rod_laws import PITCH, Work, bend_forces, root_forces, top_forces
-from tests.bank.rod_mesh import POINTS, Mesh
+from benchmarks.bank.rod_constants import Constants
+from benchmarks.bank.rod_laws import PITCH, Work, bend_forces, root_forces, top_forces
+from benchmarks.bank.rod_mesh import POINTS, Mesh
 
 __all__ = ["conserved", "motor_command", "rates", "static_forces"]
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.bank.courses import RATE_HZ, Course, Quantities
-from tests.bank.rod import Motion, Rod, swing
+from benchmarks.bank.courses import RATE_HZ, Course, Quantities
+from benchmarks.bank.rod import Motion, Rod, swing
 
 __all__ = ["EFFECTS", "OUTSIDE", "RodEffect", "perform"]
 

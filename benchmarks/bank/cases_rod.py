@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tests.bank.courses import TIP, Job
-from tests.bank.rod import Motion, Rod
-from tests.bank.rod_effects import perform
+from benchmarks.bank.courses import TIP, Job
+from benchmarks.bank.rod import Motion, Rod
+from benchmarks.bank.rod_effects import perform
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import lsq_linear
 
-from tests.bank.courses import RATE_HZ, Course, Generator, Job, Quantities
-from tests.bank.observe import NOISE_M
+from benchmarks.bank.courses import RATE_HZ, Course, Generator, Job, Quantities
+from benchmarks.bank.observe import NOISE_M
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from tests.bank.courses import RATE_HZ, TIP
+from benchmarks.bank.courses import RATE_HZ, TIP
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 

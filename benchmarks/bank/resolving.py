@@ -1,6 +1,6 @@
 """Do the runs that a diagnosis asks for resolve ties, and sooner than runs drawn at random?
 
-    python -m tests.bank.resolving --seed 3 --cases 10
+    python -m benchmarks.bank.resolving --seed 3 --cases 10
 
 Each case is a constructed tie. Two ways go on from its first answer: in each round runs are asked
 for, the case's own robot makes them, and all runs so far are diagnosed, until the answer is no set
@@ -18,12 +18,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tests.bank.cases import Case, Made, draw_case, plan_of
-from tests.bank.kept import keep_all, kept
-from tests.bank.make import further_runs, make_case
-from tests.bank.one_case import Line, engine
-from tests.bank.size import UnreachableError
-from tests.bank.write import measured
+from benchmarks.bank.cases import Case, Made, draw_case, plan_of
+from benchmarks.bank.kept import keep_all, kept
+from benchmarks.bank.make import further_runs, make_case
+from benchmarks.bank.one_case import Line, engine
+from benchmarks.bank.size import UnreachableError
+from benchmarks.bank.write import measured
 from workbench.diagnose import (
     MENU,
     Diagnosis,
@@ -134,7 +134,9 @@ def _said(found: Diagnosis) -> Line:
 
 def main() -> None:
     """Resolve the ties that the command line asks for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bank.resolving", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.bank.resolving", description=__doc__
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cases", type=int, default=10)
     parser.add_argument("--kept", type=Path, default=Path("docs/reference/bank"))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tests.bank.courses import RATE_HZ, TIP, Course, Job
+from benchmarks.bank.courses import RATE_HZ, TIP, Course, Job
 from workbench.errors import InputError
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import ShapeFile

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.bank.cases import Case
+from benchmarks.bank.cases import Case
 
 __all__ = ["expected"]
 

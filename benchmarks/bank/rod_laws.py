@@ -8,8 +8,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.rod_constants import BRANCHES, Constants
-from tests.bank.rod_mesh import Mesh
+from benchmarks.bank.rod_constants import BRANCHES, Constants
+from benchmarks.bank.rod_mesh import Mesh
 
 __all__ = ["PITCH", "Work", "bend_forces", "root_forces", "top_forces", "work"]
 

@@ -14,9 +14,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.courses import RATE_HZ, Course
-from tests.bank.rod_constants import BRANCHES, Constants
-from tests.bank.rod_contact import (
+from benchmarks.bank.courses import RATE_HZ, Course
+from benchmarks.bank.rod_constants import BRANCHES, Constants
+from benchmarks.bank.rod_contact import (
     ANCHOR,
     ATTACHED,
     CORNERS,
@@ -26,10 +26,10 @@ from tests.bank.rod_contact import (
     STATES,
     ground_forces,
 )
-from tests.bank.rod_equations import conserved, static_forces
-from tests.bank.rod_laws import PITCH, Work, work
-from tests.bank.rod_mesh import MODES, Mesh, make_mesh
-from tests.bank.rod_steps import integrate
+from benchmarks.bank.rod_equations import conserved, static_forces
+from benchmarks.bank.rod_laws import PITCH, Work, work
+from benchmarks.bank.rod_mesh import MODES, Mesh, make_mesh
+from benchmarks.bank.rod_steps import integrate
 
 __all__ = ["Motion", "Rod", "energies", "linear_frequencies", "swing"]
 

@@ -9,11 +9,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.rod_constants import Constants
-from tests.bank.rod_contact import event, ground_forces, mark, switch
-from tests.bank.rod_equations import motor_command, rates
-from tests.bank.rod_laws import Work
-from tests.bank.rod_mesh import Mesh
+from benchmarks.bank.rod_constants import Constants
+from benchmarks.bank.rod_contact import event, ground_forces, mark, switch
+from benchmarks.bank.rod_equations import motor_command, rates
+from benchmarks.bank.rod_laws import Work
+from benchmarks.bank.rod_mesh import Mesh
 
 __all__ = ["FELL", "integrate"]
 

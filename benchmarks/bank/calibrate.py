@@ -1,6 +1,6 @@
 """Learn how often causes of some weight are true, from all cases that the bank keeps.
 
-    python -m tests.bank.calibrate
+    python -m benchmarks.bank.calibrate
 
 Writes the table that `workbench diagnose` takes its confidences from, and prints how far off stated
 confidences are (expected calibration error in ten bins): plain weights, and shares learnt from all
@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from tests.bank.kept import kept
-from tests.bank.one_case import Line
-from tests.bank.score import judge
+from benchmarks.bank.kept import kept
+from benchmarks.bank.one_case import Line
+from benchmarks.bank.score import judge
 from workbench.diagnose.confidence import TABLE
 
 __all__ = ["Entry", "Told", "apart", "elsewhere", "learnt", "told_of"]
@@ -111,7 +111,9 @@ def elsewhere(told: Sequence[Told]) -> list[float]:
 
 def main() -> None:
     """Write the table that the command line asks for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bank.calibrate", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.bank.calibrate", description=__doc__
+    )
     parser.add_argument("--kept", type=Path, default=Path("docs/reference/bank"))
     parser.add_argument("--table", type=Path, default=TABLE)
     asked = parser.parse_args()

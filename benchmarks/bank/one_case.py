@@ -14,18 +14,18 @@ from pathlib import Path
 from typing import Any
 
 import workbench
-from tests.bank.cases import Case
-from tests.bank.make import make_case
-from tests.bank.score import LATE
-from tests.bank.write import write_case
+from benchmarks.bank.cases import Case
+from benchmarks.bank.make import make_case
+from benchmarks.bank.score import LATE
+from benchmarks.bank.write import write_case
 
 __all__ = ["Line", "engine", "run_case"]
 
 Line = dict[str, Any]
-"""`seed`, and either `failed` in words or what `tests.bank.answering` printed with the `label`; of
-the answer what is scored, so that lines stay small and name no place of the machine."""
+"""`seed`, and either `failed` in words or what `answering` printed with the `label`; of the answer
+what is scored, so that lines stay small and name no place of the machine."""
 
-_ANSWERING = [sys.executable, "-m", "tests.bank.answering"]
+_ANSWERING = [sys.executable, "-m", "benchmarks.bank.answering"]
 _MOST_S = 3600  # for an answer; what takes longer counts as none
 _WORDS = 300  # of an error that are kept
 _SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "adequate", "seconds")

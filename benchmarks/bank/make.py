@@ -11,14 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS, direction, scaled
-from tests.bank.cases import Case, Made, Plan, Run, plans
-from tests.bank.cases_rod import RodGenerator
-from tests.bank.cases_twin import TwinGenerator
-from tests.bank.courses import Course, Generator, Job, Quantities
-from tests.bank.expected import expected
-from tests.bank.observe import FAULTS, Fault, film
-from tests.bank.size import BASE, Sizing, UnreachableError
+from benchmarks.bank.amounts import AMOUNTS, OUTSIDE_AMOUNTS, direction, scaled
+from benchmarks.bank.cases import Case, Made, Plan, Run, plans
+from benchmarks.bank.cases_rod import RodGenerator
+from benchmarks.bank.cases_twin import TwinGenerator
+from benchmarks.bank.courses import Course, Generator, Job, Quantities
+from benchmarks.bank.expected import expected
+from benchmarks.bank.observe import FAULTS, Fault, film
+from benchmarks.bank.size import BASE, Sizing, UnreachableError
 from workbench.protocol import load_model, load_shape
 from workbench.timeseries import TimeSeries
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.bank.one_case import Line
-from tests.bank.resolving import ROUNDS, rounds_of, wrongly
-from tests.bank.score import BARS, Judged, Score, confusion, counted, covered, scores
+from benchmarks.bank.one_case import Line
+from benchmarks.bank.resolving import ROUNDS, rounds_of, wrongly
+from benchmarks.bank.score import BARS, Judged, Score, confusion, counted, covered, scores
 
 __all__ = ["Told", "Turned", "page"]
 
@@ -45,7 +45,7 @@ class Told:
         judged: answers beside their labels.
         plain: name of a dumb engine -> its answers to the same cases.
         turned: sign-flip checks.
-        ties: lines of `tests.bank.resolving`.
+        ties: lines of `benchmarks.bank.resolving`.
         drawn: how many cases were drawn.
         failed: what became of those without an answer, one line each.
         seeds: of the draws.

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bank.rod_constants import Constants
+from benchmarks.bank.rod_constants import Constants
 
 __all__ = [
     "ANCHOR",

@@ -1,7 +1,7 @@
 """Run a draw of the bank: make each case, have it answered, score, write the page.
 
-    python -m tests.bank --seed 1 --cases 40 --work build/bank
-    python -m tests.bank --seed 1 --flip hinge_cubic_stiffness
+    python -m benchmarks.bank --seed 1 --cases 40 --work build/bank
+    python -m benchmarks.bank --seed 1 --flip hinge_cubic_stiffness
 
 One line of JSON is kept for each case beside the page, where it is versioned: a later call, on any
 machine, goes on where one was stopped, and the page tells of all draws that were ever kept. Cases
@@ -23,15 +23,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.bank.baselines import NAMES
-from tests.bank.calibrate import elsewhere
-from tests.bank.calibrate import told_of as causes_of
-from tests.bank.cases import draw_cases
-from tests.bank.kept import keep_all, kept
-from tests.bank.one_case import Line, engine, run_case
-from tests.bank.resolving import ties_of
-from tests.bank.score import Judged, judge
-from tests.bank.tables import Told, Turned, page
+from benchmarks.bank.baselines import NAMES
+from benchmarks.bank.calibrate import elsewhere
+from benchmarks.bank.calibrate import told_of as causes_of
+from benchmarks.bank.cases import draw_cases
+from benchmarks.bank.kept import keep_all, kept
+from benchmarks.bank.one_case import Line, engine, run_case
+from benchmarks.bank.resolving import ties_of
+from benchmarks.bank.score import Judged, judge
+from benchmarks.bank.tables import Told, Turned, page
 
 __all__ = ["told_of"]
 
@@ -93,7 +93,7 @@ def _signs(folder: Path, judged: dict[int, Judged]) -> Iterator[Turned]:
 
 def main() -> None:
     """Run the draw that the command line asks for."""
-    parser = argparse.ArgumentParser(prog="python -m tests.bank", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.bank", description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cases", type=int, default=40)
     parser.add_argument("--work", type=Path, default=Path("build/bank"))
