@@ -14,9 +14,8 @@ from dataclasses import asdict, dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import fminbound
-from scipy.signal import savgol_filter
 
 from workbench.timeseries import TimeSeries
 
@@ -150,7 +149,7 @@ def rotor_speed(times: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArr
     if len(angle) < window:
         return np.full(len(angle), np.nan)
     filled = np.interp(times, times[seen], angle[seen])
-    speed = np.asarray(savgol_filter(filled, window, 2, deriv=1, delta=step))
+    speed = np.asarray(scipy.signal.savgol_filter(filled, window, 2, deriv=1, delta=step))
     return np.where(seen, speed, np.nan)
 
 
@@ -283,7 +282,7 @@ def _onset(t: NDArray[np.float64], way: NDArray[np.float64]) -> float:
     grid = np.linspace(max(t[0], t[-1] - _SEARCHED_S), t[-1], _GRID)
     best = int(np.argmin([left(zero) for zero in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, _GRID - 1)]
-    return float(np.asarray(fminbound(left, low, high, xtol=_INSTANT_WITHIN_S)))
+    return float(np.asarray(scipy.optimize.fminbound(left, low, high, xtol=_INSTANT_WITHIN_S)))
 
 
 def _rest(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:

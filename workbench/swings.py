@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 __all__ = ["LEAST_SAMPLES", "Pole", "Swings", "fit_swings"]
 
@@ -131,7 +131,7 @@ class _Record:
         """Return the poles that leave least."""
         low, high = [_LOWEST_HZ, 0.0] * len(start), [_HIGHEST_HZ, _FASTEST_DECAY] * len(start)
         begin = np.clip(np.ravel(start), np.array(low) + 1e-6, np.array(high) - 1e-6)
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             lambda p: self.left(_poles(p)).ravel(), begin, bounds=(low, high), x_scale=0.1
         )
         return _poles(found.x)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import root_scalar
+import scipy
 
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, RELEASED, Mode, seen_median, time_zero
@@ -136,7 +136,7 @@ def find_release(
 
     first, second = _FIRST_TRY[mode]
     slope = (displacement(second) - displacement(first)) / (second - first)
-    found = root_scalar(
+    found = scipy.optimize.root_scalar(
         lambda value: displacement(value) - wanted,
         method="secant",
         x0=second,

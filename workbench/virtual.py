@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.signal import lfilter
 
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import Cameras, Mode, ModelFile, ShapeFile, VirtualSection
@@ -75,7 +74,7 @@ def move(
     volts = staircase(fine, history)
     wanted = np.maximum(section.motor_slope * volts + section.motor_offset, 0.0)
     keep = np.exp(-1 / (_PER_SAMPLE * SAMPLE_RATE_HZ * section.motor_lag))
-    speed = np.asarray(lfilter([1 - keep], [1, -keep], wanted))
+    speed = np.asarray(scipy.signal.lfilter([1 - keep], [1, -keep], wanted))
     # the motor turns from sample to sample by the mean of its speed between them
     mean = speed.reshape(len(times), _PER_SAMPLE).mean(axis=1)
     motion = simulate(robot, Condition(mode, mean, section.start_angle)).motion
@@ -101,7 +100,7 @@ def let_go(
     motion = simulate(robot, replace(held, command=locked)).motion
     motion = _lying_still(motion, len(locked))
     since = np.maximum(times - released, 0.0)
-    values = CubicSpline(motion.times, motion.values)(since)
+    values = scipy.interpolate.CubicSpline(motion.times, motion.values)(since)
     return TimeSeries(times, values, motion.names, np.isfinite(values))
 
 

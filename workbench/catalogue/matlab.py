@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from workbench.errors import InputError
 from workbench.quantities import unit_of
@@ -48,7 +48,9 @@ def as_mat(
     run |= {name: _struct(series) for name, series in traces.items()}
     run["manifest"] = json.dumps(manifest, ensure_ascii=True)
     file = io.BytesIO()
-    savemat(file, {"run": run}, long_field_names=True, do_compression=True, oned_as="column")
+    scipy.io.savemat(
+        file, {"run": run}, long_field_names=True, do_compression=True, oned_as="column"
+    )
     return _HEAD + file.getvalue()[len(_HEAD) :]
 
 

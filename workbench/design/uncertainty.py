@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import norm, qmc
 
 from workbench.errors import InputError
 from workbench.sim import Robot
@@ -68,9 +68,11 @@ class Uncertainty:
     def departures(self) -> tuple[Departure, ...]:
         """Return the draws."""
         names, joints = list(self.tolerances), 16
-        cube = qmc.LatinHypercube(len(names) + 1 + joints, rng=np.random.default_rng(self.seed))
+        cube = scipy.stats.qmc.LatinHypercube(
+            len(names) + 1 + joints, rng=np.random.default_rng(self.seed)
+        )
         drawn = cube.random(self.draws)
-        even, normal = 2 * drawn[:, : len(names)] - 1, norm.ppf(drawn[:, len(names) :])
+        even, normal = 2 * drawn[:, : len(names)] - 1, scipy.stats.norm.ppf(drawn[:, len(names) :])
         return tuple(
             Departure(
                 {n: float(u) * self.tolerances[n] for n, u in zip(names, row, strict=True)},

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import softmax
-from scipy.stats import norm, t
 
 from workbench.diagnose.hypotheses import SURE, Refits
 from workbench.diagnose.judging import Hypothesis
@@ -254,15 +253,15 @@ def believable(gained: float, scatter: float, runs: int) -> float:
     if gained <= 0 or scatter <= 1:
         return gained
     freedom = max(runs - 1, 1) * (scatter / (scatter - 1)) ** 2
-    chance = float(t.sf((2 * gained) ** 0.5, freedom))
-    return min(float(norm.isf(chance)) ** 2 / 2, gained) if chance > 0 else gained
+    chance = float(scipy.stats.t.sf((2 * gained) ** 0.5, freedom))
+    return min(float(scipy.stats.norm.isf(chance)) ** 2 / 2, gained) if chance > 0 else gained
 
 
 def _weights(
     refits: Refits, best: Hypothesis, likely: list[Hypothesis], same: Sequence[Hypothesis]
 ) -> dict[str, float]:
     """Return the share of each likely cause in some, weighed by how far they are behind."""
-    weights = softmax([-_behind(refits, one, best) for one in same])
+    weights = scipy.special.softmax([-_behind(refits, one, best) for one in same])
     found: dict[str, float] = {}
     for one, weight in zip(same, weights, strict=True):
         for name in one.causes if one in likely else ():

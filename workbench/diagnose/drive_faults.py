@@ -14,8 +14,8 @@ from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import fminbound
 
 from workbench.diagnose.onset import late_by
 from workbench.diagnose.rig import Fault
@@ -155,7 +155,9 @@ def _speed(times: Array, angle: Array) -> float:
     grid = np.arange(-_FASTEST_RAD_S, _FASTEST_RAD_S, _GRID_RAD_S)
     agreement = np.abs(np.exp(-1j * np.outer(grid, since)) @ seen)
     best = float(grid[int(np.argmax(agreement))])
-    return float(np.asarray(fminbound(against, best - _GRID_RAD_S, best + _GRID_RAD_S)))
+    return float(
+        np.asarray(scipy.optimize.fminbound(against, best - _GRID_RAD_S, best + _GRID_RAD_S))
+    )
 
 
 def _wrong_way(spin: _Spin) -> str:

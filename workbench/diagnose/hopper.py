@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.extension import write_extension
 from workbench.diagnose.following import Look
@@ -321,7 +321,7 @@ class HopperRig:
         motion = observed(motion, self._cameras(values))
         lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
-        curve = CubicSpline(motion.times, motion.select(seen.channels).values)(at)
+        curve = scipy.interpolate.CubicSpline(motion.times, motion.select(seen.channels).values)(at)
         for axis, name in enumerate(seen.channels):
             curve[:, axis] += self._place(name, values)
         return np.asarray(curve)

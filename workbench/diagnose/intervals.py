@@ -19,8 +19,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import t
 
 from workbench.diagnose.judging import Hypothesis
 from workbench.diagnose.minimum import prior_of
@@ -77,4 +77,4 @@ def _together(known: NDArray[np.float64], foreign: NDArray[np.float64], runs: in
     """
     deviation = np.sqrt(known + foreign)
     share = np.maximum(foreign / (known + foreign), 1e-6)
-    return Spread(deviation, deviation * t.isf(_TAIL, max(runs - 1, 1) / share**2))
+    return Spread(deviation, deviation * scipy.stats.t.isf(_TAIL, max(runs - 1, 1) / share**2))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.noise import whitened
@@ -199,5 +199,5 @@ def _welch(
     seen = np.isfinite(apart)
     whole = np.interp(trace.times, trace.times[seen], apart[seen])
     length = max(len(whole) // _SEGMENTS, 2)
-    hz, power = welch(whole, trace.rate_hz, nperseg=length)
+    hz, power = scipy.signal.welch(whole, trace.rate_hz, nperseg=length)
     return hz, np.sqrt(power)

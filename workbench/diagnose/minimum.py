@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from workbench.diagnose.layout import Layout
 
@@ -104,7 +104,7 @@ def step_from(
     matrix = prior.added_to(curvature)
     damped = matrix + damping * np.eye(len(free))
     slope = gradient[free] - prior.precision[free] * z[free]
-    move = cho_solve(cho_factor(damped), slope)
+    move = scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped), slope)
     low, high = layout.low[free] - z[free], layout.high[free] - z[free]
     if np.any(move < low - 1e-9) or np.any(move > high + 1e-9):
         move = _within(damped, slope, np.minimum(low, 0.0), np.maximum(high, 0.0))
@@ -134,7 +134,9 @@ def _within(
         held, loose = np.flatnonzero(side), np.flatnonzero(side == 0)
         move = np.where(side > 0, high, low)
         rest = slope[loose] - matrix[np.ix_(loose, held)] @ move[held]
-        move[loose] = cho_solve(cho_factor(matrix[np.ix_(loose, loose)]), rest)
+        move[loose] = scipy.linalg.cho_solve(
+            scipy.linalg.cho_factor(matrix[np.ix_(loose, loose)]), rest
+        )
         pull = np.zeros(len(slope))
         pull[held] = slope[held] - matrix[held] @ move
         ahead = move + pull / size

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import scipy
 from mujoco.batch import Batch
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from workbench.diagnose.mjcf_causes import causes_of
 from workbench.diagnose.mjcf_channels import channels_of, shown
@@ -277,7 +277,9 @@ class MjcfRig:
             )
             # what was held did not move before; what moved already is drawn on
             at = np.minimum(asked - delay if moving else np.maximum(asked - delay, 0.0), times[-1])
-            columns.append((1 + gain) * CubicSpline(times, channels[:, column])(at) + offset)
+            columns.append(
+                (1 + gain) * scipy.interpolate.CubicSpline(times, channels[:, column])(at) + offset
+            )
         return np.column_stack(columns)
 
     def _start_unknowns(self, k: int, run: RigRun) -> Iterator[Unknown]:
@@ -325,7 +327,7 @@ def _replayed(
     """Return an input at other times, (n,); beyond its ends it stays as it was."""
     at = np.clip(at, stamps[0], stamps[-1])
     if given.between == "curve":
-        return np.asarray(CubicSpline(stamps, values)(at))
+        return np.asarray(scipy.interpolate.CubicSpline(stamps, values)(at))
     if given.between == "held":
         return values[np.searchsorted(stamps, at, side="right") - 1]
     return np.interp(at, stamps, values)

@@ -15,8 +15,8 @@ from itertools import permutations, zip_longest
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.layout import Layout
@@ -256,7 +256,7 @@ class _Judged:
             own, other = costs[i], self._cost(i, j, chosen)
             gained = max(other - own - (rival.cost - truth.cost), _SILENT)
             margin = other - own - rival.beaten_by(truth)
-            chance = float(norm.cdf(margin / np.sqrt(2 * gained)))
+            chance = float(scipy.stats.norm.cdf(margin / np.sqrt(2 * gained)))
             separations.append(
                 Separation(
                     truth.name, rival.name, min(float(np.sqrt(2 * gained)), _FURTHEST), chance

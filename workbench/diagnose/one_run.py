@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import expit
-from scipy.stats import chi2
+import scipy
 
 from workbench.diagnose.answer import Answer, Rival, left_over, widened
 from workbench.diagnose.hypotheses import Refits
@@ -66,7 +65,9 @@ def carriers(best: Hypothesis) -> list[Carrier]:
         run = min(left, key=lambda k: left[k])
         if worth > _BELIEVED > left[run]:
             excluded = _excludes(others[run], best, cause)
-            confirmed = float(chi2.isf(_CONFIRMED, len(best.near.layout.of_cause[cause]))) / 2
+            confirmed = (
+                float(scipy.stats.chi2.isf(_CONFIRMED, len(best.near.layout.of_cause[cause]))) / 2
+            )
             found.append(Carrier(cause, run, worth, left[run], excluded, confirmed))
     return found
 
@@ -101,7 +102,7 @@ def _excludes(others: Neighbourhood, best: Hypothesis, cause: str) -> bool:
     distance = float(np.sum((axes.T @ apart)[told] ** 2 / values[told]))
     rest = tuple(name for name in causes if name != cause)
     wider = widened(others.unexplained(causes), others.unexplained(rest))
-    return bool(distance / wider > chi2.isf(_EXCLUDED, max(int(told.sum()), 1)))
+    return bool(distance / wider > scipy.stats.chi2.isf(_EXCLUDED, max(int(told.sum()), 1)))
 
 
 def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
@@ -123,7 +124,7 @@ def with_carriers(answer: Answer, refits: Refits, problem: Problem) -> Answer:
         return _at_fault(answer, refits, excluded, problem)
     weights = dict(answer.weights)
     for one in found:
-        share = float(expit(one.without - one.confirmed))
+        share = float(scipy.special.expit(one.without - one.confirmed))
         rivals = weights if len(answer.best.causes) == 1 else (one.cause,)
         weights |= {name: share * weights[name] for name in rivals}
     unsure = any(one.without < one.confirmed for one in found)

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import softmax
 
 from workbench.diagnose.answer import APART, LEAST_WORTH, SUSPECTED, alike, evident
 from workbench.diagnose.diagnosis import Diagnosis
@@ -90,7 +90,7 @@ def still_standing(found: Diagnosis, layout: Layout) -> list[Standing]:
     if found.answer.kind == "CLEAN":
         return _unseen(found, layout)
     chosen = _chosen(found)
-    weights = softmax([-cost for _, cost in chosen]) if chosen else ()
+    weights = scipy.special.softmax([-cost for _, cost in chosen]) if chosen else ()
     standing = [
         _embedded(one, found.layout, layout, float(weight))
         for (one, _), weight in zip(chosen, weights, strict=True)

@@ -6,11 +6,11 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from workbench.errors import InputError
 from workbench.identify.calibrate import SpeedCalibration
@@ -98,7 +98,7 @@ def _points(ax: Axes, calibration: SpeedCalibration, line: SpeedLine, residual: 
             ax.errorbar(
                 [point.voltage for point in points],
                 [line.left_by(point) if residual else point.speed for point in points],
-                yerr=norm.ppf((1 + CONFIDENCE) / 2) * errors,
+                yerr=scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * errors,
                 fmt=marker,
                 color=color,
                 markerfacecolor="none" if name == "held out" else color,

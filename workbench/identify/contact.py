@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
 
 from workbench.errors import InputError
 from workbench.identify.determinacy import undetermined
@@ -188,7 +188,7 @@ class _Fitter:
         for name in GROUND:
             holding[name] *= float(np.exp(self.known.get((name, ""), 0.0)))
         problem, x = self._problem(begun, (), replace(self.robot, values=holding))
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             problem.residuals,
             x,
             jac=problem.jacobian,  # pyright: ignore[reportArgumentType]  # the stub omits functions

@@ -12,8 +12,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import stats
 
 from workbench.errors import InputError
 from workbench.identify.measured import MeasuredRun
@@ -187,7 +187,7 @@ def _mode(name: Oscillation, points: Sequence[DampingPoint]) -> ModeDamping:
     hz = float(hz_weight @ [point.hz for point in points] / hz_weight.sum())
     free = max(len(points) - 1, 1)
     birge = max(1.0, float(weight @ (ratio - mean) ** 2) / free)
-    reach = float(stats.t.ppf(0.95, free)) * float(np.sqrt(birge / weight.sum()))
+    reach = float(scipy.stats.t.ppf(0.95, free)) * float(np.sqrt(birge / weight.sum()))
     trend, p_value = _trend(np.log([point.amplitude for point in points]), ratio, weight)
     return ModeDamping(name, tuple(points), hz, mean, (mean - reach, mean + reach), trend, p_value)
 
@@ -204,7 +204,7 @@ def _trend(
     mean = float(weight @ ratio / weight.sum())
     free = len(x) - 2
     birge = max(1.0, float(weight @ (ratio - mean - slope * off) ** 2) / free)
-    chance = 2 * float(stats.t.sf(abs(slope) / np.sqrt(birge / square), free))
+    chance = 2 * float(scipy.stats.t.sf(abs(slope) / np.sqrt(birge / square), free))
     return slope * float(np.ptp(x)), chance
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import ks_2samp
 
 from workbench.identify.measured import MeasuredRun
 from workbench.motion import FOOT, position
@@ -122,7 +122,7 @@ def compare_events(
 def _test(k: int, measured: NDArray[np.float64], simulated: NDArray[np.float64]) -> EventTest:
     m, s = measured[:, k], simulated[:, k]
     error = float(np.hypot(m.std(ddof=1) / np.sqrt(len(m)), s.std(ddof=1) / np.sqrt(len(s))))
-    p_value = float(np.asarray(ks_2samp(m, s)[1]))
+    p_value = float(np.asarray(scipy.stats.ks_2samp(m, s)[1]))
     return EventTest(EVENTS[k], float(m.mean()), error, float(s.mean()), p_value)
 
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import hadamard
 
 from workbench.identify.intervals import blocks
 from workbench.identify.problem import Problem, needs_no_simulation
@@ -125,7 +125,7 @@ def slopes_over(
     moved = [i for i, unknown in enumerate(problem.unknowns) if not needs_no_simulation(unknown)]
     column = _columns(problem, moved)
     size = 2 ** int(np.ceil(np.log2(max(column.values(), default=0) + 1)))
-    half = np.roll(hadamard(max(size, 2)).astype(float)[:, 1:], turn, axis=1)
+    half = np.roll(scipy.linalg.hadamard(max(size, 2)).astype(float)[:, 1:], turn, axis=1)
     half *= 1 - 2 * ((turn + np.arange(half.shape[1])) % 3 == 0)
     design = np.vstack([half, -half])
     places = []

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import f as fisher
 
 from workbench.identify.speed_line import LEAST_ERROR, SpeedLine, SpeedPoint, fitted
 
@@ -166,7 +166,7 @@ def _lack_of_fit(line: SpeedLine) -> Check:
     straight = np.column_stack([volts, np.ones_like(volts)])
     within = _weighted_square(means, speeds, weights)
     beyond = (_weighted_square(straight, speeds, weights) - within) / (groups.max() - 1)
-    p_value = float(fisher.sf(beyond / (within / repeated), groups.max() - 1, repeated))
+    p_value = float(scipy.stats.f.sf(beyond / (within / repeated), groups.max() - 1, repeated))
     size = float(np.abs(apart.coefficients - line.at(_group_means(line, groups))).max())
     told = (
         f"the speeds lie up to {size:.3f} rad/s off the line, farther than repeats of a voltage "

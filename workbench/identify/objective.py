@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from workbench.errors import InputError
 from workbench.sim import Robot, compile_model, require_stable
@@ -170,7 +170,7 @@ def fmincon_fit(
         return criterion(replace(robot, values=dict(robot.values) | named))
 
     with ThreadPoolExecutor() as pool:
-        found = minimize(
+        found = scipy.optimize.minimize(
             value,
             FMINCON_START,
             method="SLSQP",

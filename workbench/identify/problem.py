@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from workbench.errors import InputError
 from workbench.identify.drive import lagged_command
@@ -62,7 +62,7 @@ class _Known(NamedTuple):
     """What the runs show at one place, and in how many steps a sample it was simulated."""
 
     x: NDArray[np.float64]
-    curves: list[CubicSpline]
+    curves: list[scipy.interpolate.CubicSpline]
     steps: int
 
 
@@ -211,7 +211,7 @@ class Problem:
 
     def _simulated(
         self, asked: list[tuple[int, NDArray[np.float64]]], steps: int
-    ) -> tuple[list[CubicSpline], int]:
+    ) -> tuple[list[scipy.interpolate.CubicSpline], int]:
         """Return the response of run k with unknowns x, for each pair asked, and the steps."""
         results, steps = self._results(asked, steps)
         curves = []
@@ -222,7 +222,7 @@ class Problem:
                 values, times = np.repeat(values, 2, axis=0), np.array([0.0, 1.0])
             else:
                 times = motion.times
-            curves.append(CubicSpline(times, values))
+            curves.append(scipy.interpolate.CubicSpline(times, values))
         return curves, steps
 
     def _results(
@@ -270,7 +270,7 @@ class Problem:
         return 0.0 if i is None else float(x[i])
 
     def _run_residual(
-        self, k: int, x: NDArray[np.float64], curve: CubicSpline
+        self, k: int, x: NDArray[np.float64], curve: scipy.interpolate.CubicSpline
     ) -> NDArray[np.float64]:
         run, seen = self.runs[k], self.seen[k]
         delay = _DELAY_S * self._own(x, "delay", k)

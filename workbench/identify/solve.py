@@ -15,9 +15,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.stats import qmc
 
 from workbench.errors import InputError
 from workbench.identify.determinacy import Combination, undetermined
@@ -135,7 +134,7 @@ class _Fitter:
     def _look_around(self, problem: Problem) -> NDArray[np.float64]:
         """Return the best of many places in the first second."""
         count = len(problem.names)
-        cube = qmc.Sobol(count, rng=0).random(_PLACES)
+        cube = scipy.stats.qmc.Sobol(count, rng=0).random(_PLACES)
         places = np.vstack([np.zeros(count), np.log(1 + _SEARCHED * (2 * cube - 1))])
         best, lowest = problem.start, np.inf
         for place in places:
@@ -170,7 +169,7 @@ class _Fitter:
         self.progress(Stage(words, self._share_before(problem.window)))
         reach = np.full(len(x), _REACH)
         reach[: len(problem.names)] = np.log(BOUND)
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             problem.residuals,
             np.clip(x, -0.999 * reach, 0.999 * reach),
             jac=problem.jacobian,  # pyright: ignore[reportArgumentType]  # the stub omits functions

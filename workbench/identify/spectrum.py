@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from workbench.errors import InputError
 from workbench.identify.measured import MeasuredRun
@@ -132,7 +132,7 @@ def _lines(
     noise = _noise(total)
     least = max(_LEAST_SHARE * total[hz >= _LOWEST_HZ].max(), _LEAST_OVER_NOISE * noise)
     apart = round(_PADDING * _LOBE_BINS)
-    peaks, _ = find_peaks(total, height=least, distance=apart, prominence=0.3 * least)
+    peaks, _ = scipy.signal.find_peaks(total, height=least, distance=apart, prominence=0.3 * least)
     peaks = [k for k in peaks if hz[k] >= _LOWEST_HZ]
     peaks = sorted(peaks, key=lambda k: -total[k])[:_MOST_LINES]
     found: list[Line] = []

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.stats import t as student
 
 from workbench.motion import Mode
 
@@ -87,7 +86,7 @@ class WeightedFit(NamedTuple):
     def p_value(self, k: int) -> float:
         """Return how often chance alone makes coefficient k as large as it is."""
         error = float(np.sqrt(self.covariance[k, k]))
-        return float(2 * student.sf(abs(self.coefficients[k]) / error, self.degrees))
+        return float(2 * scipy.stats.t.sf(abs(self.coefficients[k]) / error, self.degrees))
 
 
 def fitted(
@@ -112,7 +111,9 @@ def fitted(
     scatter2 = 0.0
     if alone > degrees:
         above = float(np.sum((y - terms @ np.linalg.lstsq(terms, y)[0]) ** 2))
-        scatter2 = float(np.asarray(brentq(lambda s: chi2(s) - degrees, 0.0, above + own.max())))
+        scatter2 = float(
+            np.asarray(scipy.optimize.brentq(lambda s: chi2(s) - degrees, 0.0, above + own.max()))
+        )
     weights = 1 / (own + scatter2)
     covariance: NDArray[np.float64] = np.asarray(
         np.linalg.inv(terms.T @ (weights[:, None] * terms)), dtype=np.float64
@@ -192,7 +193,7 @@ class SpeedLine:
 
     @property
     def _quantile(self) -> float:
-        return float(student.ppf((1 + CONFIDENCE) / 2, self.fit.degrees))
+        return float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, self.fit.degrees))
 
     def _interval(self, along: NDArray[np.float64]) -> Interval:
         value = float(along @ self.fit.coefficients)

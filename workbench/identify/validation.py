@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from workbench.errors import InputError
 from workbench.identify.events import EventTest, compare_events, twins
@@ -228,7 +228,7 @@ def _events(
 
 def _own_unknowns(problem: Problem) -> NDArray[np.float64]:
     """Return what the run keeps to itself as this model explains it best, (u,)."""
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         problem.residuals,
         problem.start,
         jac=problem.jacobian,  # pyright: ignore[reportArgumentType]  # the stub omits functions

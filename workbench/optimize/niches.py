@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.cluster.vq import kmeans, vq
-from scipy.spatial import KDTree
 
 from workbench.optimize.space import Space
 
@@ -69,7 +68,7 @@ class Niches:
         spread = known.std(axis=0)
         self._centre, self._spread = known.mean(axis=0), np.where(spread > 0, spread, 1.0)
         self.described = np.nan_to_num((described - self._centre) / self._spread)
-        self._centres, _ = kmeans(
+        self._centres, _ = scipy.cluster.vq.kmeans(
             self.described, min(count, len(self.points)), iter=_RESTARTS, rng=generator
         )
         self._own = self.of(self.described)
@@ -84,7 +83,7 @@ class Niches:
 
     def of(self, described: Points) -> NDArray[np.intp]:
         """Return the niche of each of (n, f) standard descriptors, (n,)."""
-        return vq(described, self._centres)[0].astype(np.intp)
+        return scipy.cluster.vq.vq(described, self._centres)[0].astype(np.intp)
 
     def members(self, niche: int) -> NDArray[np.intp]:
         """Return the rows of `points` that lie in a niche."""
@@ -136,7 +135,7 @@ def _lonely(described: Points, generator: np.random.Generator) -> NDArray[np.int
     """Return the rows to keep, drawn by how far their neighbours are."""
     spread = described.std(axis=0)
     scaled = described / np.where(spread > 0, spread, 1.0)
-    distances, _ = KDTree(scaled).query(scaled, _NEIGHBOURS + 1)
+    distances, _ = scipy.spatial.KDTree(scaled).query(scaled, _NEIGHBOURS + 1)
     chance = distances[:, 1:].mean(axis=1) ** _LIKING
     # the greatest of chance / exponential are a draw without replacement by chance
     order = np.argsort(-chance / generator.exponential(size=len(chance)), kind="stable")

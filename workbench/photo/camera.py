@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from workbench.errors import InputError
 from workbench.photo.board import Board
@@ -172,7 +172,7 @@ def _solved(
     misses: Callable[[Array], Array], start: Array, kept: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """Return the numbers that miss the kept corners least, and their covariance."""
-    solution = least_squares(
+    solution = scipy.optimize.least_squares(
         lambda trial: misses(trial)[kept].ravel(), start, x_scale="jac", method="lm"
     )
     free = max(solution.fun.size - len(start), 1)

@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, percentile_filter
-from scipy.special import ndtri
 
 from workbench.errors import InputError
 from workbench.photo.fit import Points
@@ -100,10 +99,12 @@ def _contour(view: View, middle: Array, out: Array, thickness: float) -> _Contou
     first = _crossing(above, _HALF * above.max(axis=1))
     inside = first + round(0.5 * thickness / _STEP_M)
     top = np.take_along_axis(above, np.clip(inside, 0, len(offsets) - 1)[:, None], 1)[:, 0]
-    usual = percentile_filter(top, _USUAL, size=round(_AROUND_M / _STATION_M), mode="nearest")
+    usual = scipy.ndimage.percentile_filter(
+        top, _USUAL, size=round(_AROUND_M / _STATION_M), mode="nearest"
+    )
     spots = (top > _GLARE * usual) | ((top > _SATURATED) & (usual < _BELOW_SATURATED))
     halo = round(_HALO_M / _STATION_M)
-    glaring = np.asarray(binary_dilation(spots, iterations=halo), dtype=bool)
+    glaring = np.asarray(scipy.ndimage.binary_dilation(spots, iterations=halo), dtype=bool)
     place = _between(above, offsets, _HALF * top)
     low, high = (_between(above, offsets, share * usual) for share in _FLANK)
     rise = (low - high) / _flank(1.0)[0]
@@ -132,7 +133,7 @@ def _below_glare(low: Array, high: Array, blur: float) -> Array:
 
 def _flank(height: float) -> tuple[float, float]:
     """Return a blurred step's way between both levels and the lower's from the step [blurs]."""
-    low, high = (float(ndtri(1 - share / height)) for share in _FLANK)
+    low, high = (float(scipy.special.ndtri(1 - share / height)) for share in _FLANK)
     return low - high, low
 
 

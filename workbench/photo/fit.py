@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from workbench.shape import Arcs, equal_length_arcs
 
@@ -118,7 +118,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
     """
     problem = _Problem(points, length, target, start)
     weights = 1 / (_FIRST_NOISE_M * np.broadcast_to(points.doubt, len(points.places)))
-    numbers = least_squares(
+    numbers = scipy.optimize.least_squares(
         problem.residuals,
         start,
         args=(weights,),

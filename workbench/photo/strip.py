@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from workbench.errors import InputError
 from workbench.photo.board import Board
@@ -197,9 +196,13 @@ def _longest_path(skeleton: NDArray[np.uint8]) -> Array:
     links = np.concatenate(pairs)
     links = links[links[:, 1] >= 0]
     ends = links[:, :2].astype(int)
-    graph = coo_array((links[:, 2], (ends[:, 0], ends[:, 1])), shape=(len(rows), len(rows))).tocsr()
-    first = _farthest(dijkstra(graph, directed=False, indices=0))
-    distance, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
+    graph = scipy.sparse.coo_array(
+        (links[:, 2], (ends[:, 0], ends[:, 1])), shape=(len(rows), len(rows))
+    ).tocsr()
+    first = _farthest(scipy.sparse.csgraph.dijkstra(graph, directed=False, indices=0))
+    distance, before = scipy.sparse.csgraph.dijkstra(
+        graph, directed=False, indices=first, return_predecessors=True
+    )
     node, path = _farthest(distance), []
     while node >= 0:
         path.append(node)

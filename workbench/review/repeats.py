@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from workbench.review.comparison import Comparison
 
@@ -64,6 +64,6 @@ def spread(values: Sequence[float]) -> Spread:
     known = [value for value in values if math.isfinite(value)]
     if len(known) < 2:
         return Spread(known[0] if known else math.nan, math.nan, len(known))
-    factor = float(student.ppf((1 + CONFIDENCE) / 2, len(known) - 1))
+    factor = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, len(known) - 1))
     half = factor * float(np.std(known, ddof=1)) / math.sqrt(len(known))
     return Spread(float(np.mean(known)), half, len(known))

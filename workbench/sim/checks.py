@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from workbench.errors import InputError
 from workbench.protocol import UNITS, value_fault
@@ -94,7 +94,7 @@ def highest_mode(model: mujoco.MjModel, data: mujoco.MjData) -> HighestMode:
     stiffness = np.zeros(model.nv)
     hinges = model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE
     stiffness[model.jnt_dofadr[hinges]] = model.jnt_stiffness[hinges]
-    squares, shapes = eigh(np.diag(stiffness), mass)
+    squares, shapes = scipy.linalg.eigh(np.diag(stiffness), mass)
     omega, shape = float(np.sqrt(squares[-1])), shapes[:, -1]  # shape M shape = 1
     return HighestMode(omega, float(shape**2 @ model.dof_damping) / (2 * omega))
 

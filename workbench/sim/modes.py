@@ -16,9 +16,8 @@ from typing import Literal, NamedTuple
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.signal import find_peaks
 
 from workbench.errors import InputError
 from workbench.motion import TOP
@@ -120,7 +119,7 @@ def linear_modes(
     dofs = moving_dofs(model, "fixed")
     stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
     mujoco.mj_forward(model, data)
-    squares, shapes = eigh(
+    squares, shapes = scipy.linalg.eigh(
         (stiffness + stiffness.T) / 2, mass_matrix(model, data)[np.ix_(dofs, dofs)]
     )
     top = _top_jacobian(model, data)[:, dofs]
@@ -177,7 +176,7 @@ def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
     for response in responses:
         along: dict[Axis, NDArray[np.float64]] = {"x": response.x, "z": response.z}
         for axis, amplitude in along.items():
-            for k in find_peaks(np.nan_to_num(amplitude, nan=np.inf))[0]:
+            for k in scipy.signal.find_peaks(np.nan_to_num(amplitude, nan=np.inf))[0]:
                 peak = float(response.speed[k]), float(amplitude[k])
                 found.append(DrivenPeak(response.direction, axis, *peak))
     return found

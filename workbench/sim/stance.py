@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from workbench.motion import ROTOR_ANGLE
 from workbench.sim.condition import Condition
@@ -126,7 +126,7 @@ def _beam_modes(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> NDA
     ids = hinge_ids(model, robot)
     at = model.jnt_dofadr[ids]
     stiffness = np.diag([float(np.ravel(model.jnt_stiffness[i])[0]) for i in ids])
-    shapes = eigh(stiffness, mass_matrix(model, data)[np.ix_(at, at)])[1][:, :_MODES].T
+    shapes = scipy.linalg.eigh(stiffness, mass_matrix(model, data)[np.ix_(at, at)])[1][:, :_MODES].T
     turned = np.cumsum(shapes, axis=1)
     modes = np.zeros((_MODES, model.nv))
     modes[:, at] = shapes / (np.sign(turned[:, -1]) * np.abs(turned).max(axis=1))[:, None]

@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from reportlab.pdfgen.canvas import Canvas
-from scipy.optimize import root_scalar
 
 from workbench.template.canvas import BLACK, FRAME, set_pen, write_text
 from workbench.template.figure import Anchor
@@ -70,7 +70,9 @@ def held_radius(radius: float, thickness: float, metal: Metal) -> float:
         return float("inf")
     yielding = metal.yield_strength / (metal.modulus * thickness)  # [1/m]; x = R * yielding
     wanted = 1 / (radius * yielding)
-    found = root_scalar(lambda x: 1 - 3 * x + 4 * x**3 - wanted * x, bracket=(0.0, _ELASTIC))
+    found = scipy.optimize.root_scalar(
+        lambda x: 1 - 3 * x + 4 * x**3 - wanted * x, bracket=(0.0, _ELASTIC)
+    )
     return float(found.root) / yielding
 
 

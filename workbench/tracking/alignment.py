@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.optimize import least_squares
 
 from workbench.errors import InputError
 from workbench.motion import ROTOR_ANGLE
@@ -114,7 +113,7 @@ def delay(
             f"{channel}: {np.count_nonzero(inside)} samples from {start:g} to {stop:g} s lie in "
             f"both motions; a delay needs {_LEAST}"
         )
-    curve = CubicSpline(twin.times[known], twin[channel][known])
+    curve = scipy.interpolate.CubicSpline(twin.times[known], twin[channel][known])
     t, values = t[inside], real[channel][inside]
     shift = _coarse(curve, t, values, most)
     terms, left = _linear(curve, t, values, shift)
@@ -133,7 +132,10 @@ def delay(
 
 
 def _coarse(
-    curve: CubicSpline, t: NDArray[np.float64], values: NDArray[np.float64], most: float
+    curve: scipy.interpolate.CubicSpline,
+    t: NDArray[np.float64],
+    values: NDArray[np.float64],
+    most: float,
 ) -> float:
     """Return the best of shifts 2 ms apart [s]."""
     shifts = np.arange(-most, most + _COARSE_S / 2, _COARSE_S)
@@ -142,7 +144,10 @@ def _coarse(
 
 
 def _linear(
-    curve: CubicSpline, t: NDArray[np.float64], values: NDArray[np.float64], shift: float
+    curve: scipy.interpolate.CubicSpline,
+    t: NDArray[np.float64],
+    values: NDArray[np.float64],
+    shift: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the terms shift, size and level, (n, 3), and what the last two leave, (n,)."""
     shape = np.column_stack([curve(t - shift), np.ones_like(t)])
@@ -188,7 +193,7 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     def unexplained(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return _fit(_terms(t, angle, steps, _Clock(*x, *guess[len(x) :])), angle)[1]
 
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         unexplained,
         guess[:free],
         bounds=(_LOWEST[:free], _HIGHEST[:free]),

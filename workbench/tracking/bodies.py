@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, replace
 from itertools import chain
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.errors import InputError
 from workbench.tracking.axes import Axes
@@ -275,7 +275,7 @@ def _pose_pitch(body: BodyTake, axes: Axes) -> NDArray[np.float64] | None:
     posed = np.flatnonzero(body.seen & known(body.quaternion))
     if len(posed) < 2:
         return None
-    turned = Rotation.from_quat(
+    turned = scipy.spatial.transform.Rotation.from_quat(
         axes.quaternions_to_bench(body.quaternion[posed]), scalar_first=True
     )
     relative = turned * turned[:60].mean().inv()

@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.spatial.transform import Rotation
 
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP, position
 from workbench.timeseries import TimeSeries
@@ -76,7 +75,9 @@ def fit_floor(motion: TimeSeries) -> Floor | None:
     height = places[:, 2] - middle[2]
     found = np.zeros(terms.shape[1])
     for loss in ("soft_l1", "cauchy"):  # the second forgets what is far off, but needs a start
-        found = least_squares(lambda x: height - terms @ x, found, loss=loss, f_scale=_INLIER_M).x
+        found = scipy.optimize.least_squares(
+            lambda x: height - terms @ x, found, loss=loss, f_scale=_INLIER_M
+        ).x
     left = height - terms @ found
     sigma = _TO_SIGMA * float(np.median(np.abs(left - np.median(left))))
     spare = len(places) / max(1, len(places) - terms.shape[1])
@@ -103,7 +104,9 @@ def levelled(motion: TimeSeries, floor: Floor) -> TimeSeries:
     normal /= np.linalg.norm(normal)
     turn = np.cross(normal, [0.0, 0.0, 1.0])
     sine = float(np.linalg.norm(turn))
-    rotation = Rotation.from_rotvec(turn * (np.arcsin(sine) / sine if sine > 0 else 1.0))
+    rotation = scipy.spatial.transform.Rotation.from_rotvec(
+        turn * (np.arcsin(sine) / sine if sine > 0 else 1.0)
+    )
     columns = {name: motion[name] for name in motion.names}
     for names in (FOOT, TOP, ROTOR):
         path = motion.select(names).values @ rotation.as_matrix().T

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from workbench.tracking.take import known
 
@@ -130,7 +130,7 @@ def strays(
     far = apart > max(_PULL_M * slow, _FAR_SCALES * usual)
     if not far.any():
         return far
-    return far & (apart == maximum_filter1d(apart, _WINDOW))
+    return far & (apart == scipy.ndimage.maximum_filter1d(apart, _WINDOW))
 
 
 def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from workbench.errors import InputError
 from workbench.tracking.take import known
@@ -78,7 +78,7 @@ def on_grid(
     for piece in np.split(sure, np.flatnonzero(np.diff(times[sure]) > longest_gap) + 1):
         if len(piece) < 2:
             continue
-        spline = CubicSpline(times[piece], values[piece])
+        spline = scipy.interpolate.CubicSpline(times[piece], values[piece])
         inside = given & (grid >= times[piece[0]]) & (grid <= times[piece[-1]])
         out[inside] = spline(grid[inside])
     return out

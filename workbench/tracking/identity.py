@@ -14,9 +14,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from workbench.tracking.take import known
 
@@ -206,8 +205,8 @@ def _continued(
     before: NDArray[np.float64], after: NDArray[np.float64], nearest: float
 ) -> NDArray[np.intp] | None:
     """Return the slot of `after` that continues each marker of `before`; None if not all do."""
-    apart = cdist(before, after)
-    marker, slot = linear_sum_assignment(apart**2)
+    apart = scipy.spatial.distance.cdist(before, after)
+    marker, slot = scipy.optimize.linear_sum_assignment(apart**2)
     return slot if (apart[marker, slot] <= _ARRIVED * nearest).all() else None
 
 
@@ -237,8 +236,8 @@ def _by_paths(
     found: dict[int, NDArray[np.intp]] = {}
     for i in np.flatnonzero(suspect):
         shown = np.flatnonzero(known(cloud[some[i]]))
-        apart = cdist(cloud[some[i], shown], paths[i])
-        slot, marker = linear_sum_assignment(apart**2)
+        apart = scipy.spatial.distance.cdist(cloud[some[i], shown], paths[i])
+        slot, marker = scipy.optimize.linear_sum_assignment(apart**2)
         if (apart[slot, marker] <= _ARRIVED * nearest).all():
             order = np.full(cloud.shape[1], -1)
             order[marker] = shown[slot]

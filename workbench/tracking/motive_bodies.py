@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.tracking.labels import bodies_by_label, marker_name, merge, side_by_side
 from workbench.tracking.missing import motive_missing
@@ -180,6 +180,8 @@ def _quaternion(entity: Entity, table: MotiveTable) -> NDArray[np.float64]:
         angles = table.block(list(columns.values()))
         given = np.isfinite(angles).all(axis=1)
         if given.any():
-            turned = Rotation.from_euler("".join(columns), angles[given], degrees=True)
+            turned = scipy.spatial.transform.Rotation.from_euler(
+                "".join(columns), angles[given], degrees=True
+            )
             quaternion[given] = turned.as_quat(scalar_first=True)
     return quaternion

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.tracking.bridging import Offsets, bridge
 from workbench.tracking.line import point_on_line
@@ -174,7 +174,7 @@ def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     At first is in the mean over the first half second or so.
     """
     posed = np.flatnonzero(np.isfinite(matrix[:, 0, 0]))[:_REST_SAMPLES]
-    rest = Rotation.from_matrix(matrix[posed]).mean().as_matrix()
+    rest = scipy.spatial.transform.Rotation.from_matrix(matrix[posed]).mean().as_matrix()
     return np.einsum("nij,j->ni", matrix, rest[0])
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.tracking.take import known
 
@@ -28,7 +28,7 @@ def euler_degrees(quaternion: NDArray[np.float64], order: str) -> NDArray[np.flo
         return angles
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # gimbal lock: one of many right answers
-        turned = Rotation.from_quat(quaternion[given], scalar_first=True)
+        turned = scipy.spatial.transform.Rotation.from_quat(quaternion[given], scalar_first=True)
         angles[given] = turned.as_euler(order, degrees=True)
     return angles
 

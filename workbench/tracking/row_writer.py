@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.errors import InputError
 from workbench.tracking.rotations import euler_degrees
@@ -94,7 +94,9 @@ class _Writable:
         first = int(np.argmax(self.body.seen))
         markers = self.solved[first] - self.solved[first].mean(axis=0)
         if self.posed[first]:
-            turn = Rotation.from_quat(self.body.quaternion[first], scalar_first=True)
+            turn = scipy.spatial.transform.Rotation.from_quat(
+                self.body.quaternion[first], scalar_first=True
+            )
             markers = turn.inv().apply(self.solved[first] - self.body.position[first])
         return f"{_quoted(self.body.name)},{self.id},{self.m},{_numbers(markers.ravel())}"
 

@@ -13,9 +13,8 @@ into a gap follows from the samples around it and can spoil none of them, and it
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
-from scipy.special import binom
 
 __all__ = ["LEAST_SEEN", "smooth_stretch"]
 
@@ -38,12 +37,16 @@ def smooth_stretch(
     penalty = (2 * np.sin(np.pi * cutoff / rate)) ** (-2 * _ORDER)
     bands = penalty * _roughness(len(values))
     bands[-1] += seen
-    return np.asarray(solveh_banded(bands, np.where(seen[:, None], values, 0.0), overwrite_ab=True))
+    return np.asarray(
+        scipy.linalg.solveh_banded(bands, np.where(seen[:, None], values, 0.0), overwrite_ab=True)
+    )
 
 
 def _roughness(count: int) -> NDArray[np.float64]:
     """Return the upper bands of D'D, (4, count), where D takes third differences."""
-    difference = binom(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
+    difference = scipy.special.binom(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(
+        _ORDER + 1
+    )
     bands = np.zeros((_ORDER + 1, count))
     for apart in range(_ORDER + 1):
         for first in range(_ORDER + 1 - apart):

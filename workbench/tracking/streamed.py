@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from workbench.errors import HardwareError
 from workbench.tracking.clock import jitter
@@ -174,7 +174,9 @@ def _body(body: Body, poses: NDArray[np.float64], measured: NDArray[np.float64])
     seen = known(position)
     solved = np.full((len(poses), len(body.places), 3), np.nan)
     if seen.any():
-        turn = Rotation.from_quat(quaternion[seen], scalar_first=True).as_matrix()
+        turn = scipy.spatial.transform.Rotation.from_quat(
+            quaternion[seen], scalar_first=True
+        ).as_matrix()
         solved[seen] = position[seen, None] + np.einsum("nij,mj->nmi", turn, body.places)
     return BodyTake(
         name=body.name,

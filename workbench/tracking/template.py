@@ -5,9 +5,8 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
-from scipy.spatial.transform import Rotation
 
 from workbench.tracking.pose import fit_poses, on_a_line
 from workbench.tracking.take import known
@@ -150,7 +149,7 @@ def _orders_by_distance(
     """Return the orders of places whose mutual distances fit those of the markers best."""
     usual = np.median(np.linalg.norm(seen[:, :, None] - seen[:, None], axis=3), axis=0)
     orders = np.array(list(itertools.permutations(range(len(places)))), dtype=np.intp)
-    told = cdist(places, places)[orders[:, :, None], orders[:, None, :]]
+    told = scipy.spatial.distance.cdist(places, places)[orders[:, :, None], orders[:, None, :]]
     misfit = np.sqrt(np.mean((told - usual) ** 2, axis=(1, 2)))
     return list(orders[misfit <= misfit.min() + _SAME_FIT_M])
 
@@ -161,5 +160,7 @@ def _fit_and_turn(places: NDArray[np.float64], seen: NDArray[np.float64]) -> tup
     posed = known(poses.origin)
     if not posed.any():
         return np.inf, np.pi
-    start = Rotation.from_matrix(poses.matrix[posed][: max(1, len(seen) // 10)])
+    start = scipy.spatial.transform.Rotation.from_matrix(
+        poses.matrix[posed][: max(1, len(seen) // 10)]
+    )
     return float(np.median(poses.rmsd[posed])), float(start.mean().magnitude())

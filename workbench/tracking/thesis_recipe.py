@@ -22,8 +22,8 @@ coordinate that Appendix C takes off the height belongs to its plot; it is not a
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from workbench.errors import InputError
 from workbench.motion import FOOT, ROTOR, TOP
@@ -131,10 +131,10 @@ def _hold_far(
 def _series(points: RawPoints, paths: dict[str, NDArray[np.float64]]) -> TimeSeries:
     if points.rate_hz <= 2 * _CUTOFF_HZ:
         raise InputError(f"recipe 'thesis' filters at 9 Hz; {points.rate_hz:g} Hz is too slow")
-    sos = butter(_ORDER, _CUTOFF_HZ, fs=points.rate_hz, output="sos")
+    sos = scipy.signal.butter(_ORDER, _CUTOFF_HZ, fs=points.rate_hz, output="sos")
     columns: dict[str, NDArray[np.float64]] = {}
     for names, role in ((FOOT, "foot"), (TOP, "top"), (ROTOR, "rotor")):
-        smooth = sosfiltfilt(sos, paths[role], axis=0, padlen=_PADDING)
+        smooth = scipy.signal.sosfiltfilt(sos, paths[role], axis=0, padlen=_PADDING)
         columns.update(zip(names, smooth.T, strict=True))
     times = points.times[0] + np.arange(len(paths["foot"])) / points.rate_hz
     return TimeSeries.of(times, columns)
