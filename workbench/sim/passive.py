@@ -6,11 +6,15 @@ fields of `ground` and `laws` pass through untouched.
 
 from __future__ import annotations
 
+from functools import cache
+
 import mujoco
 import numba
 import numpy as np
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
+from numba.core.ccallback import CFunc
 
+from workbench.sim.compiling import callback
 from workbench.sim.ground import (
     GROUND_MAGIC,
     GROUND_PARAMETERS,
@@ -31,8 +35,10 @@ _QPOS, _QVEL = data_offset("qpos") // 8, data_offset("qvel") // 8
 _PASSIVE, _USER = data_offset("qfrc_passive") // 8, data_offset("userdata") // 8
 _XPOS, _CENTRES = data_offset("xpos") // 8, data_offset("subtree_com") // 8
 _AXES, _SPEEDS = data_offset("cdof") // 8, data_offset("cvel") // 8
-_MODEL_SPAN = 1 + max(_NV, _NBODY, _NUMERIC, _NUMERIC_SIZE, _STIFFNESS, _SPRING)
-_DATA_SPAN = 1 + max(_QPOS, _QVEL, _PASSIVE, _USER, _XPOS, _CENTRES, _AXES, _SPEEDS)
+_OF_MODEL = (_NV, _NBODY, _NUMERIC, _NUMERIC_SIZE, _STIFFNESS, _SPRING)
+_OF_DATA = (_QPOS, _QVEL, _PASSIVE, _USER, _XPOS, _CENTRES, _AXES, _SPEEDS)
+_MODEL_SPAN, _DATA_SPAN = 1 + max(_OF_MODEL), 1 + max(_OF_DATA)
+_OFFSETS = (*_OF_MODEL, *_OF_DATA)
 
 
 @numba.njit
@@ -71,9 +77,7 @@ def _add_beam_forces(p, m, d):
     )
 
 
-# Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
-@numba.cfunc("void(voidptr, voidptr)")
-def _passive(model, data):  # typed by the signature above
+def _passive(model, data):  # typed by the signature in install_force_laws
     m = carray(model, _MODEL_SPAN, dtype=np.int64)
     size = m[_NUMERIC_SIZE]
     if size < LAWS_PARAMETERS:
@@ -88,13 +92,13 @@ def _passive(model, data):  # typed by the signature above
         _add_beam_forces(p[used:], m, d)
 
 
-@numba.cfunc("float64()")
 def _no_time():
     return 0.0
 
 
+@cache
 def install_force_laws() -> None:
-    """Install the callback for the whole process; calling it again does no harm.
+    """Compile and install the callback for the whole process; calling it again does no harm.
 
     The engine's stopwatch is stopped: nobody reads its timers, and to look at the clock some ten
     times a step was a seventh of the step of so small a model.
@@ -102,11 +106,11 @@ def install_force_laws() -> None:
     Raises:
         RuntimeError: when this MuJoCo build lays its structs out otherwise.
     """
-    if not _installed:
-        check_layout()
-        mujoco.set_mjcb_passive(_passive.ctypes)
-        mujoco.set_mjcb_time(_no_time.ctypes)
-        _installed.append(True)
+    check_layout()
+    _kept.append(callback(_passive, "void(voidptr, voidptr)", _OFFSETS))
+    _kept.append(callback(_no_time, "float64()"))
+    mujoco.set_mjcb_passive(_kept[0].ctypes)
+    mujoco.set_mjcb_time(_kept[1].ctypes)
 
 
-_installed: list[bool] = []
+_kept: list[CFunc] = []

@@ -23,6 +23,7 @@ from numba.core.ccallback import CFunc
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.sim.compiling import callback
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
 from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
 
@@ -37,8 +38,10 @@ _ACTADR, _TARGET = (model_offset(f"actuator_{name}") // 8 for name in ("actadr",
 _JOINT_BODY = model_offset("jnt_bodyid") // 8
 _CTRL, _ACT, _XMAT = (data_offset(name) // 8 for name in ("ctrl", "act", "xmat"))
 _LENGTH, _VELOCITY = (data_offset(f"actuator_{name}") // 8 for name in ("length", "velocity"))
-_MODEL_SPAN = 1 + max(_DYNPRM, _GAINPRM, _ACTADR, _TARGET, _JOINT_BODY)
-_DATA_SPAN = 1 + max(_CTRL, _ACT, _XMAT, _LENGTH, _VELOCITY)
+_OF_MODEL = (_DYNPRM, _GAINPRM, _ACTADR, _TARGET, _JOINT_BODY)
+_OF_DATA = (_CTRL, _ACT, _XMAT, _LENGTH, _VELOCITY)
+_MODEL_SPAN, _DATA_SPAN = 1 + max(_OF_MODEL), 1 + max(_OF_DATA)
+_OFFSETS = (*_OF_MODEL, *_OF_DATA)
 
 
 def let_droop(spec: mujoco.MjSpec, slope: float) -> None:
@@ -114,9 +117,8 @@ def _install() -> None:
         RuntimeError: when this MuJoCo build lays its structs out otherwise.
     """
     check_layout()
-    # Not cached on disk: numba's cache would keep the offsets of an older MuJoCo.
-    compiled = numba.cfunc("double(voidptr, voidptr, int32)")
-    _kept.extend((compiled(_rate), compiled(_gain)))
+    signature = "double(voidptr, voidptr, int32)"
+    _kept.extend(callback(function, signature, _OFFSETS) for function in (_rate, _gain))
     mujoco.set_mjcb_act_dyn(_kept[0].ctypes)
     mujoco.set_mjcb_act_gain(_kept[1].ctypes)
 

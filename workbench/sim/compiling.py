@@ -1,0 +1,35 @@
+"""Machine code that MuJoCo calls, compiled once for a computer.
+
+numba keeps compiled functions on disk and compiles anew when their own file changes. It does not
+see a change in what they call or in the constants of other files, nor in MuJoCo's layout, whose
+offsets are built in. So all of that goes into the name under which the code is kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.ccallback import CFunc
+
+__all__ = ["callback"]
+
+_SOURCES = sorted(Path(__file__).parent.glob("*.py"))
+
+
+def callback(function: Callable[..., Any], signature: str, offsets: Sequence[int] = ()) -> CFunc:
+    """Compile a function for MuJoCo to call, or take it as it was compiled before.
+
+    Args:
+        function: in numba's subset of Python; may call compiled functions of this room.
+        signature: as numba writes it.
+        offsets: that are built into the code.
+    """
+    digest = hashlib.sha256(repr(tuple(offsets)).encode())
+    for source in _SOURCES:
+        digest.update(source.read_bytes())
+    function.__qualname__ = f"{function.__name__}-{digest.hexdigest()[:16]}"
+    return numba.cfunc(signature, cache=True)(function)
