@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.bench import load_bench
+from workbench.hw.simulated import draw_current
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position, release
 from workbench.protocol import BenchFile, VirtualSection, load_model, load_shape
 from workbench.sim import Condition, make_robot
@@ -23,7 +24,7 @@ from workbench.tracking import (
     write_motive,
     write_row,
 )
-from workbench.virtual import draw_current, film, let_go, move, true_robot
+from workbench.virtual import film, let_go, move, true_robot
 
 
 @pytest.fixture(scope="module")

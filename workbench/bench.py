@@ -1,4 +1,7 @@
-"""From a bench file to opened devices; the virtual bench is composed here."""
+"""From a bench file to opened devices; the virtual bench is composed here.
+
+Formats, robot and cameras load where a run needs them: what is misspelt in a file is said before.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +31,7 @@ from workbench.hw import (
 )
 from workbench.hw.guardian import NO_RECORDS, Latch, LeaseClock, Records, open_guarded
 from workbench.hw.models import ModbusModel
-from workbench.hw.simulated import serve, simulated
+from workbench.hw.simulated import draw_current, serve, simulated
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -37,11 +41,11 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.sim import Condition
 from workbench.takes import CameraTime, Collector, Operator, TakeFolder
 from workbench.timeseries import TimeSeries
-from workbench.tracking import Recorder, Stream, format_start_time, write_motive, write_row
-from workbench.virtual import draw_current, film, let_go, move, true_robot
+
+if TYPE_CHECKING:
+    from workbench.tracking import Recorder
 
 __all__ = [
     "BUILT_IN",
@@ -227,6 +231,8 @@ class RealBench(Bench):
         Raises:
             HardwareError: when the folder of exports cannot be listed, or no stream comes.
         """
+        from workbench.tracking import Recorder, Stream
+
         takes, live = self.file.tracking.takes, self.file.tracking.live
         if live is not None:
             self._recorder = Recorder(Stream(**live.model_dump()))
@@ -241,6 +247,8 @@ class RealBench(Bench):
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
+        from workbench.tracking import write_motive
+
         collector = self.collector(window, bundle, operator, self._used)
         if self._recorder is not None:
             self.clock.sleep(_TAIL_S)
@@ -304,6 +312,9 @@ class VirtualBench(SimulatedBench):
 
     def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
+        from workbench.tracking import format_start_time, write_motive, write_row
+        from workbench.virtual import film
+
         # a resumed experiment goes on with the noise of its place in the plan
         self._takes = max(self._takes + 1, bundle.manifest.get("number", 1))
         rng = np.random.default_rng([self.section.seed, self._takes])
@@ -322,6 +333,9 @@ class VirtualBench(SimulatedBench):
 
     def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
+        from workbench.sim import Condition
+        from workbench.virtual import let_go, move, true_robot
+
         robot = true_robot(subject.model, subject.shape, self.section)
         duration = window.stop - window.start + _TAIL_S
         angle = self.section.start_angle

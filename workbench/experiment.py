@@ -25,7 +25,6 @@ from workbench.protocol import (
     make_plan,
 )
 from workbench.resume import digest
-from workbench.twin import check_twin
 
 __all__ = ["Experiment", "read_experiment"]
 
@@ -89,6 +88,8 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
     plan = make_plan(asked, bench.content, voltage_step, parts)
     names = {run.shape for run in plan.runs if run.shape is not None}
     shapes = {name: load_shape(name.name, name.beside) for name in names}
+    from workbench.twin import check_twin  # the simulation with it: what is misspelt is told before
+
     made = Experiment(asked, bench, model, shape, plan, parts, shapes)
     for beam in (shape, *shapes.values()):
         modes: list[Mode] = [run.mode for run in plan.runs if made.shape_of(run) is beam]

@@ -11,7 +11,6 @@ from workbench.bundle import Bundle, verify
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.operator_name import operator_name
-from workbench.pairing import pair
 from workbench.progress import Progress, counted
 from workbench.protocol import (
     BenchFile,
@@ -25,7 +24,6 @@ from workbench.protocol import (
     parse,
 )
 from workbench.takes import CameraTime, judge
-from workbench.twin import check_twin
 from workbench.versions import versions
 
 __all__ = ["add_take", "ingest_sheet"]
@@ -43,6 +41,9 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
         FileFaults: when the sheet names takes or modes that cannot be used; nothing was written.
         WorkbenchError: when a take cannot be used; its bundle says why.
     """
+    from workbench.pairing import pair  # the simulation with it: reading one export needs none
+    from workbench.twin import check_twin
+
     folder = sheet.path.parent
     model, shape = load_model(sheet.content.model, folder), _shape(sheet)
     _check(sheet)
@@ -83,6 +84,8 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
             nothing was written.
         WorkbenchError: when the take cannot be used; the bundle says why.
     """
+    from workbench.pairing import pair
+
     wanted = _wanted(bundle)
     tolerance = load(bundle.document("bench"), BenchFile).content.tracking.takes_tolerance
     verdict = judge(take, wanted, tolerance)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from workbench import review
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError, WorkbenchError
 from workbench.motion import (
@@ -36,7 +37,7 @@ from workbench.protocol import (
     with_calibration,
 )
 from workbench.recall import recall
-from workbench.review import Comparison, Extended, write_recording, write_report
+from workbench.review import Comparison, Extended
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
@@ -103,8 +104,8 @@ def pair(bundle: Bundle) -> Comparison:
     _note(bundle, made)
     bundle.note(_signals(bundle, track, twin, made.command))
     comparison = recall(bundle)
-    bundle.write_view("recording", lambda path: write_recording(comparison, path))
-    bundle.write_view("report", lambda path: write_report(comparison, path))
+    bundle.write_view("recording", lambda path: review.write_recording(comparison, path))
+    bundle.write_view("report", lambda path: review.write_report(comparison, path))
     return comparison
 
 

@@ -7,21 +7,15 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from PIL.Image import Image
-
+from workbench import review
 from workbench.bundle import Bundle
 from workbench.errors import InputError
-from workbench.review import (
-    Comparison,
-    ExperimentPage,
-    as_jpeg,
-    picture_recording,
-    write_experiment_page,
-    write_recording,
-    write_report,
-    write_together,
-)
+from workbench.review import Comparison, ExperimentPage
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 __all__ = ["Shown"]
 
@@ -73,9 +67,9 @@ class Shown:
     def record(self, path: Path) -> Path:
         """Write the recording and return its path."""
         if len(self.comparisons) == 1:
-            write_recording(self.comparisons[0], path)
+            review.write_recording(self.comparisons[0], path)
         else:
-            write_together(self.title, self.comparisons, path)
+            review.write_together(self.title, self.comparisons, path)
         return path
 
     def picture(self) -> Image:
@@ -86,7 +80,7 @@ class Shown:
         """
         with tempfile.TemporaryDirectory() as folder:
             recording = self.record(Path(folder) / "shown.rrd")
-            return picture_recording(recording, _MOMENT * self.comparisons[0].duration_s)
+            return review.picture_recording(recording, _MOMENT * self.comparisons[0].duration_s)
 
     def write_page(self, path: Path, picture: Image | None) -> None:
         """Write the report of one run, or the page of several.
@@ -95,9 +89,9 @@ class Shown:
             path: the `.html` file; one that is there is replaced.
             picture: of the viewer, where one could be taken.
         """
-        jpeg = None if picture is None else as_jpeg(picture)
+        jpeg = None if picture is None else review.as_jpeg(picture)
         if len(self.comparisons) == 1:
-            write_report(self.comparisons[0], path, jpeg)
+            review.write_report(self.comparisons[0], path, jpeg)
             return
         page = ExperimentPage(
             self.title,
@@ -107,7 +101,7 @@ class Shown:
             self.command,
             jpeg,
         )
-        write_experiment_page(page, path)
+        review.write_experiment_page(page, path)
 
     def _origin(self) -> str:
         """Return from which protocols, or sheets, the runs are."""

@@ -32,18 +32,10 @@ _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 _HAND_S = (0.2, 1.2)  # a person lets go so long after being asked
 _LEAST_S = 0.5  # a motion shorter than this has no rotor speed
 
-__all__ = ["draw_current", "film", "let_go", "move", "true_robot"]
+__all__ = ["film", "let_go", "move", "true_robot"]
 
 _PLACE = np.array([-0.4, 0.15, 0.02])
 """Where the robot stands in the cameras' volume, along the bench axes [m]."""
-
-
-def draw_current(volts: float) -> float:
-    """Return the motor's current [A] at a voltage [V]: an FA-130 with gearbox, lightly loaded.
-
-    The maker's no-load current of 0.2 A, and friction that grows with speed.
-    """
-    return 0.0 if volts <= 0 else 0.2 + 0.03 * volts
 
 
 def true_robot(model: ModelFile, shape: ShapeFile, section: VirtualSection) -> Robot:

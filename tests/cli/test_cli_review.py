@@ -168,7 +168,7 @@ def test_without_anything_to_write_the_viewer_opens(
         opened.append((web, path.stat().st_size))
         return 0
 
-    monkeypatch.setattr("workbench.cli.review.open_viewer", show)
+    monkeypatch.setattr("workbench.review.viewer.open_viewer", show)
     assert workbench("review", bundle).code == 0
     assert workbench("review", bundle, "--web").code == 0
     assert [web for web, _ in opened] == [False, True]

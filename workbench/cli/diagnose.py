@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from workbench import review as views
 from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
 from workbench.cli.identify import read_runs, same_robot
@@ -30,7 +31,6 @@ from workbench.errors import DataFault, InputError
 from workbench.pairing import pair_extended
 from workbench.protocol import load_model
 from workbench.recall import recall_whatever
-from workbench.review import as_jpeg
 from workbench.showing import Shown
 from workbench.versions import versions
 
@@ -111,7 +111,7 @@ def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
     else:
         shown = pair_extended(worst, load_model(str(found.extended.source), Path()))
     image = picture_of(Shown([worst], [shown]))
-    return None if image is None else as_jpeg(image)
+    return None if image is None else views.as_jpeg(image)
 
 
 def write_report(

@@ -12,8 +12,6 @@ from workbench.bundle import Bundle
 from workbench.catalogue import describe
 from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table, tell
 from workbench.errors import InputError
-from workbench.ingest import add_take, ingest_sheet
-from workbench.protocol import Sheet, load
 from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
 __all__ = ["ingest", "print_quality"]
@@ -58,6 +56,8 @@ def ingest(
 
 
 def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
+    from workbench.ingest import add_take
+
     add_take(source, bundle, tell, insist)
     if as_json:
         emit(describe(bundle))
@@ -67,6 +67,9 @@ def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
 
 
 def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
+    from workbench.ingest import ingest_sheet
+    from workbench.protocol import Sheet, load
+
     done: list[Bundle] = []
     for bundle in ingest_sheet(load(source, Sheet), runs, tell):
         done.append(bundle)

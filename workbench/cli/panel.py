@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, tell
-from workbench.panel import Panel, Watcher
 
 __all__ = ["panel"]
 
@@ -32,6 +31,8 @@ def panel(
 
     Example: workbench panel --runs runs --port 8100
     """
+    from workbench.panel import Panel, Watcher  # with the web server, which help needs not
+
     with Watcher(folder) as watcher:
         served = Panel(watcher, port)
         if as_json:

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from PIL.Image import Image
 
+from workbench import review as views
 from workbench.bundle import Bundle
 from workbench.cli.completing import run_names
 from workbench.cli.output import RunsFolder, people, show_table, tell
 from workbench.diagnose import extended_model_of
 from workbench.errors import WorkbenchError
-from workbench.film import Film, write_frames, write_video
 from workbench.pairing import pair_extended
 from workbench.protocol import Document, ModelFile, load_model
 from workbench.recall import recall_whatever, runs_named
-from workbench.review import Comparison, open_viewer
+from workbench.review import Comparison
 from workbench.showing import Shown
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 __all__ = ["picture_of", "review"]
 
@@ -79,7 +81,7 @@ def review(
     given = None if model is None else load_model(model, Path())
     shown = Shown(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
     if video is not None or frames is not None:
-        _film(shown.only(), video, frames, Film(slow=slow))
+        _film(shown.only(), video, frames, slow)
     if save is not None:
         shown.record(save)
         people.print(f"saved {save}", markup=False)
@@ -92,7 +94,7 @@ def review(
         people.print(f"page: {page}", markup=False)
     if not any((video, frames, save, picture, page)):
         with tempfile.TemporaryDirectory() as temporary:
-            open_viewer(shown.record(Path(temporary) / "runs.rrd"), web=web)
+            views.open_viewer(shown.record(Path(temporary) / "runs.rrd"), web=web)
 
 
 def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:
@@ -114,7 +116,10 @@ def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Pa
     return comparison
 
 
-def _film(run: Comparison, video: Path | None, frames: Path | None, how: Film) -> None:
+def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float) -> None:
+    from workbench.film import Film, write_frames, write_video
+
+    how = Film(slow=slow)
     if video is not None:
         write_video(run, video, how, _tell_frames)
         people.print(f"saved {video}", markup=False)

@@ -10,9 +10,7 @@ import typer
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.catalogue import describe
-from workbench.cli.attended import carry_out_at_desk
 from workbench.cli.completing import bench_names, protocol_files, run_names
-from workbench.cli.dry_run import show_dry_run
 from workbench.cli.output import (
     JsonFlag,
     RunsFolder,
@@ -61,6 +59,8 @@ def run(
     device = make_bench(lab.content)
     experiment = read_experiment(protocol, lab, device.voltage_step)
     if dry_run:
+        from workbench.cli.dry_run import show_dry_run
+
         show_dry_run(experiment, as_json)
         return
     course = None if resume is None else go_on(resume, runs, experiment.inputs())
@@ -68,6 +68,8 @@ def run(
         runs = course.root or runs
         left = len(experiment.plan.without(course.done).runs)
         tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
+    from workbench.cli.attended import carry_out_at_desk  # and all that a run needs
+
     done: list[Bundle] = []
     for bundle in carry_out_at_desk(experiment, device, runs, course):
         done.append(bundle)

@@ -27,9 +27,8 @@ from workbench.hw import (
     open_supply,
 )
 from workbench.hw.models import FAMILIES, Family, ModbusModel
-from workbench.hw.simulated import SimulatedSupply, serve, serve_terminal, simulated
+from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
-from workbench.virtual import draw_current
 
 __all__ = ["supply"]
 

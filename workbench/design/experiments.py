@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.design.appraisal import Appraisal, appraise
@@ -27,6 +26,9 @@ from workbench.progress import Progress
 from workbench.protocol import Document, ModelFile, ShapeFile
 from workbench.review.drawing import drawn
 from workbench.sim import Fanout
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["EXPERIMENTS", "SEEDS", "SPEEDS", "Lab", "Part", "Picture", "Table"]
 

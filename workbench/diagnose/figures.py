@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from workbench.diagnose.answer import LEAST_WORTH
@@ -16,6 +14,10 @@ from workbench.diagnose.leftover import Density, Trace
 from workbench.diagnose.wording import digits
 from workbench.review import palette
 from workbench.review.drawing import drawn, legend
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["label", "score_figure", "spectrum_figure", "trace_figure"]
 
@@ -65,6 +67,7 @@ def spectrum_figure(traces: Sequence[Trace], densities: Sequence[Density]) -> Fi
         traces: the channels.
         densities: of each.
     """
+    from matplotlib.ticker import LogLocator, NullFormatter
 
     def draw(figure: Figure) -> None:
         rows = figure.subplots(len(traces), 1, squeeze=False, sharex=True)[:, 0]

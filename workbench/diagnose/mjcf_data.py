@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as arrow_csv
-import pyarrow.parquet as arrow_parquet
 from numpy.typing import NDArray
 
 from workbench.diagnose.rig import Observed
 from workbench.errors import FileFaults, InputError, did_you_mean
 from workbench.protocol import Document, RigFile
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 __all__ = ["RigData", "read_run"]
 
@@ -85,10 +86,13 @@ def read_run(rig: Document[RigFile], index: int, units: tuple[str, ...]) -> RigD
 
 
 def _table(path: Path) -> pa.Table:
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
     try:
         if path.suffix == ".parquet":
-            return arrow_parquet.read_table(path)
-        return arrow_csv.read_csv(path)
+            return parquet.read_table(path)
+        return csv.read_csv(path)
     except (pa.ArrowInvalid, OSError) as error:
         raise InputError(f"{path}: cannot be read as a table: {error}") from None
 
@@ -112,6 +116,8 @@ def _require_columns(
 
 def _column(path: Path, table: pa.Table, name: str) -> NDArray[np.float64]:
     """Return a column, NaN where the cell is empty."""
+    import pyarrow as pa
+
     column = table.column(name)
     if pa.types.is_null(column.type):
         return np.full(len(column), np.nan)

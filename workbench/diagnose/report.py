@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from workbench.bundle import sha256
 from workbench.diagnose.answer import Kind, negligible
@@ -21,6 +20,9 @@ from workbench.diagnose.proof import HARM
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
 from workbench.review.page import code, figure, heat_table, picture, table, warning_list, write_page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["write_diagnosis"]
 

@@ -13,7 +13,6 @@ from workbench.doctor.packages import packages, python
 from workbench.doctor.ports import serial_ports, supply
 from workbench.doctor.viewer import viewer
 from workbench.progress import Progress, counted
-from workbench.sim import install_force_laws
 
 __all__ = ["examine"]
 
@@ -54,5 +53,7 @@ def _tried(name: str, check: Callable[[], Finding]) -> Finding:
 
 
 def _ground_law() -> Finding:
+    from workbench.sim import install_force_laws
+
     install_force_laws()
     return Finding("ground law", "ok", "compiled and installed")

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
 import scipy
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.identify.calibrate import SpeedCalibration
 from workbench.identify.speed_line import CONFIDENCE, SpeedLine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["figure_5_3"]
 
@@ -53,13 +53,16 @@ def figure_5_3(calibration: SpeedCalibration) -> Figure:
     Raises:
         InputError: when the runs determine no line.
     """
+    from matplotlib import figure, rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     line = calibration.line
     if line is None:
         raise InputError(f"there is no line to draw: {calibration.open}")
-    with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=_SIZE_IN, layout="constrained")
-        FigureCanvasSVG(figure)
-        left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.15, 1)})
+    with rc_context(_STYLE):
+        page = figure.Figure(figsize=_SIZE_IN, layout="constrained")
+        FigureCanvasSVG(page)
+        left, right = page.subplots(1, 2, gridspec_kw={"width_ratios": (1.15, 1)})
         volts = np.linspace(line.voltages.min(), line.voltages.max(), _PLACES)
         left.plot(volts, line.at(volts), color=_LINE, label=_equation(line))
         _points(left, calibration, line, residual=False)
@@ -67,7 +70,7 @@ def figure_5_3(calibration: SpeedCalibration) -> Figure:
         left.set_title("Speed-voltage line", loc="left")
         left.legend(loc="upper left")
         _residuals(right, calibration, line, volts)
-        return figure
+        return page
 
 
 def _residuals(

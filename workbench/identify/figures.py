@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
@@ -21,6 +20,10 @@ from workbench.motion import FOOT, TOP
 from workbench.review import palette
 from workbench.review.drawing import drawn, legend
 from workbench.timeseries import TimeSeries
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["damping_figure", "figure_4_1", "figure_4_2", "figure_4_3", "figure_4_4", "figure_4_5",
            "sweep_figure"]  # fmt: skip

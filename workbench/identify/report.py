@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
 from workbench.identify.damping import ModeDamping
 from workbench.identify.figures import (
@@ -28,6 +27,9 @@ from workbench.identify.resonance import Resonances
 from workbench.identify.spectrum import Spectrum
 from workbench.review.drawing import as_svg
 from workbench.review.page import figure, table, warning_list, write_page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Part", "write_identification", "write_resonances"]
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from cmaes import CMA
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
@@ -136,6 +135,8 @@ class Cmaes(Algorithm):
         self._begun_at, self._sigma, self._stalled = mean, max(sigma, _SPENT), 0
         self._told: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         size = self._chosen.population_size
+        from cmaes import CMA  # with scipy's statistics
+
         self._strategy = CMA(self._scaled(mean), self._sigma, population_size=size)
 
     def _learn(self, candidates: NDArray[np.float64], fitness: NDArray[np.float64]) -> None:

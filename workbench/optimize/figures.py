@@ -6,13 +6,16 @@ Each function adds axes to an empty figure, so that whoever owns the page owns t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.optimize.history import Generation, History, Trial
 from workbench.optimize.space import Space
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["draw_front", "draw_generations", "draw_repeats", "draw_variables"]
 

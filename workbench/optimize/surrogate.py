@@ -13,9 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 __all__ = ["Surrogate", "learn_scales"]
 
@@ -36,6 +33,8 @@ def learn_scales(
         worth: (n,), more is better.
         begin: where to look from beside the usual place, those learnt before; empty for none.
     """
+    from sklearn.exceptions import ConvergenceWarning
+
     best = np.argsort(-worth, kind="stable")[:_MOST_TO_LEARN_FROM]
     kernel = _kernel(described.shape[1])
     begins = [kernel, *([kernel.clone_with_theta(np.array(begin))] if len(begin) else [])]
@@ -80,10 +79,14 @@ class Surrogate:
 
 
 def _kernel(count: int) -> Any:
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
     matern: Any = Matern(np.full(count, 3.0), _LENGTHS, nu=2.5)  # pyright: ignore[reportArgumentType]
     return ConstantKernel(1.0, _VARIANCE) * matern + WhiteKernel(0.05, _NOISE)
 
 
 def _process(kernel: Any, **how: Any) -> Any:
     """Return the process; the types that scikit-learn states are not those it takes."""
+    from sklearn.gaussian_process import GaussianProcessRegressor
+
     return GaussianProcessRegressor(kernel, alpha=_JITTER, normalize_y=True, **how)

@@ -10,12 +10,17 @@ To add a section to the report, write it in `sections.py` and name it in `SECTIO
 curve to the recording, send it in `curves.py` and give it a view in `layout.py`.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from workbench.review.comparison import Comparison, Extended, Figure, Phase
 from workbench.review.experiment_page import ExperimentPage, write_experiment_page
-from workbench.review.picture import as_jpeg, picture_recording
-from workbench.review.recording import write_recording, write_together
 from workbench.review.report import write_report
-from workbench.review.viewer import HeadlessViewer, open_viewer, viewer_version
+
+if TYPE_CHECKING:
+    from workbench.review.picture import as_jpeg, picture_recording
+    from workbench.review.recording import write_recording, write_together
+    from workbench.review.viewer import HeadlessViewer, open_viewer, viewer_version
 
 __all__ = [
     "Comparison",
@@ -33,3 +38,20 @@ __all__ = [
     "write_report",
     "write_together",
 ]
+
+_WITH_RERUN = {
+    "as_jpeg": "picture",
+    "picture_recording": "picture",
+    "write_recording": "recording",
+    "write_together": "recording",
+    "HeadlessViewer": "viewer",
+    "open_viewer": "viewer",
+    "viewer_version": "viewer",
+}
+"""What is loaded when it is asked for, as its file loads rerun: a run needs no viewer."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in _WITH_RERUN:
+        return getattr(import_module(f"{__name__}.{_WITH_RERUN[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

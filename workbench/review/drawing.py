@@ -10,12 +10,11 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["as_svg", "drawn", "legend"]
 
@@ -52,8 +51,10 @@ def drawn(draw: Callable[[Figure], None], height_in: float) -> Figure:
         draw: adds axes and curves to the empty figure.
         height_in: height [inch].
     """
+    import matplotlib.figure
+
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
+        figure = matplotlib.figure.Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
         draw(figure)
         figure.align_ylabels()
     return figure
@@ -71,8 +72,11 @@ def as_svg(figure: Figure, name: str) -> str:
         figure: of `drawn`; its backgrounds are made invisible.
         name: keeps its ids apart from other figures' on the page.
     """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     text = io.StringIO()
-    with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
+    with rc_context({**_STYLE, "svg.hashsalt": name}):
         figure.patch.set_visible(False)
         for ax in figure.axes:
             ax.patch.set_visible(False)

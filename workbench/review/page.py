@@ -6,11 +6,14 @@ import base64
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import jinja2
 from markupsafe import Markup
 
 from workbench.review import palette
+
+if TYPE_CHECKING:
+    import jinja2
 
 __all__ = ["code", "figure", "heat_table", "picture", "table", "warning_list", "write_page"]
 
@@ -129,6 +132,8 @@ def _cells(texts: Sequence[str], tag: str) -> Markup:
 
 
 def _template() -> jinja2.Template:
+    import jinja2
+
     rooms = jinja2.PackageLoader("workbench.review", package_path="")
     environment = jinja2.Environment(
         loader=rooms, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR_SPEED, TOP
@@ -14,6 +13,10 @@ from workbench.review import palette
 from workbench.review.comparison import FOOT_ERROR, NOISE_WIDTH, TOP_ERROR, Comparison
 from workbench.review.drawing import as_svg, drawn, legend
 from workbench.timeseries import TimeSeries
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = [
     "error_plot",

@@ -7,10 +7,9 @@ the right, every panel on the same axes; the bars that of figure 6.7, with the t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from workbench.quantities import QUANTITIES
@@ -20,6 +19,10 @@ from workbench.review.drawing import as_svg, drawn, legend
 from workbench.review.plots import seen
 from workbench.review.repeats import Condition
 from workbench.timeseries import TimeSeries
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["bars", "paths", "thumbnail"]
 

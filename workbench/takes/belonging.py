@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from workbench.errors import TakeError
-from workbench.tracking import Take, read_take
+
+if TYPE_CHECKING:
+    from workbench.tracking import Take
 
 __all__ = ["TOLERANCE_S", "CameraTime", "Verdict", "judge"]
 
@@ -67,6 +70,8 @@ def judge(path: Path, wanted: CameraTime, tolerance: float = TOLERANCE_S) -> Ver
         wanted: when the cameras had to record.
         tolerance: how far the two clocks may lie apart [s].
     """
+    from workbench.tracking import read_take  # only at the end of a run
+
     try:
         take = read_take(path)
         tail = _tail(path) if take.format in _TEXT_FORMATS else b"\n"

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import io
+from typing import TYPE_CHECKING
 
 import numpy as np
 from ezdxf import filemanagement, units
 from ezdxf.enums import TextEntityAlignment
-from ezdxf.layouts.layout import Modelspace
 
 from workbench.template.drawing import Placement, draw_strip
 from workbench.template.figure import Anchor, Label, Layer, Path
 from workbench.template.sheet import Sheet
+
+if TYPE_CHECKING:
+    from ezdxf.layouts.layout import Modelspace
 
 __all__ = ["dxf_drawing"]
 

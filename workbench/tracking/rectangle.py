@@ -9,21 +9,22 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
 from workbench.tracking.pieces import Pieces
 from workbench.tracking.source import LARGEST
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 __all__ = ["Rectangle", "Words", "read_rectangle"]
 
 _BLOCK = 4 << 20  # bytes that one thread converts at a time
 _CHUNK = 1 << 18  # bytes searched for quotes at a time, so that they stay in the cache
 _BLANKS = ["", "NAN", "nan", "NaN", "1.#QNAN", "-1.#QNAN", "1.#IND", "-1.#IND"]
-_WORD = pa.dictionary(pa.int32(), pa.binary())
 _WHOLLY_QUOTED = re.compile(r'"[^"]*"')
 
 
@@ -72,15 +73,18 @@ def read_rectangle(
     Returns:
         The columns, or None where a row, a quote or a number is out of the ordinary.
     """
-    names = [str(column) for column in range(width)]
-    kinds = {names[i]: pa.float64() for i in numbers} | {names[i]: _WORD for i in words}
+    import pyarrow as pa
+    from pyarrow import csv
+
+    names, word = [str(column) for column in range(width)], pa.dictionary(pa.int32(), pa.binary())
+    kinds = {names[i]: pa.float64() for i in numbers} | {names[i]: word for i in words}
     together = not isinstance(text, Pieces)
     try:
-        table = arrow_csv.read_csv(
+        table = csv.read_csv(
             pa.BufferReader(pa.py_buffer(text)) if together else pa.PythonFile(text, mode="r"),
-            arrow_csv.ReadOptions(column_names=names, block_size=_BLOCK),
-            arrow_csv.ParseOptions(quote_char=False),
-            arrow_csv.ConvertOptions(
+            csv.ReadOptions(column_names=names, block_size=_BLOCK),
+            csv.ParseOptions(quote_char=False),
+            csv.ConvertOptions(
                 column_types=kinds,
                 include_columns=list(kinds),
                 null_values=_BLANKS,

@@ -12,6 +12,7 @@ from workbench.hw.simulated.families import DEVICES, simulated
 from workbench.hw.simulated.faults import Fault
 from workbench.hw.simulated.hanmatek import SimulatedHanmatek
 from workbench.hw.simulated.korad import SimulatedKorad
+from workbench.hw.simulated.motor import draw_current
 from workbench.hw.simulated.riden import SimulatedRiden
 from workbench.hw.simulated.scpi import SimulatedScpi
 from workbench.hw.simulated.serving import serve, serve_terminal
@@ -26,6 +27,7 @@ __all__ = [
     "SimulatedRiden",
     "SimulatedScpi",
     "SimulatedSupply",
+    "draw_current",
     "serve",
     "serve_terminal",
     "simulated",
