@@ -1,16 +1,20 @@
 # make demo   run the example protocol on the virtual bench
-# make test   run the tests
-# make check  ruff, format, pyright, import-linter, examples, wheel
+# make test   run the first tier of tests, on all cores
+# make test-all  run both tiers: statistics at full draws, 100 kills, the first hour, every command
+#             of the documentation, wheel, benchmarks' own tests; up to an hour
+# make check  ruff, format, pyright, import-linter
+# make feedback  time tests, CI and commands beside their bars
 # make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading,
 #             kill clients and print how long their outputs stayed on
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
 # make schemas / effects / supplies / pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
+PYTEST = $(BIN)/python -m pytest -n logical --dist loadgroup --no-loadscope-reorder
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install demo test check bench bank fuzz schemas effects supplies pictures clean
+.PHONY: install demo test test-all check feedback bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)
 
@@ -23,14 +27,19 @@ demo: install
 	$(BIN)/workbench run protocols/hop-17.yaml --bench virtual
 
 test: install
-	$(BIN)/python -m pytest
+	$(PYTEST)
+
+test-all: install
+	$(PYTEST) -m "long or not long"
 
 check: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -m check
+
+feedback: install
+	$(BIN)/python benchmarks/feedback.py
 
 bench: install
 	$(BIN)/python benchmarks/twin.py

@@ -11,7 +11,20 @@ from typing import Any
 
 import pytest
 
+from tests.tiers import (
+    pytest_collection_modifyitems,
+    pytest_configure,
+    pytest_runtest_makereport,
+    pytest_runtest_setup,
+)
 from workbench.cli import main
+
+__all__ = [
+    "pytest_collection_modifyitems",
+    "pytest_configure",
+    "pytest_runtest_makereport",
+    "pytest_runtest_setup",
+]
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 
-@pytest.mark.check
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "told"),
     [

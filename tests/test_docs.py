@@ -89,7 +89,7 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.check
+@pytest.mark.long
 @pytest.mark.parametrize(
     "page",
     [p for p in PAGES if p not in FIRST_HOUR and "```console" in p.read_text("utf-8")],

@@ -80,7 +80,7 @@ def beginner(tmp_path: Path) -> Beginner:
     return Beginner(clone)
 
 
-@pytest.mark.check
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="the page's lines for Windows are its own")
 def test_from_a_clone_to_a_diagnosis_and_a_template(beginner: Beginner) -> None:
     readme = beginner.clone / "README.md"

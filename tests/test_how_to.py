@@ -27,7 +27,7 @@ def copy(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.check
+@pytest.mark.long
 def test_another_model_of_a_known_family_is_a_row_and_an_identity(copy: Path) -> None:
     rows = copy / "workbench" / "hw" / "models" / "korad.py"
     device = copy / "workbench" / "hw" / "simulated" / "korad.py"
@@ -43,7 +43,7 @@ def test_another_model_of_a_known_family_is_a_row_and_an_identity(copy: Path) ->
     assert "KA6003P" in (copy / "docs" / "reference" / "supplies.md").read_text("utf-8")
 
 
-@pytest.mark.check
+@pytest.mark.long
 def test_another_effect_is_the_page_s_file_named_where_it_says(copy: Path) -> None:
     page = (HOW_TO / "new-effect.md").read_text("utf-8")
     (file,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)

@@ -40,7 +40,7 @@ def test_the_output_is_off_within_a_second_of_each_signal(tmp_path: Path) -> Non
     check(found)
 
 
-@pytest.mark.check
+@pytest.mark.long
 def test_the_output_is_off_within_a_second_at_a_hundred_random_instants(tmp_path: Path) -> None:
     names = [SIGNALS[i % len(SIGNALS)] for i in range(KILLS)]
     found = kill_many(names, random_instants(KILLS, seed=8), tmp_path)

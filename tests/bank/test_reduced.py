@@ -68,7 +68,7 @@ def test_the_draw_has_all_kinds_of_cases_and_both_generators() -> None:
     assert len({case.causes[0] for case in CASES if case.block == "single"}) > len(CASES) / 3
 
 
-@pytest.mark.check
+@pytest.mark.long
 @pytest.mark.parametrize("case", [CASES[0], CASES[3]], ids=lambda case: case.generator)
 def test_the_causes_have_their_size(case: Case) -> None:
     sized = make_case(replace(case, amounts=())).label

@@ -132,11 +132,11 @@ class Cmaes(Algorithm):
         self._restore_generator(state["generator"])
 
     def _begin(self, mean: NDArray[np.float64], sigma: float) -> None:
+        from cmaes import CMA  # with scipy's statistics
+
         self._begun_at, self._sigma, self._stalled = mean, max(sigma, _SPENT), 0
         self._told: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
         size = self._chosen.population_size
-        from cmaes import CMA  # with scipy's statistics
-
         self._strategy = CMA(self._scaled(mean), self._sigma, population_size=size)
 
     def _learn(self, candidates: NDArray[np.float64], fitness: NDArray[np.float64]) -> None:

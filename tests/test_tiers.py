@@ -1,0 +1,82 @@
+"""A slow test of the first tier fails the run and is named; one of the second may take its time."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.tiers import BUDGET_S
+
+ROOT = Path(__file__).resolve().parents[1]
+WORK = """\
+import time
+import pytest
+
+def work(seconds):
+    begun = time.process_time()
+    while time.process_time() - begun < seconds:
+        pass
+
+{marks}
+def test_slow():
+    work(0.6)
+
+def test_quick():
+    work(0.1)
+"""
+CONFIG = """\
+[pytest]
+markers =
+    long: second tier
+    budget(seconds): may take more
+"""
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> list[str]:
+    """The command that runs the tests of a folder with a budget of a third of a second."""
+    (tmp_path / "pytest.ini").write_text(CONFIG)
+    (tmp_path / "conftest.py").write_text(
+        f"import tests.tiers as tiers\ntiers.BUDGET_S *= {0.3 / BUDGET_S}\n"
+        "from tests.tiers import *\nfrom tests.tiers import pytest_collection_modifyitems, "
+        "pytest_configure, pytest_runtest_makereport, pytest_runtest_setup\n"
+    )
+    return [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", str(tmp_path)]
+
+
+def outcome(run: list[str], marks: str, *words: str) -> tuple[int, str]:
+    folder = Path(run[-1])
+    (folder / "test_work.py").write_text(WORK.format(marks=marks))
+    here = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    done = subprocess.run([*run, *words], cwd=folder, env=here, capture_output=True, text=True)
+    return done.returncode, done.stdout
+
+
+@pytest.mark.parametrize("words", [(), ("-n", "2", "--dist", "loadgroup")], ids=["one", "two"])
+def test_a_slow_test_fails_the_first_tier_and_is_named(run: list[str], words: list[str]) -> None:
+    code, told = outcome(run, "", *words)
+    assert code == 1
+    assert "2 passed" in told
+    (line,) = [line for line in told.splitlines() if line.startswith("too slow")]
+    assert "test_work.py::test_slow" in line
+    assert "s of processor time, 0.3 s are allowed" in line
+    assert "test_quick" not in line
+    assert "mark it `long`" in told
+
+
+@pytest.mark.parametrize("mark", ["@pytest.mark.long", "@pytest.mark.budget(5)"])
+def test_a_slow_test_that_is_marked_passes(run: list[str], mark: str) -> None:
+    code, told = outcome(run, mark)
+    assert code == 0, told
+    assert "too slow" not in told
+    slowest = told[told.index("cost") :].splitlines()[1]
+    assert "test_slow" in slowest
+
+
+def test_what_runs_alone_comes_last(run: list[str]) -> None:
+    _, told = outcome(run, '@pytest.mark.xdist_group("alone")', "-v")
+    assert told.index("test_quick PASSED") < told.index("test_slow PASSED")

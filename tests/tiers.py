@@ -1,0 +1,149 @@
+"""Two tiers of tests, what a test of the first may cost, and which tests run side by side.
+
+`make test` runs the first tier: all that is not marked `long`. A test of it that costs more than
+its budget fails the run, so that the tier stays quick; the ten slowest are printed. Cost is
+processor time, of the test and of the processes it started, as that does not depend on what else
+the computer does; waiting has a budget of its own, which a busy computer hardly reaches.
+
+Workers get one module at a time, as its tests share fixtures, unless `xdist_group` says otherwise.
+The group `alone` holds what watches the clock or kills; it comes last, when the other workers have
+the least to do.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator, Iterable
+from typing import NamedTuple
+
+import pytest
+
+__all__ = ["BUDGET_S", "WAIT_S", "Costs"]
+
+BUDGET_S = 8.0
+"""Processor time that a test of the first tier may take [s], fixtures that it builds included."""
+WAIT_S = 40.0
+"""How long it may take on a busy computer, where it mostly waits [s]."""
+
+_SHOWN = 10
+_COST = "cost"
+_ALONE = "alone"
+
+
+class Cost(NamedTuple):
+    """What a test cost, all its phases together.
+
+    Args:
+        processor_s: of the test and the processes that it started and awaited [s].
+        wall_s: from its begin to its end [s].
+    """
+
+    processor_s: float
+    wall_s: float
+
+
+class Costs:
+    """Collects what tests cost, where the results of all workers arrive.
+
+    Args:
+        budgets: test -> processor time that it may take [s]; those without one have no budget.
+    """
+
+    def __init__(self) -> None:
+        self.spent: dict[str, Cost] = {}
+        self.budgets: dict[str, float] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Add one phase of one test."""
+        for name, value in report.user_properties:
+            if name == _COST:
+                processor_s, budget = value  # type: ignore[misc]
+                before = self.spent.get(report.nodeid, Cost(0.0, 0.0))
+                self.spent[report.nodeid] = Cost(
+                    before.processor_s + processor_s, before.wall_s + report.duration
+                )
+                if budget is not None:
+                    self.budgets[report.nodeid] = budget
+
+    def over(self) -> dict[str, str]:
+        """Return the tests that cost more than they may -> by what."""
+        found = {}
+        for test, budget in self.budgets.items():
+            processor_s, wall_s = self.spent[test]
+            if processor_s > budget:
+                found[test] = f"{processor_s:.1f} s of processor time, {budget:g} s are allowed"
+            elif wall_s > WAIT_S * budget / BUDGET_S:
+                allowed = WAIT_S * budget / BUDGET_S
+                found[test] = f"took {wall_s:.0f} s, {allowed:g} s are allowed"
+        return found
+
+    def pytest_sessionfinish(self, session: pytest.Session, exitstatus: int) -> None:
+        """Fail a run whose tests cost too much."""
+        if self.over() and exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Print the slowest tests, the sum, and what costs too much."""
+        if not self.spent:
+            return
+        terminalreporter.section("cost")
+        slowest = sorted(self.spent.items(), key=lambda one: -one[1].processor_s)[:_SHOWN]
+        for test, (processor_s, wall_s) in slowest:
+            terminalreporter.line(f"{processor_s:6.1f} s of processor, {wall_s:6.1f} s: {test}")
+        total = sum(cost.processor_s for cost in self.spent.values())
+        terminalreporter.line(f"{total:6.0f} s of processor in all {len(self.spent)} tests")
+        for test, why in self.over().items():
+            terminalreporter.line(f"too slow for the first tier: {test}: {why}", red=True)
+        if self.over():
+            terminalreporter.line("make it cheaper, or mark it `long` (CONTRIBUTING.md, Tests)")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Collect costs, where this is no worker."""
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Costs(), "costs")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep the tests of a module on one worker, and put what runs alone last."""
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
+    items.sort(key=lambda item: _ALONE in _groups(item))
+
+
+def _groups(item: pytest.Item) -> Iterable[str]:
+    return [mark.args[0] if mark.args else mark.kwargs["name"]
+            for mark in item.iter_markers("xdist_group")]  # fmt: skip
+
+
+_before = pytest.StashKey[float]()
+
+
+@pytest.hookimpl(tryfirst=True, wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None]:
+    """Remember the processor time before."""
+    item.stash[_before] = _processor_s()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item,
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Let the report of each phase say what it cost, and what the test may cost."""
+    report = yield
+    now = _processor_s()
+    spent, item.stash[_before] = now - item.stash.get(_before, now), now
+    budget = None
+    if item.get_closest_marker("long") is None:
+        mark = item.get_closest_marker("budget")
+        budget = BUDGET_S if mark is None else float(mark.args[0])
+    report.user_properties.append((_COST, (spent, budget)))
+    return report
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process and of those that it awaited [s]."""
+    return sum(os.times()[:4])
