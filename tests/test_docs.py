@@ -126,7 +126,7 @@ def test_every_file_and_module_that_a_sentence_names_exists(page: Path) -> None:
     spans = re.sub(r"<[a-z]+>", "*", " ".join(re.findall(r"`([^`\n]+)`", text)))
     for name in re.findall(rf"(?<![\w/.-])(?:{'|'.join(NAMED)})/[\w*/.-]*[\w*/]", spans):
         assert any(ROOT.glob(name.rstrip("/"))), name
-    for module in re.findall(r"python -m ((?:tests|workbench)\b[\w.]*)", spans):
+    for module in re.findall(r"python -m ((?:benchmarks|tests|workbench)\b[\w.]*)", spans):
         place = ROOT / module.replace(".", "/")
         assert place.is_dir() or place.with_suffix(".py").exists(), module
 

@@ -25,6 +25,8 @@ from workbench.experiment import read_experiment
 from workbench.hw.guardian import LeaseClock
 from workbench.hw.simulated import Fault
 
+pytestmark = pytest.mark.xdist_group("alone")  # leases are timed
+
 PROTOCOL = """\
 schema: workbench/protocol-1
 title: Guarded

@@ -13,7 +13,10 @@ from tests.hw.guardian_rig import device_process, wait_for
 from tests.killing import BAR_S, SIGNALS, Client, Killed, kill_many, random_instants, table
 from workbench.hw.guardian import Latch
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and fork")
+pytestmark = [
+    pytest.mark.xdist_group("alone"),
+    pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and fork"),
+]
 
 KILLS = 100
 CODES = {"SIGKILL": {-9}, "SIGSTOP": {4, 130}, "SIGTERM": {130}, "SIGHUP": {130}}

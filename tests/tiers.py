@@ -6,8 +6,8 @@ processor time, of the test and of the processes it started, as that does not de
 the computer does; waiting has a budget of its own, which a busy computer hardly reaches.
 
 Workers get one module at a time, as its tests share fixtures, unless `xdist_group` says otherwise.
-The group `alone` holds what watches the clock or kills; it comes last, when the other workers have
-the least to do.
+The group `alone` holds what watches the clock or kills. It comes first: it mostly waits, and while
+one worker does that the others have the cores.
 """
 
 from __future__ import annotations
@@ -106,11 +106,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a module on one worker, and put what runs alone last."""
+    """Keep the tests of a module on one worker, and begin with what runs alone."""
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
             item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
-    items.sort(key=lambda item: _ALONE in _groups(item))
+    items.sort(key=lambda item: _ALONE not in _groups(item))
 
 
 def _groups(item: pytest.Item) -> Iterable[str]:

@@ -25,6 +25,8 @@ HOLDS = """
 import sys, time
 from pathlib import Path
 from workbench.desk import claim
+
+pytestmark = pytest.mark.xdist_group("alone")  # answers are timed
 with claim(Path(sys.argv[1]), "e", {}):
     print("holds", flush=True)
     time.sleep(60)

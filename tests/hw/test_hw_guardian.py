@@ -25,6 +25,8 @@ from workbench.hw.models import FAMILIES, MODELS, Family
 from workbench.hw.simulated import Fault, serve, simulated
 from workbench.loopback import Line
 
+pytestmark = pytest.mark.xdist_group("alone")  # leases and hangs are timed
+
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
 BAR_S = 1.0
 NOTICED_S = 0.5  # a guardian that is dead or hangs, by its client

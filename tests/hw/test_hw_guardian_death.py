@@ -16,6 +16,8 @@ from workbench.hw import Limits, prepare
 from workbench.hw.guardian import LeaseClock, Records, open_guarded
 from workbench.hw.simulated import Fault
 
+pytestmark = pytest.mark.xdist_group("alone")  # deaths are timed
+
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signal")
 BAR_S = 1.0
 

@@ -24,7 +24,10 @@ from workbench.hw.simulated import Fault
 from workbench.loopback import HERE
 from workbench.panel import Panel, Watcher
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="clients are ended by signals")
+pytestmark = [
+    pytest.mark.xdist_group("alone"),
+    pytest.mark.skipif(sys.platform == "win32", reason="clients are ended by signals"),
+]
 STOP_BAR_S = 0.5
 GONE_BAR_S = 1.0
 STALLED = 3
