@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -180,3 +181,31 @@ def test_another_thread_changes_nothing() -> None:
     thread.start()
     thread.join()
     assert found == [signal.getsignal(signal.SIGINT)]
+
+
+HEARD = """\
+import signal, subprocess, sys
+import pytest
+
+def test_ctrl_c():
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
+def test_a_child(name):
+    words = f"import signal; signal.raise_signal(signal.{name})"
+    child = subprocess.run([sys.executable, "-c", words], capture_output=True)
+    assert child.returncode == -getattr(signal, name)
+"""
+
+
+@posix
+def test_the_tests_hear_signals_that_a_shell_had_ignored(root: Path, tmp_path: Path) -> None:
+    (tmp_path / "test_heard.py").write_text(HEARD)
+    tests = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "tests.conftest"]
+    shell = ["sh", "-c", 'trap "" INT HUP; exec "$@"', "sh"]  # as for a command that ends in &
+    found = subprocess.run(
+        [*shell, *tests, tmp_path / "test_heard.py"], cwd=root, capture_output=True, text=True
+    )
+    assert found.returncode == 0, found.stdout
+    assert "3 passed" in found.stdout
