@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from decimal import Decimal
 from pathlib import Path
 from types import FrameType
@@ -16,6 +17,7 @@ from typing import Any
 
 import pytest
 
+import workbench.bench
 import workbench.engine
 import workbench.signals
 from workbench.bench import VirtualBench, load_bench
@@ -25,6 +27,7 @@ from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import Interrupted
 from workbench.experiment import Experiment
+from workbench.hw.simulated import SimulatedSupply
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 from workbench.signals import Signals
 
@@ -63,6 +66,42 @@ def asked(tmp_path: Path) -> Experiment:
     plan = make_plan(protocol, bench.content, Decimal("0.01"))
     model, shape = load_model("thesis", tmp_path), load_shape("thesis-initial", tmp_path)
     return Experiment(protocol, bench, model, shape, plan)
+
+
+class AtOnce(socket.socket):
+    """A client's socket to a simulated supply that answers in the client's own thread.
+
+    Args:
+        device: what answers.
+    """
+
+    def __init__(self, device: SimulatedSupply) -> None:
+        ours, self.theirs = socket.socketpair()
+        super().__init__(fileno=ours.detach())
+        self.wire = device.wire("rtu")
+
+    def send(self, data: Any, flags: int = 0) -> int:
+        for answer in self.wire.receive(data):
+            self.theirs.send(answer.data)
+        return len(data)
+
+    def close(self) -> None:
+        super().close()
+        self.theirs.close()
+
+
+def make_cheap(patch: pytest.MonkeyPatch) -> None:
+    """Leave out what a run costs outside `FILES`: the supply's server, the disk, the versions."""
+
+    @contextlib.contextmanager
+    def serve(device: SimulatedSupply, framing: str) -> Iterator[str]:
+        patch.setattr(socket, "create_connection", lambda *_, **__: AtOnce(device))
+        yield "127.0.0.1:1"
+
+    found = workbench.engine.versions()
+    patch.setattr(workbench.engine, "versions", lambda: found)
+    patch.setattr(workbench.bench, "serve", serve)
+    patch.setattr(os, "fsync", lambda file: None)
 
 
 class SecondCtrlC:
@@ -116,12 +155,14 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
     [("asked", "was never switched on"), ("voltage", "is off, confirmed")],
 )
 def test_wherever_a_second_ctrl_c_comes_the_run_ends_as_interrupted(
-    asked: Experiment, tmp_path: Path, event: str, output: str
+    asked: Experiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, event: str, output: str
 ) -> None:
-    counting = SecondCtrlC(event)
-    stopped(asked, tmp_path / "counting", counting)
-    assert counting.counted > 20
-    for line in range(1, counting.counted + 1):
+    real, cheap = SecondCtrlC(event), SecondCtrlC(event)
+    stopped(asked, tmp_path / "real", real)
+    make_cheap(monkeypatch)
+    stopped(asked, tmp_path / "cheap", cheap)
+    assert cheap.counted == real.counted > 20
+    for line in range(1, real.counted + 1):
         text, bundle = stopped(asked, tmp_path / str(line), SecondCtrlC(event, line))
         assert f"stopped by the user\nthe output {output}" in text, line
         assert bundle.manifest["status"] == "interrupted", line
