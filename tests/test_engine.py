@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from workbench.hw.simulated import Fault
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 
 STEPS = "  - prompt: Ready?\n  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
+DECAY = "  - run: {mode: decay, pull: 0.39 N, rest: 1 s, duration: 3 s}\n"
 
 
 def experiment(folder: Path, steps: str = STEPS) -> Experiment:
@@ -76,10 +78,35 @@ def interrupt() -> None:
     raise KeyboardInterrupt
 
 
-def test_a_run_leaves_a_complete_bundle_with_the_output_off(
-    tmp_path: Path, bench: VirtualBench
-) -> None:
-    (bundle,) = runs(tmp_path, bench)
+class Finished(NamedTuple):
+    """A complete run, to be read only, and the bench that it was carried out on."""
+
+    bundle: Bundle
+    bench: VirtualBench
+
+
+@pytest.fixture(scope="module")
+def hop(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    bench = VirtualBench(load_bench("virtual").content)
+    (bundle,) = runs(tmp_path_factory.mktemp("hop"), bench)
+    return Finished(bundle, bench)
+
+
+@pytest.fixture(scope="module")
+def decay(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """A ring-down on a bench whose supply must not be opened."""
+
+    def opened(wire_log: object) -> object:
+        raise AssertionError("the supply was opened")
+
+    bench = VirtualBench(load_bench("virtual").content)
+    bench.supply = opened  # type: ignore[method-assign, assignment]
+    (bundle,) = runs(tmp_path_factory.mktemp("decay"), bench, DECAY)
+    return Finished(bundle, bench)
+
+
+def test_a_run_leaves_a_complete_bundle_with_the_output_off(hop: Finished) -> None:
+    bundle, bench = hop
     assert bundle.manifest["status"] == "complete"
     assert bundle.manifest["output_off"] == "confirmed"
     assert verify(bundle.path) == []
@@ -91,10 +118,8 @@ def test_a_run_leaves_a_complete_bundle_with_the_output_off(
     ]  # fmt: skip
 
 
-def test_the_supply_really_gave_the_voltages_that_were_asked(
-    tmp_path: Path, bench: VirtualBench
-) -> None:
-    (bundle,) = runs(tmp_path, bench)
+def test_the_supply_really_gave_the_voltages_that_were_asked(hop: Finished) -> None:
+    bundle, bench = hop
     volts = [v for _, v in bench.device.history if v > 0]
     assert volts == [1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
     on = next(t for t, v in bench.device.history if v > 0)
@@ -108,8 +133,8 @@ def test_the_supply_really_gave_the_voltages_that_were_asked(
     assert "01 06 00 08 01 c4" in wire  # write register 8: 452 = 4.52 V
 
 
-def test_the_twin_is_near_and_time_zero_is_shared(tmp_path: Path, bench: VirtualBench) -> None:
-    (bundle,) = runs(tmp_path, bench)
+def test_the_twin_is_near_and_time_zero_is_shared(hop: Finished) -> None:
+    bundle, _ = hop
     assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
     assert bundle.manifest["twin"]["speed_rad_s"] == pytest.approx(16.99, abs=0.3)
     assert 0.1 < bundle.manifest["error_mm"] < 15
@@ -124,13 +149,11 @@ def test_the_twin_is_near_and_time_zero_is_shared(tmp_path: Path, bench: Virtual
     assert bundle.read_series("twin").times[0] < -0.5
 
 
-def test_the_same_seed_gives_the_same_take(tmp_path: Path) -> None:
-    first, second = (
-        next(runs(folder, VirtualBench(load_bench("virtual").content)))
-        for folder in (tmp_path / "a", tmp_path / "b")
-        if folder.mkdir() is None
-    )
-    assert first.take().read_bytes() == second.take().read_bytes()
+def test_the_same_seed_gives_the_same_take(
+    tmp_path: Path, bench: VirtualBench, hop: Finished
+) -> None:
+    (again,) = runs(tmp_path, bench)
+    assert again.take().read_bytes() == hop.bundle.take().read_bytes()
 
 
 def test_ctrl_c_in_the_drive_switches_off_and_keeps_what_there_is(
@@ -241,17 +264,8 @@ def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
     assert 0.1 < motive.manifest["error_mm"] < 15
 
 
-DECAY = "  - run: {mode: decay, pull: 0.39 N, rest: 1 s, duration: 3 s}\n"
-
-
-def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(
-    tmp_path: Path, bench: VirtualBench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def opened(wire_log: object) -> object:
-        raise AssertionError("the supply was opened")
-
-    monkeypatch.setattr(bench, "supply", opened)
-    (bundle,) = runs(tmp_path, bench, DECAY)
+def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(decay: Finished) -> None:
+    bundle, bench = decay
     assert events(bundle) == [
         "asked",
         "no_drive",
@@ -273,10 +287,8 @@ def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(
     assert verify(bundle.path) == []
 
 
-def test_a_decay_and_its_twin_ring_from_the_moment_of_release(
-    tmp_path: Path, bench: VirtualBench
-) -> None:
-    (bundle,) = runs(tmp_path, bench, DECAY)
+def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -> None:
+    bundle, _ = decay
     facts = bundle.manifest
     assert 1.2 <= facts["track"]["zero_in_take_s"] <= 2.2  # a person needs a moment
     assert facts["release"] == {"pull_N": 0.39, "height_m": 0.0, "standard_error": None}
