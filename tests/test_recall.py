@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import pickle
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +20,7 @@ from workbench.engine import carry_out
 from workbench.errors import InputError
 from workbench.experiment import read_experiment
 from workbench.recall import recall, recall_damaged, recall_whatever, runs_named
-from workbench.review import write_recording, write_report
+from workbench.review import Comparison, sections, write_recording, write_report
 
 SHORT = """
 schema: workbench/protocol-1
@@ -48,6 +51,35 @@ def hop(lab: Path, tmp_path: Path) -> Bundle:
     """A copy of the hop, to be broken."""
     (path,) = lab.glob("*_hop-*")
     return Bundle.open(Path(shutil.copytree(path, tmp_path / "runs" / path.name)))
+
+
+def once_a_curve(plot: Callable[..., str], kept: dict[bytes, str]) -> Callable[..., str]:
+    """Draw a figure only where what it may show has not been drawn before."""
+
+    def drawn(*shown: Any) -> str:
+        curves = [
+            replace(one, title="", run="", label=(), protocol="", mark=None, facts={}, log=(),
+                    warnings=()) if isinstance(one, Comparison) else one
+            for one in shown
+        ]  # fmt: skip
+        key = pickle.dumps((plot.__name__, curves))
+        if key not in kept:
+            kept[key] = plot(*shown)
+        return kept[key]
+
+    return drawn
+
+
+@pytest.fixture(scope="module")
+def drawings() -> dict[bytes, str]:
+    return {}
+
+
+@pytest.fixture
+def _drawn_once(drawings: dict[bytes, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw the same curves once: they take most of a report's time, and most harms change none."""
+    for name in [name for name in vars(sections) if name.endswith("_plot")]:
+        monkeypatch.setattr(sections, name, once_a_curve(getattr(sections, name), drawings))
 
 
 def cut_off(bundle: Bundle) -> Bundle:
@@ -105,6 +137,7 @@ def test_views_that_were_damaged_do_not_mark_a_run(hop: Bundle) -> None:
     assert recall_whatever(hop).mark is None
 
 
+@pytest.mark.usefixtures("_drawn_once")
 @pytest.mark.parametrize("kind", ["track", "twin", "supply"])
 @pytest.mark.parametrize("spoil", [lambda data: data[: len(data) // 2], lambda data: b""])
 def test_a_series_that_was_damaged_is_named_and_the_rest_is_shown(
@@ -171,6 +204,7 @@ def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
+@pytest.mark.usefixtures("_drawn_once")
 @pytest.mark.parametrize("harm", [changed, cut, Path.unlink])
 def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
     hop: Bundle, tmp_path: Path, harm: Callable[[Path], None]
