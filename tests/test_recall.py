@@ -77,7 +77,7 @@ def drawings() -> dict[bytes, str]:
 
 @pytest.fixture
 def _drawn_once(drawings: dict[bytes, str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Draw the same curves once: they take most of a report's time, and most harms change none."""
+    """Draw the same curves once: they take most of a report's time; most damage changes none."""
     for name in [name for name in vars(sections) if name.endswith("_plot")]:
         monkeypatch.setattr(sections, name, once_a_curve(getattr(sections, name), drawings))
 

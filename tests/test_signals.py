@@ -224,7 +224,7 @@ def test_another_thread_changes_nothing() -> None:
     assert found == [signal.getsignal(signal.SIGINT)]
 
 
-HEARD = """\
+RECEIVED = """\
 import signal, subprocess, sys
 import pytest
 
@@ -241,12 +241,12 @@ def test_a_child(name):
 
 
 @posix
-def test_the_tests_hear_signals_that_a_shell_had_ignored(root: Path, tmp_path: Path) -> None:
-    (tmp_path / "test_heard.py").write_text(HEARD)
+def test_the_tests_receive_signals_that_a_shell_had_ignored(root: Path, tmp_path: Path) -> None:
+    (tmp_path / "test_received.py").write_text(RECEIVED)
     tests = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "tests.conftest"]
     shell = ["sh", "-c", 'trap "" INT HUP; exec "$@"', "sh"]  # as for a command that ends in &
     found = subprocess.run(
-        [*shell, *tests, tmp_path / "test_heard.py"], cwd=root, capture_output=True, text=True
+        [*shell, *tests, tmp_path / "test_received.py"], cwd=root, capture_output=True, text=True
     )
     assert found.returncode == 0, found.stdout
     assert "3 passed" in found.stdout
