@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import pytest
@@ -47,28 +46,11 @@ class Answer:
 Command = Callable[..., Answer]
 
 
-def _go_on(number: int, frame: FrameType | None) -> None:
-    """Let a signal do nothing here; a child does not inherit this as it does SIG_IGN."""
-
-
 @pytest.fixture(scope="session", autouse=True)
-def _signals_as_at_a_terminal() -> Iterator[None]:
-    """Handle what a shell's `&` (SIGINT) or `nohup` (SIGHUP) has ignored, here and in children.
-
-    A child inherits an ignored signal; one that has a handler is at its default there.
-    """
-    handlers = {"SIGINT": signal.default_int_handler, "SIGHUP": _go_on}
-    ignored = [
-        number
-        for name in handlers
-        if (number := getattr(signal, name, None)) is not None
-        and signal.getsignal(number) is signal.SIG_IGN
-    ]
-    for number in ignored:
-        signal.signal(number, handlers[number.name])
-    yield
-    for number in ignored:
-        signal.signal(number, signal.SIG_IGN)
+def _ctrl_c_is_handled() -> None:
+    """Handle SIGINT, which a shell's `&` has ignored, so that children do not inherit that."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -232,21 +232,20 @@ def test_ctrl_c():
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
-def test_a_child(name):
-    words = f"import signal; signal.raise_signal(signal.{name})"
+def test_ctrl_c_of_a_child():
+    words = "import signal; signal.raise_signal(signal.SIGINT)"
     child = subprocess.run([sys.executable, "-c", words], capture_output=True)
-    assert child.returncode == -getattr(signal, name)
+    assert child.returncode == -signal.SIGINT
 """
 
 
 @posix
-def test_the_tests_receive_signals_that_a_shell_had_ignored(root: Path, tmp_path: Path) -> None:
+def test_the_tests_receive_a_ctrl_c_that_a_shell_had_ignored(root: Path, tmp_path: Path) -> None:
     (tmp_path / "test_received.py").write_text(RECEIVED)
     tests = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "tests.conftest"]
-    shell = ["sh", "-c", 'trap "" INT HUP; exec "$@"', "sh"]  # as for a command that ends in &
+    shell = ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]  # as for a command that ends in &
     found = subprocess.run(
         [*shell, *tests, tmp_path / "test_received.py"], cwd=root, capture_output=True, text=True
     )
     assert found.returncode == 0, found.stdout
-    assert "3 passed" in found.stdout
+    assert "2 passed" in found.stdout
