@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -38,3 +41,28 @@ def test_another_source_of_the_room_is_another_name(
     law = next(copy for copy in copies if copy.name == "ground.py")
     law.write_text(law.read_text("utf-8").replace("max(0.0 - p[14]", "max(1.0 - p[14]"), "utf-8")
     assert kept_as() != before
+
+
+AT_ONCE = """\
+import threading
+from workbench.sim import passive, uneven
+begin = threading.Barrier(4)
+def install():
+    begin.wait()
+    passive.install_force_laws()
+    uneven._install()
+threads = [threading.Thread(target=install) for _ in range(4)]
+for thread in threads: thread.start()
+for thread in threads: thread.join()
+print(len(passive._kept), len(uneven._kept))
+"""
+
+
+def test_threads_that_build_their_first_robots_at_once_install_once(tmp_path: Path) -> None:
+    """Batches do: with nothing on disk all of them would compile for a second."""
+    done = subprocess.run(
+        [sys.executable, "-c", AT_ONCE],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == ["2", "2"]

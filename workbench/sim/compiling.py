@@ -8,6 +8,7 @@ offsets are built in. So all of that goes into the name under which the code is 
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,10 @@ from typing import Any
 import numba
 from numba.core.ccallback import CFunc
 
-__all__ = ["callback"]
+__all__ = ["INSTALLING", "callback"]
+
+INSTALLING = threading.Lock()
+"""Held while callbacks are compiled and installed: a batch builds robots on several threads."""
 
 _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 

@@ -6,15 +6,13 @@ fields of `ground` and `laws` pass through untouched.
 
 from __future__ import annotations
 
-from functools import cache
-
 import mujoco
 import numba
 import numpy as np
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from numba.core.ccallback import CFunc
 
-from workbench.sim.compiling import callback
+from workbench.sim.compiling import INSTALLING, callback
 from workbench.sim.ground import (
     GROUND_MAGIC,
     GROUND_PARAMETERS,
@@ -96,7 +94,6 @@ def _no_time():
     return 0.0
 
 
-@cache
 def install_force_laws() -> None:
     """Compile and install the callback for the whole process; calling it again does no harm.
 
@@ -106,11 +103,16 @@ def install_force_laws() -> None:
     Raises:
         RuntimeError: when this MuJoCo build lays its structs out otherwise.
     """
-    check_layout()
-    _kept.append(callback(_passive, "void(voidptr, voidptr)", _OFFSETS))
-    _kept.append(callback(_no_time, "float64()"))
-    mujoco.set_mjcb_passive(_kept[0].ctypes)
-    mujoco.set_mjcb_time(_kept[1].ctypes)
+    with INSTALLING:
+        if _kept:
+            return
+        check_layout()
+        passive = callback(_passive, "void(voidptr, voidptr)", _OFFSETS)
+        no_time = callback(_no_time, "float64()")
+        mujoco.set_mjcb_passive(passive.ctypes)
+        mujoco.set_mjcb_time(no_time.ctypes)
+        _kept.extend((passive, no_time))
 
 
 _kept: list[CFunc] = []
+"""Machine code that MuJoCo calls; it must not be collected."""

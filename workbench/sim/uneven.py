@@ -13,7 +13,6 @@ While the command is zero the motor is off and its gearbox holds the rotor where
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
 import mujoco
 import numba
@@ -23,7 +22,7 @@ from numba.core.ccallback import CFunc
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.sim.compiling import callback
+from workbench.sim.compiling import INSTALLING, callback
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
 from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
 
@@ -109,21 +108,25 @@ def _share_load(spec: mujoco.MjSpec) -> None:
     spec.actuator("rotor_ripple").gainprm[0] = SERVO_DAMPING / given
 
 
-@cache
 def _install() -> None:
     """Compile and install for the whole process; models without such a servo never ask.
 
     Raises:
         RuntimeError: when this MuJoCo build lays its structs out otherwise.
     """
-    check_layout()
-    signature = "double(voidptr, voidptr, int32)"
-    _kept.extend(callback(function, signature, _OFFSETS) for function in (_rate, _gain))
-    mujoco.set_mjcb_act_dyn(_kept[0].ctypes)
-    mujoco.set_mjcb_act_gain(_kept[1].ctypes)
+    with INSTALLING:
+        if _kept:
+            return
+        check_layout()
+        signature = "double(voidptr, voidptr, int32)"
+        rate, gain = (callback(function, signature, _OFFSETS) for function in (_rate, _gain))
+        mujoco.set_mjcb_act_dyn(rate.ctypes)
+        mujoco.set_mjcb_act_gain(gain.ctypes)
+        _kept.extend((rate, gain))
 
 
 _kept: list[CFunc] = []
+"""Machine code that MuJoCo calls; it must not be collected."""
 
 
 @numba.njit
