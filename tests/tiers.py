@@ -21,7 +21,7 @@ import pytest
 __all__ = ["BUDGET_S", "WAIT_S", "Costs"]
 
 BUDGET_S = 8.0
-"""Processor time that a test of the first tier may take [s], fixtures that it builds included."""
+"""Processor time that a test of the first tier may take [s], with the fixtures that it builds."""
 WAIT_S = 40.0
 """How long it may take on a busy computer, where it mostly waits [s]."""
 
@@ -57,7 +57,7 @@ class Costs:
         """Add one phase of one test."""
         for name, value in report.user_properties:
             if name == _COST:
-                processor_s, budget = value  # type: ignore[misc]
+                processor_s, budget = value
                 before = self.spent.get(report.nodeid, Cost(0.0, 0.0))
                 self.spent[report.nodeid] = Cost(
                     before.processor_s + processor_s, before.wall_s + report.duration

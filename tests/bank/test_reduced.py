@@ -1,85 +1,73 @@
 """The fixed draw of reduced cases, diagnosed; half come from an engine foreign to the twin.
 
-The engine gets the runs alone. What it answers is judged by the label afterwards.
+The engine gets the runs alone, as they are stored. What it answers is judged by the label
+afterwards.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Iterator, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
+from _pytest.mark import ParameterSet
 
-from benchmarks.bank.cases import Case
-from benchmarks.bank.make import make_case
+from benchmarks.bank.amounts import AMOUNTS
+from benchmarks.bank.cases import Case, plans
+from benchmarks.bank.make import robot_of, sizing_of
 from benchmarks.bank.score import Judged, judge
+from benchmarks.bank.stored import read_made
 from benchmarks.bank.write import measured
-from tests.bank.reduced import CASES, SIZE
+from tests.bank.reduced import CASES, FURTHER, SMALL_DRAW
 from workbench.diagnose import HopperRig, diagnose
 from workbench.protocol import load_model, load_shape
 
-REMOVED = 0.8  # of the removable error, by an extension of a cause of size 3
-COUNT = {"single": 6, "pair": 1, "null": 2, "outside": 1}
-PROCESSES = 2
-"""Diagnosed at a time: much of a short case is algebra, which one core does."""
-
-Told = tuple[Judged, str]
-Answers = Mapping[Case, "Future[Told]"]
+REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
+BUDGET_S = 90.0
+"""Processor time that a diagnosis may take in the first tier [s]."""
+COUNT = {"single": 4, "pair": 1, "null": 2, "outside": 1}
 
 
-def answered(case: Case, folder: Path) -> Told:
-    """Make a case, have its runs diagnosed, judge the answer, and return it with its reason."""
-    made = make_case(case)
+def answered(case: Case, folder: Path) -> tuple[Judged, str]:
+    """Have the stored runs of a case diagnosed, and return the judged answer with its reason."""
+    made = read_made(case)
     model, shape = load_model("thesis", Path()), load_shape("thesis-initial", Path())
     rig = HopperRig(measured(made), model, shape.content, threads=1)
     found = diagnose(rig, folder)
     return judge(found.as_json(), made.label), found.answer.reason
 
 
-@pytest.fixture(scope="module")
-def answers(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Answers]:
-    """Begin all cases that were asked for, the longest first, and return what they come to."""
-    fresh = multiprocessing.get_context("spawn")
-    asked = [case for case in map(_case_of, request.session.items) if case is not None]
-    with ProcessPoolExecutor(PROCESSES, mp_context=fresh) as pool:
-        yield {
-            case: pool.submit(answered, case, tmp_path_factory.mktemp("answer"))
-            for case in reversed(asked)
-        }
-        pool.shutdown(cancel_futures=True)
-
-
-def _case_of(item: pytest.Item) -> Case | None:
-    parameters: dict[str, Any] = getattr(getattr(item, "callspec", None), "params", {})
-    case = parameters.get("case")
-    return case if isinstance(case, Case) and item.path == Path(__file__) else None
-
-
 def test_the_draw_has_all_kinds_of_cases_and_both_generators() -> None:
-    blocks = [case.block for case in CASES]
+    blocks = [case.block for case in SMALL_DRAW]
     assert {block: blocks.count(block) for block in COUNT} == COUNT
-    assert sum(case.generator == "rod" for case in CASES) == len(CASES) / 2
-    assert len({case.causes[0] for case in CASES if case.block == "single"}) > len(CASES) / 3
+    assert sum(case.generator == "rod" for case in SMALL_DRAW) == len(SMALL_DRAW) / 2
+    singles = {case.causes for case in SMALL_DRAW if case.block == "single"}
+    assert len(singles) == COUNT["single"]
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("case", [CASES[0], CASES[3]], ids=lambda case: case.generator)
+@pytest.mark.parametrize("case", [SMALL_DRAW[0], SMALL_DRAW[3]], ids=lambda case: case.generator)
 def test_the_causes_have_their_size(case: Case) -> None:
-    sized = make_case(replace(case, amounts=())).label
-    assert sized["sizes"][case.causes[0]] == pytest.approx(SIZE, rel=0.1)
-    for cause, quantity, amount in case.amounts:
-        assert sized["effects"][cause][quantity] == pytest.approx(amount, rel=0.02)
+    ((cause, quantity, amount),), (size,) = case.amounts, case.sizes
+    runs = plans(case.protocols, case.rng(2), case.reduced)
+    sizing = sizing_of(case, robot_of(case), runs, AMOUNTS[cause].shown)
+    given, found = sizing.scale(cause, lambda part: {quantity: amount * part / size}, size, size)
+    assert given == {quantity: pytest.approx(amount)}
+    assert found == pytest.approx(size, rel=0.1)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join((case.generator, case.block)))
-def test_a_reduced_case_gets_the_right_answer(case: Case, answers: Answers) -> None:
-    told, reason = answers[case].result()
+def on_its_own(case: Case) -> ParameterSet:
+    """Return a case that any worker may take, whatever else of this module it has."""
+    marks = [pytest.mark.xdist_group(case.name), pytest.mark.budget(BUDGET_S)]
+    return pytest.param(case, marks=[*marks, pytest.mark.long] if case in FURTHER else marks)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [on_its_own(case) for case in CASES],
+    ids=lambda case: "-".join((case.generator, case.block, *case.causes)),
+)
+def test_a_reduced_case_gets_the_right_answer(case: Case, tmp_path: Path) -> None:
+    told, reason = answered(case, tmp_path)
     assert told.right, (
         f"{told.verdict} {', '.join(told.causes)} ({reason}); "
         f"true is {', '.join(case.causes) or 'nothing'}, right is {told.label['expected']}"
