@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterable
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import pytest
 
@@ -45,25 +45,30 @@ class Cost(NamedTuple):
 class Costs:
     """Collects what tests cost, where the results of all workers arrive.
 
-    Args:
-        budgets: test -> processor time that it may take [s]; those without one have no budget.
+    `spent` is test -> cost, `budgets` test -> processor time that it may take [s], in the first
+    tier, and `total_s` the processor time of all.
     """
 
     def __init__(self) -> None:
         self.spent: dict[str, Cost] = {}
         self.budgets: dict[str, float] = {}
+        self.total_s = 0.0
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Add one phase of one test."""
+        """Add one phase of one test; what ends with a module's fixtures is charged to no test."""
         for name, value in report.user_properties:
-            if name == _COST:
-                processor_s, budget = value
-                before = self.spent.get(report.nodeid, Cost(0.0, 0.0))
-                self.spent[report.nodeid] = Cost(
-                    before.processor_s + processor_s, before.wall_s + report.duration
-                )
-                if budget is not None:
-                    self.budgets[report.nodeid] = budget
+            if name != _COST:
+                continue
+            processor_s, budget = cast("tuple[float, float | None]", value)
+            self.total_s += processor_s
+            if report.when == "teardown":
+                continue
+            before = self.spent.get(report.nodeid, Cost(0.0, 0.0))
+            self.spent[report.nodeid] = Cost(
+                before.processor_s + processor_s, before.wall_s + report.duration
+            )
+            if budget is not None:
+                self.budgets[report.nodeid] = budget
 
     def over(self) -> dict[str, str]:
         """Return the tests that cost more than they may -> by what."""
@@ -90,8 +95,7 @@ class Costs:
         slowest = sorted(self.spent.items(), key=lambda one: -one[1].processor_s)[:_SHOWN]
         for test, (processor_s, wall_s) in slowest:
             terminalreporter.line(f"{processor_s:6.1f} s of processor, {wall_s:6.1f} s: {test}")
-        total = sum(cost.processor_s for cost in self.spent.values())
-        terminalreporter.line(f"{total:6.0f} s of processor in all {len(self.spent)} tests")
+        terminalreporter.line(f"{self.total_s:6.0f} s of processor in all {len(self.spent)} tests")
         for test, why in self.over().items():
             terminalreporter.line(f"too slow for the first tier: {test}: {why}", red=True)
         if self.over():
