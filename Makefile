@@ -14,6 +14,9 @@ PYTEST = $(BIN)/python -m pytest -n logical --dist loadgroup --no-loadscope-reor
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
+# Compiled modules are kept: the tests start hundreds of processes, each of which would compile anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: install demo test test-all check feedback bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)

@@ -26,6 +26,8 @@ ROOT = Path(__file__).resolve().parents[1]
 REPEATS, QUICK = 5, 1
 PYTHON = [sys.executable, "-c"]
 WORKBENCH = [*PYTHON, "from workbench.cli import main; main()"]
+USUAL = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""The environment of somebody who works with Python, and does not pack it."""
 FRAMES = 10
 HEAD = """\
 Format Version,1.23,Take Name,small,Capture Frame Rate,120.000000,Export Frame Rate,120.000000,\
@@ -91,7 +93,9 @@ def timed(words: Sequence[str], repeats: int, cwd: Path, code: int = 0) -> Cost:
     found: list[Cost] = []
     for _ in range(repeats):
         used, start = os.times(), time.perf_counter()
-        done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            words, cwd=cwd, env=USUAL, capture_output=True, text=True, check=False
+        )
         wall, after = time.perf_counter() - start, os.times()
         if done.returncode != code:
             raise RuntimeError(f"{' '.join(words)}: {done.returncode}\n{done.stdout[-3000:]}"

@@ -110,16 +110,21 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a module on one worker, and begin with what runs alone."""
+    """Keep the tests of a module on one worker; begin with what runs alone, then what is long."""
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
             item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
-    items.sort(key=lambda item: _ALONE not in _groups(item))
+    items.sort(key=lambda item: (_ALONE not in _groups(item), -_budget_s(item)))
 
 
 def _groups(item: pytest.Item) -> Iterable[str]:
     return [mark.args[0] if mark.args else mark.kwargs["name"]
             for mark in item.iter_markers("xdist_group")]  # fmt: skip
+
+
+def _budget_s(item: pytest.Item) -> float:
+    mark = item.get_closest_marker("budget")
+    return BUDGET_S if mark is None else float(mark.args[0])
 
 
 _before = pytest.StashKey[float]()
@@ -140,10 +145,7 @@ def pytest_runtest_makereport(
     report = yield
     now = _processor_s()
     spent, item.stash[_before] = now - item.stash.get(_before, now), now
-    budget = None
-    if item.get_closest_marker("long") is None:
-        mark = item.get_closest_marker("budget")
-        budget = BUDGET_S if mark is None else float(mark.args[0])
+    budget = _budget_s(item) if item.get_closest_marker("long") is None else None
     report.user_properties.append((_COST, (spent, budget)))
     return report
 

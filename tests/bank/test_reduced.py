@@ -12,7 +12,7 @@ import pytest
 from _pytest.mark import ParameterSet
 
 from benchmarks.bank.amounts import AMOUNTS
-from benchmarks.bank.cases import Case, plans
+from benchmarks.bank.cases import Block, Case, plans
 from benchmarks.bank.make import robot_of, sizing_of
 from benchmarks.bank.score import Judged, judge
 from benchmarks.bank.stored import read_made
@@ -22,7 +22,7 @@ from workbench.diagnose import HopperRig, diagnose
 from workbench.protocol import load_model, load_shape
 
 REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
-BUDGET_S = 90.0
+BUDGET_S: dict[Block, float] = {"single": 60.0, "null": 30.0, "pair": 90.0, "outside": 150.0}
 """Processor time that a diagnosis may take in the first tier [s]."""
 COUNT = {"single": 4, "pair": 1, "null": 2, "outside": 1}
 
@@ -57,7 +57,7 @@ def test_the_causes_have_their_size(case: Case) -> None:
 
 def on_its_own(case: Case) -> ParameterSet:
     """Return a case that any worker may take, whatever else of this module it has."""
-    marks = [pytest.mark.xdist_group(case.name), pytest.mark.budget(BUDGET_S)]
+    marks = [pytest.mark.xdist_group(case.name), pytest.mark.budget(BUDGET_S[case.block])]
     return pytest.param(case, marks=[*marks, pytest.mark.long] if case in FURTHER else marks)
 
 
