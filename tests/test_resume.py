@@ -193,7 +193,7 @@ def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Path) -> None:
-    (tmp_path / "p.yaml").write_text(TEXT)
+    (tmp_path / "p.yaml").write_text(TEXT.replace("repeats: 2, ", ""))
     command = [sys.executable, "-c", "from workbench.cli import main; main()", "run", "p.yaml"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL) as process:
         deadline = time.monotonic() + 120
@@ -210,5 +210,5 @@ def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Pat
     assert resumed.returncode == 0, resumed.stderr
     assert "runs are complete" in resumed.stderr
     good = [b.manifest for b in bundles(tmp_path / "runs") if b.manifest["status"] == "complete"]
-    assert sorted(f["number"] for f in good) == [1, 2, 3, 4]
+    assert sorted(f["number"] for f in good) == [1, 2]
     assert all((path / "journal.jsonl").read_bytes() == text for path, text in kept.items())

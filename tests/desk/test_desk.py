@@ -20,13 +20,12 @@ from workbench.desk import Card, Desk, answer, cards, claim, holder, open_desk, 
 from workbench.errors import ControllerGone, InputError, RecordError
 from workbench.loopback import HERE, Line, Message
 
+pytestmark = pytest.mark.xdist_group("alone")  # answers are timed
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX files and signals")
 HOLDS = """
 import sys, time
 from pathlib import Path
 from workbench.desk import claim
-
-pytestmark = pytest.mark.xdist_group("alone")  # answers are timed
 with claim(Path(sys.argv[1]), "e", {}):
     print("holds", flush=True)
     time.sleep(60)

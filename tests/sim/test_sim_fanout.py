@@ -123,6 +123,7 @@ def test_a_worker_killed_midway_costs_only_its_batch(
     assert told == list(range(1, 17))
 
 
+@pytest.mark.long
 def test_a_scheduler_killed_and_started_again_is_given_what_is_left(
     jobs: list[Job], local: list[Simulation]
 ) -> None:
