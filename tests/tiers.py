@@ -5,6 +5,9 @@ its budget fails the run, so that the tier stays quick; the ten slowest are prin
 processor time, of the test and of the processes it started, as that does not depend on what else
 the computer does; waiting has a budget of its own, which a busy computer hardly reaches.
 
+Linear algebra uses one thread: its small matrices gain nothing from more, and threads that wait for
+each other use up the cores of the other workers. Set before numpy loads, for processes as well.
+
 Workers get one module at a time, as its tests share fixtures, unless `xdist_group` says otherwise.
 The group `alone` holds what watches the clock or kills. It comes first: it mostly waits, and while
 one worker does that the others have the cores.
@@ -19,6 +22,9 @@ from typing import NamedTuple, cast
 import pytest
 
 __all__ = ["BUDGET_S", "WAIT_S", "Costs"]
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 BUDGET_S = 8.0
 """Processor time that a test of the first tier may take [s], with the fixtures that it builds."""

@@ -8,16 +8,36 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.optimize.contract import ALGORITHMS, START, beam
+from tests.optimize.searches import GUIDED
 from workbench.errors import InputError
 from workbench.optimize import GeneticAlgorithm, GeneticOptions
 from workbench.optimize.genetic import expectation, roulette, scattered
 
+SEEDS = st.integers(0, 2**31)
+OTHERS = sorted(set(ALGORITHMS) - set(GUIDED))
 FITNESS = st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=20)
 
 
 @settings(deadline=None, max_examples=40)
-@given(st.sampled_from(sorted(ALGORITHMS)), st.integers(0, 2**31), st.integers(0, 2**31))
+@given(st.sampled_from(OTHERS), SEEDS, SEEDS)
 def test_every_candidate_of_every_generation_is_inside(name: str, seed: int, luck: int) -> None:
+    stays_inside(name, seed, luck)
+
+
+@pytest.mark.parametrize("name", GUIDED)
+def test_so_is_every_candidate_of_a_guided_search(name: str) -> None:
+    stays_inside(name, 1, 2)
+
+
+@pytest.mark.long
+@settings(deadline=None, max_examples=20)
+@given(st.sampled_from(GUIDED), SEEDS, SEEDS)
+def test_so_is_every_candidate_of_many_guided_searches(name: str, seed: int, luck: int) -> None:
+    stays_inside(name, seed, luck)
+
+
+def stays_inside(name: str, seed: int, luck: int) -> None:
+    """Run six generations whose fitness is drawn."""
     space = beam()
     algorithm = ALGORITHMS[name](space, seed)
     generator = np.random.default_rng(luck)

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.optimize.contract import ALGORITHMS, NAMES, START, beam, facts, ridges
+from tests.optimize.searches import SEARCHES
 from workbench.errors import InputError, Interrupted, WorkbenchError
 from workbench.optimize import (
     Cmaes,
@@ -27,12 +28,13 @@ def bowl(candidates: NDArray[np.float64]) -> list[Evaluation]:
     return [Evaluation((float(np.sum((c + 0.1) ** 2)),)) for c in candidates]
 
 
-@pytest.mark.parametrize("name", ALGORITHMS)
-def test_a_search_gets_better_and_repeats_itself(name: str) -> None:
+@pytest.mark.parametrize(("name", "evaluations"), SEARCHES)
+def test_a_search_gets_better_and_repeats_itself(name: str, evaluations: int) -> None:
     def run(seed: int) -> History:
         algorithm = ALGORITHMS[name](beam(), seed)
         goals = algorithm.goals
-        return search("ridges", algorithm, ridges(goals), evaluations=240, penalty=PENALTY * goals)
+        return search("ridges", algorithm, ridges(goals), evaluations=evaluations,
+                      penalty=PENALTY * goals)  # fmt: skip
 
     history = run(7)
     assert history.best.evaluation.fitness < history.generations[0].trials[0].evaluation.fitness

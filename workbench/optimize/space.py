@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -64,10 +65,12 @@ class Space:
         """How far each variable can go, (d,)."""
         return self.upper - self.lower
 
-    @property
+    @cached_property
     def in_sum(self) -> NDArray[np.bool_]:
         """Which variables the sum takes, (d,)."""
-        return np.isin(self.names, self.summed)
+        taken = np.isin(self.names, self.summed)
+        taken.flags.writeable = False
+        return taken
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Tell which points (..., d) are inside, (...,); bounds belong to the inside."""
