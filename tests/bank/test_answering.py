@@ -19,6 +19,7 @@ from benchmarks.bank.cases import draw_cases
 from benchmarks.bank.one_case import engine
 from benchmarks.bank.score import judge, scores
 from benchmarks.bank.tables import page
+from tests.pendulum import PENDULUMS, rig_of
 from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values
@@ -26,8 +27,9 @@ from workbench.sim.effects.effect import Values
 RATE_HZ = 120.0
 
 
-def test_two_dumb_engines_name_what_a_pendulum_has(tmp_path: Path) -> None:
-    found = diagnose(load_rig(Path("examples/pendulum/rig.yaml")), tmp_path)
+@pytest.mark.parametrize("name", PENDULUMS)
+def test_two_dumb_engines_name_what_a_pendulum_has(name: str, tmp_path: Path) -> None:
+    found = diagnose(load_rig(rig_of(name, tmp_path)), tmp_path)
     assert single(found)["causes"] == [{"effect": "pivot_coulomb_friction", "parameters": {}}]
     listed: Any = bic(found)["causes"]
     assert listed[0]["effect"] == "pivot_coulomb_friction"

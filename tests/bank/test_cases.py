@@ -125,6 +125,7 @@ def test_on_the_floor_the_base_takes_up_the_floor(rod: Rod) -> None:
     assert rms(hop.left(cable)) > 0.1 * rms(cable)
 
 
+@pytest.mark.long
 def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
     """More friction is the base's own, but a hop does not answer to it in proportion."""
     robot = robot_of(NULL)
@@ -139,6 +140,7 @@ def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
     assert left < 0.02 * rms(slippery)
 
 
+@pytest.mark.long
 def test_derivatives_taken_anew_find_what_a_refit_on_the_floor_stopped_before() -> None:
     """A foot that only ever slides forward cannot tell less friction forward from less friction."""
     case = next(one for one in draw_cases(5, 40) if one.seed == 5002)

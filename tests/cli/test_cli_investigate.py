@@ -44,6 +44,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab: Path) -> None:
     """The first runs exist already, as after an interruption: the loop goes on from them."""
     words = ["run", "first.yaml", "--bench", "bench.yaml"]

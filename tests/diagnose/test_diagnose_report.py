@@ -14,6 +14,7 @@ import pytest
 
 from tests.conftest import Command
 from tests.diagnose.paper import CAUSES, NOISE_M, PaperRig, cause, half_understood, measured
+from tests.pendulum import PENDULUMS, rig_of
 from workbench.cli.diagnose import show_diagnosis
 from workbench.diagnose import Diagnosis, diagnose, write_diagnosis
 from workbench.diagnose.figures import label, spectrum_figure, trace_figure
@@ -307,10 +308,11 @@ def test_channels_and_numbers_are_written_for_people() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("name", PENDULUMS)
 def test_the_command_line_writes_the_page_and_names_it(
-    workbench: Command, root: Path, tmp_path: Path
+    workbench: Command, tmp_path: Path, name: str
 ) -> None:
-    rig = root / "examples" / "pendulum" / "rig.yaml"
+    rig = rig_of(name, tmp_path)
     answer = workbench("diagnose", "--rig", rig, "--out", tmp_path / "swing", "--json")
     assert answer.code == 0
     assert answer.json["report"] == str(tmp_path / "swing" / "swing.html")

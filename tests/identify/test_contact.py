@@ -18,6 +18,7 @@ TRUE = {"ground_stiffness": 155.0, "ground_damping": 13.0, "friction_slide": 0.3
         "friction_stick": 0.47}  # fmt: skip
 
 
+@pytest.mark.long
 def test_drops_tell_the_ground_whose_height_was_read_off_badly() -> None:
     true = changed(**TRUE)
     drops = [dropped(true, 0.01, 0.9), dropped(true, 0.03, 0.9)]
@@ -34,6 +35,7 @@ def test_drops_tell_the_ground_whose_height_was_read_off_badly() -> None:
     assert found.warnings == ()
 
 
+@pytest.mark.long
 def test_the_first_hops_tell_both_levels_of_friction() -> None:
     true = changed(**TRUE)
     hop = driven(true, "hop", 18.5, 1.6)

@@ -25,6 +25,7 @@ from workbench.sim import make_robot
 STIFF = ("hinge_stiffness", "root_stiffness")
 TRUE = {"hinge_stiffness": 11.6, "root_stiffness": 9.4}
 ROBOT = make_robot(MODEL.values(), SHAPE)
+UNBALANCE = {"rotor_mass": 1.03 * 0.0334, "rotor_radius": 1.05 * 0.035}
 COARSE = 17  # steps a sample that are too few for a beam twice as stiff
 
 
@@ -118,8 +119,11 @@ def coarse(runs: list[MeasuredRun], steps: int = 0) -> Problem:
     return Problem(runs, replace(ROBOT, steps_per_sample=steps or COARSE), ["hinge_stiffness"])
 
 
-def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:
-    runs = [released(MODEL, pull, 2.0, increments=40) for pull in (0.3, 0.8)]
+@pytest.mark.parametrize("pulls", [(0.8,), pytest.param((0.3, 0.8), marks=pytest.mark.long)])
+def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow(
+    pulls: tuple[float, ...],
+) -> None:
+    runs = [released(MODEL, pull, 2.0, increments=40) for pull in pulls]
     told: list[str] = []
     fit = fit_runs(runs, ROBOT, {"hinge_stiffness": 0.1}, told.append)
     shares = [stage.share for stage in told if isinstance(stage, Stage)]
@@ -132,6 +136,7 @@ def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow() -> None:
     assert fit.solution.misfit < 1.2
 
 
+@pytest.mark.long
 def test_not_knowing_the_mesh_widens_the_interval_over_the_truth() -> None:
     """The strip has 40 increments; with the mesh held, an interval is the noise's alone."""
     runs = [released(MODEL, pull, 4.0, increments=40) for pull in (0.3, 0.5, 0.8)]
@@ -159,23 +164,30 @@ def test_a_combination_is_told_in_words(exponents: dict[str, float], words: str)
 
 
 def test_parameters_that_only_act_as_a_product_are_told_as_such() -> None:
-    # A slow rotor moves T by its unbalance alone, mass times radius; the arm weighs next to
-    # nothing. At 13 rad/s the rotor's mass also detunes the beam, and both are told.
-    light = {"rotor_arm_mass": 1e-4}
-    true = {"rotor_mass": 1.03 * 0.0334, "rotor_radius": 1.05 * 0.035}
-    names, stated = tuple(true), changed(**light)
-    found = identify([driven(changed(**light, **true), "clamped", 2.0, 3.0)], stated, SHAPE, names)
+    # A slow rotor moves T by its unbalance alone, mass times radius.
+    found, stated = unbalanced(2.0, 3.0)
     (one,) = found.not_determined
     assert str(one) == "rotor_mass * rotor_radius: only this product is determined"
     assert str(one) in found.warnings
     assert found.estimates == {}
     assert list(found.values) == ["rotor_radius"]  # it carries the product, at the stated mass
     product = stated.values()["rotor_mass"] * found.values["rotor_radius"]
-    assert product == pytest.approx(true["rotor_mass"] * true["rotor_radius"], rel=0.02)
+    assert product == pytest.approx(UNBALANCE["rotor_mass"] * UNBALANCE["rotor_radius"], rel=0.02)
 
-    fast = identify([driven(changed(**light, **true), "clamped", 13.0, 2.0)], stated, SHAPE, names)
+
+def test_parameters_of_a_product_are_both_told_where_one_acts_by_itself() -> None:
+    # At 13 rad/s the rotor's mass also detunes the beam.
+    fast, _ = unbalanced(13.0, 2.0)
     assert fast.not_determined == ()
-    assert {name: e.value for name, e in fast.estimates.items()} == pytest.approx(true, rel=0.01)
+    found = {name: estimate.value for name, estimate in fast.estimates.items()}
+    assert found == pytest.approx(UNBALANCE, rel=0.01)
+
+
+def unbalanced(omega: float, seconds: float) -> tuple[Identification, ModelFile]:
+    """Fit mass and radius of a rotor whose arm weighs next to nothing; return the model as well."""
+    light = {"rotor_arm_mass": 1e-4}
+    run = driven(changed(**light, **UNBALANCE), "clamped", omega, seconds)
+    return identify([run], changed(**light), SHAPE, tuple(UNBALANCE)), changed(**light)
 
 
 def test_a_fit_without_its_runs_or_names_says_what_to_do() -> None:
