@@ -10,6 +10,8 @@ import os
 
 # no plugin of pydantic is used, and looking for them costs every command 20 ms
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+# matrices here are small: more threads only wait for each other, half a second of a run's processor
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from workbench.cli.app import main
 
