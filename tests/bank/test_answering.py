@@ -24,6 +24,8 @@ from workbench.diagnose import diagnose, load_rig
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values
 
+pytestmark = pytest.mark.long  # a benchmark tests itself
+
 RATE_HZ = 120.0
 
 

@@ -39,6 +39,8 @@ from workbench.motion import TOP
 from workbench.protocol import ModelFile, ShapeFile, Sheet, load
 from workbench.timeseries import TimeSeries
 
+pytestmark = pytest.mark.long  # a benchmark tests itself
+
 NULL = Case(5, "null", "rod", "S", "A")
 
 

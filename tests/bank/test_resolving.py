@@ -17,6 +17,8 @@ from benchmarks.bank.tables import Told, page
 from workbench.diagnose import Trial, minutes_of
 from workbench.errors import DataFault
 
+pytestmark = pytest.mark.long  # a benchmark tests itself
+
 ASKED = Trial("decay", 0.4, 2.0, 1.0)
 TRUE = "local_stiffness_loss"
 

@@ -19,6 +19,8 @@ from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import linear_modes, make_robot, simulate
 from workbench.sim.condition import Condition
 
+pytestmark = pytest.mark.long  # a benchmark tests itself
+
 HANGING = np.pi / 2
 
 

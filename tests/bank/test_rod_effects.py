@@ -10,6 +10,8 @@ from benchmarks.bank.courses import Course
 from benchmarks.bank.rod import Rod, swing
 from benchmarks.bank.rod_effects import EFFECTS, OUTSIDE, perform
 
+pytestmark = pytest.mark.long  # a benchmark tests itself
+
 CLAMPED = Course("clamped", 1.0, ((0.0, 12.0),))
 HOP = Course("hop", 1.5, ((0.0, 18.0),))
 ONLY_ON_THE_GROUND = ("foot_mass", "foot_cg", "ground_stiffness", "ground_damping",
