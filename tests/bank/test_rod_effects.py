@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
 
 from benchmarks.bank.amounts import ABSORBED, AMOUNTS, OUTSIDE_AMOUNTS, direction
 from benchmarks.bank.courses import Course
-from benchmarks.bank.rod import Rod, swing
+from benchmarks.bank.rod import Motion, Rod, swing
 from benchmarks.bank.rod_effects import EFFECTS, OUTSIDE, perform
 
 pytestmark = pytest.mark.long  # a benchmark tests itself
 
+Bare = Callable[[Course], Motion]
 CLAMPED = Course("clamped", 1.0, ((0.0, 12.0),))
 HOP = Course("hop", 1.5, ((0.0, 18.0),))
 ONLY_ON_THE_GROUND = ("foot_mass", "foot_cg", "ground_stiffness", "ground_damping",
@@ -21,6 +25,12 @@ SMALL = {"hinge_stiffness": "share", "root_stiffness": "share", "hinge_damping":
          "speed_scale": "share", "speed_offset": "offset", "time_offset": "late",
          "top_mass": "mass", "foot_mass": "mass", "ground_stiffness": "share",
          "ground_damping": "share", "friction_level": "share"}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def bare(rod: Rod) -> Bare:
+    """What the robot does without an effect, each course once."""
+    return cache(lambda course: swing(rod, course))
 
 
 def amounts(name: str) -> dict[str, float]:
@@ -37,9 +47,9 @@ def test_every_effect_has_an_amount_or_is_absorbed() -> None:
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, *OUTSIDE])
-def test_an_effect_moves_the_runs_that_show_it(rod: Rod, name: str) -> None:
+def test_an_effect_moves_the_runs_that_show_it(rod: Rod, bare: Bare, name: str) -> None:
     for course, acts in ((CLAMPED, name not in ONLY_ON_THE_GROUND), (HOP, True)):
-        without, moved = swing(rod, course), perform(rod, {name: amounts(name)}, course)
+        without, moved = bare(course), perform(rod, {name: amounts(name)}, course)
         count = min(len(without.top), len(moved.top))
         off = max(
             float(np.abs(moved.top[:count] - without.top[:count]).max()),
@@ -49,11 +59,11 @@ def test_an_effect_moves_the_runs_that_show_it(rod: Rod, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, *OUTSIDE])
-def test_an_effect_of_nothing_changes_nothing(rod: Rod, name: str) -> None:
+def test_an_effect_of_nothing_changes_nothing(rod: Rod, bare: Bare, name: str) -> None:
     kept = ("time", "yields", "room", "forward", "up", "seed") if name in OUTSIDE else ()
     nothing = {k: v if k in kept else 0.0 for k, v in amounts(name).items()}
     short = HOP._replace(duration=0.3)
-    assert np.array_equal(perform(rod, {name: nothing}, short).top, swing(rod, short).top)
+    assert np.array_equal(perform(rod, {name: nothing}, short).top, bare(short).top)
 
 
 def test_a_pulling_tether_holds_t_where_a_pull_does(rod: Rod) -> None:

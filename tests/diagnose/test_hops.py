@@ -48,13 +48,22 @@ def left_of(answered: Answered) -> list[HopsLeft]:
     return hops_left(cast("Diagnosis", answered))
 
 
+@pytest.fixture(scope="module")
+def held_out(answered: Answered) -> HopsLeft:
+    """What of the hop held out each model leaves."""
+    (left,) = left_of(answered)
+    return left
+
+
 def text_of(answered: Answered) -> str:
     html = hop_table(cast("Diagnosis", answered))
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", html)).split())
 
 
-def test_the_true_model_hops_as_the_robot_does_and_the_base_does_not(answered: Answered) -> None:
-    (left,) = left_of(answered)
+def test_the_true_model_hops_as_the_robot_does_and_the_base_does_not(
+    answered: Answered, held_out: HopsLeft
+) -> None:
+    left = held_out
     assert left.run == "hop_18"
     assert left.since == answered.rig.runs[1].times[-1] < 5
     off = {name: {test.name: test.apart for test in getattr(left, name)}
@@ -63,14 +72,15 @@ def test_the_true_model_hops_as_the_robot_does_and_the_base_does_not(answered: A
     assert max(map(abs, off["extended"].values())) < 4
 
 
-def test_the_table_tells_each_property_of_the_held_out_hop_alone(answered: Answered) -> None:
+def test_the_table_tells_each_property_of_the_held_out_hop_alone(
+    answered: Answered, held_out: HopsLeft
+) -> None:
     text = text_of(answered)
     assert "Run Of a hop Measured Base Off Extended Off" in text
     assert text.count("hop_18 from") == 4
     assert "hop_17" not in text
     assert "clamped_12" not in text
-    (left,) = left_of(answered)
-    stride = left.base[3]
+    stride = held_out.base[3]
     assert f"way forward [mm] {1000 * stride.measured:#.3g}" in text
     assert f"{stride.apart:+.1f}" in text
 
