@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from _pytest.mark import ParameterSet
 
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
@@ -16,6 +17,8 @@ from workbench.protocol import Plan, PlannedDrive, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]
 PROTOCOLS = sorted((ROOT / "protocols").glob("*.yaml"))
+ALWAYS = ("hop-17", "clamped-sweep", "free-decay")
+"""Carried out in the first tier; all others in the second."""
 SHORT_S = 2.0
 
 
@@ -43,6 +46,17 @@ def short(run: PlannedRun) -> PlannedRun:
 
 
 @pytest.mark.parametrize("path", PROTOCOLS, ids=lambda p: p.stem)
+def test_a_protocol_is_read_and_planned(path: Path) -> None:
+    bench = load_bench("virtual")
+    plan = read_experiment(path, bench, VirtualBench(bench.content).voltage_step).plan
+    assert len(plan.runs) > 0
+
+
+def carried_out(path: Path) -> ParameterSet:
+    return pytest.param(path, id=path.stem, marks=() if path.stem in ALWAYS else pytest.mark.long)
+
+
+@pytest.mark.parametrize("path", map(carried_out, PROTOCOLS))
 def test_a_protocol_runs_on_the_virtual_bench(path: Path, tmp_path: Path) -> None:
     bench = load_bench("virtual")
     device = VirtualBench(bench.content)

@@ -191,6 +191,7 @@ def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None
     assert left.is_closed()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(TEXT.replace("repeats: 2, ", ""))

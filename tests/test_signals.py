@@ -150,6 +150,7 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
 
 
 @posix
+@pytest.mark.budget(15)  # a run for each line of the program where a second one may come
 @pytest.mark.parametrize(
     ("event", "output"),
     [("asked", "was never switched on"), ("voltage", "is off, confirmed")],

@@ -54,6 +54,7 @@ def test_neither_a_model_nor_its_report_is_overwritten(
         there.unlink()
 
 
+@pytest.mark.long
 def test_the_beam_is_found_and_its_report_lies_beside_the_new_model(
     workbench: Command, runs: Path, tmp_path: Path
 ) -> None:

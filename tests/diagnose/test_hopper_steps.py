@@ -44,6 +44,7 @@ def rigs() -> tuple[HopperRig, HopperRig]:
     return HopperRig(runs, DOCUMENT, SHAPE), InOwnSteps(runs, DOCUMENT, SHAPE)
 
 
+@pytest.mark.long
 def test_long_steps_tell_the_same_derivatives_with_the_foot_held(
     rigs: tuple[HopperRig, HopperRig],
 ) -> None:
@@ -81,6 +82,7 @@ def test_a_hop_is_compared_no_longer_than_straight_lines_tell_of_it(speed: float
     assert 1.0 <= rig.runs[0].times[-1] <= 2.0
 
 
+@pytest.mark.long
 def test_causes_are_derived_by_steps_that_whole_runs_answer_in_proportion() -> None:
     """Ten seconds beside a resonance: a hundredth of the stiffness moves T by ten times the noise.
 

@@ -89,6 +89,7 @@ def test_what_a_run_keeps_to_itself_is_over_when_a_window_begins(plain: Problem)
     np.testing.assert_array_equal(after[later], before[later])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seconds", LENGTHS)
 def test_a_slope_that_the_model_lacks_shows_in_windows(seconds: float) -> None:
     sloped = windows_of(problem_of(hop(SLOPE, seconds)))
@@ -103,6 +104,7 @@ def test_a_slope_that_the_model_lacks_shows_in_windows(seconds: float) -> None:
     assert bare.max() > 1.5 * true.max()
 
 
+@pytest.mark.long
 def test_derivatives_are_those_of_what_no_stance_makes_up_for(plain: Problem) -> None:
     layout, origin = plain.layout, np.zeros(len(plain.layout))
     names = ("hinge_stiffness", "ground_stiffness", "foot_mass")

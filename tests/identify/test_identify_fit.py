@@ -49,6 +49,7 @@ def test_stiffness_20_percent_off_is_found(found: Identification) -> None:
         assert estimate.stated == MODEL.values()[name]
 
 
+@pytest.mark.long
 def test_a_fit_of_a_model_that_lacks_something_says_so() -> None:
     true = changed(**TRUE, top_mass=0.091)
     runs = [driven(true, "clamped", 13.0, 2.0), released(true, 0.4, 2.0)]
@@ -119,6 +120,7 @@ def coarse(runs: list[MeasuredRun], steps: int = 0) -> Problem:
     return Problem(runs, replace(ROBOT, steps_per_sample=steps or COARSE), ["hinge_stiffness"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pulls", [(0.8,), pytest.param((0.3, 0.8), marks=pytest.mark.long)])
 def test_a_beam_of_more_increments_is_taken_where_16_cannot_follow(
     pulls: tuple[float, ...],
@@ -175,6 +177,7 @@ def test_parameters_that_only_act_as_a_product_are_told_as_such() -> None:
     assert product == pytest.approx(UNBALANCE["rotor_mass"] * UNBALANCE["rotor_radius"], rel=0.02)
 
 
+@pytest.mark.long
 def test_parameters_of_a_product_are_both_told_where_one_acts_by_itself() -> None:
     # At 13 rad/s the rotor's mass also detunes the beam.
     fast, _ = unbalanced(13.0, 2.0)

@@ -48,7 +48,7 @@ def test_the_camera_is_found_where_it_was(bent: AsBent, scene: Scene) -> None:
     assert bent.notes["scale"] == pytest.approx(true / (true - scene.width), abs=0.003)
 
 
-@pytest.mark.parametrize("turns", [1, 2])
+@pytest.mark.parametrize("turns", [pytest.param(1, marks=pytest.mark.long), 2])
 def test_a_turned_photograph_says_the_same(changed: Changed, bent: AsBent, turns: int) -> None:
     turned = read_photo(changed(lambda p: np.rot90(p, turns)), TARGET, foot_aligned=True)
     assert np.degrees(turned.angles) == pytest.approx(np.degrees(bent.angles), abs=0.1)
@@ -69,6 +69,7 @@ def test_a_strip_on_its_other_edge_is_recognised(taken: Taken, scene: Scene) -> 
     assert rms(off_deg(other, scene)[1:]) < BAR_DEG
 
 
+@pytest.mark.long
 def test_a_strongly_bending_lens_is_straightened(taken: Taken, scene: Scene) -> None:
     optics = Optics(scene.optics.size, 1.8 * scene.optics.size[0], (-0.9, 0.3, 0.0, 0.0, 0.0))
     seen = read_photo(taken(optics=optics), TARGET, foot_aligned=True)
@@ -76,6 +77,7 @@ def test_a_strongly_bending_lens_is_straightened(taken: Taken, scene: Scene) -> 
     assert seen.notes["board_residual_mm"] < 0.1
 
 
+@pytest.mark.long
 def test_two_sheets_badly_joined_are_measured(taken: Taken, scene: Scene) -> None:
     path = taken(board=find_board("A4"), joint=(0.0012, 0.0007, np.radians(0.3)))
     seen = read_photo(path, TARGET, foot_aligned=True)
@@ -83,6 +85,7 @@ def test_two_sheets_badly_joined_are_measured(taken: Taken, scene: Scene) -> Non
     assert seen.notes["board_residual_mm"] < 0.15
 
 
+@pytest.mark.long
 def test_a_blue_tape_is_followed(taken: Taken, scene: Scene) -> None:
     path = taken(paint=(0.05, 0.12, 0.5), side=0.9)
     seen = read_photo(path, TARGET, foot_aligned=True, tape="blue")

@@ -93,7 +93,10 @@ def test_without_a_scheduler_it_is_simulate_all(jobs: list[Job], local: list[Sim
     assert told == [(8, 8)]
 
 
-@pytest.mark.parametrize("batch_size", [None, 1, 3, 100])
+OTHER_SIZES = [pytest.param(size, marks=pytest.mark.long) for size in (None, 1, 100)]
+
+
+@pytest.mark.parametrize("batch_size", [3, *OTHER_SIZES])
 def test_two_workers_give_the_same_bits_for_any_batch_size(
     cluster: LocalCluster,
     jobs: list[Job],
@@ -108,6 +111,7 @@ def test_two_workers_give_the_same_bits_for_any_batch_size(
     assert told[-1] == (8, 8)
 
 
+@pytest.mark.long
 def test_a_worker_killed_midway_costs_only_its_batch(
     cluster: LocalCluster, jobs: list[Job], local: list[Simulation]
 ) -> None:
@@ -173,6 +177,7 @@ def listening(address: str) -> str:
             time.sleep(0.2)
 
 
+@pytest.mark.long
 def test_a_scheduler_gone_for_good_is_given_up_in_the_stated_time(
     jobs: list[Job], alone: str
 ) -> None:
@@ -226,6 +231,7 @@ def test_a_robot_refused_on_a_worker_is_refused_here_in_the_same_words(
         assert_same(spread.map(jobs), local)
 
 
+@pytest.mark.long
 def test_what_the_progress_raises_ends_the_work(cluster: LocalCluster, jobs: list[Job]) -> None:
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt(f"{done} of {total}")
@@ -237,6 +243,7 @@ def test_what_the_progress_raises_ends_the_work(cluster: LocalCluster, jobs: lis
         spread.map(jobs, stop)
 
 
+@pytest.mark.long
 def test_other_software_on_a_worker_is_refused_by_name(
     cluster: LocalCluster, jobs: list[Job], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -75,7 +75,10 @@ def test_a_corner_that_lands_has_its_share_of_the_step(robot: Robot) -> None:
         assert corners[:, 2] == pytest.approx(-0.4 * corners[:, 4])
 
 
-@pytest.mark.parametrize("speed", [17.0, 18.0, 19.0])
+FASTER = [pytest.param(speed, marks=pytest.mark.long) for speed in (18.0, 19.0)]
+
+
+@pytest.mark.parametrize("speed", [17.0, *FASTER])
 def test_a_hop_changes_as_smoothly_as_its_robot(robot: Robot, speed: float) -> None:
     """A share of 2e-6 more stiffness moves T by about 1 um after 3 s.
 
