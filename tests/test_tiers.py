@@ -85,3 +85,27 @@ def test_what_runs_alone_comes_first(run: list[str]) -> None:
     assert told.index("test_other PASSED") < told.index("test_slow PASSED")
     _, told = outcome(run, '@pytest.mark.xdist_group("alone")', "-v")
     assert told.index("test_slow PASSED") < told.index("test_other PASSED")
+
+
+GROUPED = """\
+import os
+import pathlib
+import pytest
+
+@pytest.mark.parametrize("k", range(6))
+def test_where(k):
+    with open("workers.txt", "a") as file:
+        file.write(os.environ["PYTEST_XDIST_WORKER"] + "\\n")
+"""
+
+
+@pytest.mark.parametrize("mark", ["", 'pytestmark = pytest.mark.xdist_group("alone")'])
+def test_a_module_or_a_group_stays_on_one_worker(run: list[str], mark: str) -> None:
+    folder = Path(run[-1])
+    for name in ("one", "two"):
+        (folder / f"test_{name}.py").write_text(GROUPED + mark)
+    here = os.environ | {"PYTHONPATH": str(ROOT)}
+    words = ["-n", "2", "--dist", "loadgroup", "--no-loadscope-reorder"]
+    subprocess.run([*run, *words], cwd=folder, env=here, check=True)
+    workers = (folder / "workers.txt").read_text().split()
+    assert sorted(map(workers.count, set(workers))) == ([12] if mark else [6, 6])
