@@ -10,7 +10,9 @@
 # make fuzz   feed the reader of exports 100,000 changed files
 # make schemas / effects / supplies / pictures   write docs/reference and the pictures of docs/
 PYTHON ?= python3
-PYTEST = $(BIN)/python -m pytest -n logical --dist loadgroup --no-loadscope-reorder
+# one worker more than cores, as some tests mostly wait: for leases, time-outs, killed processes
+WORKERS = $(shell expr `$(PYTHON) -c 'import os; print(os.cpu_count())'` + 1)
+PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 BIN := .venv/bin
 INSTALLED := .venv/installed
 

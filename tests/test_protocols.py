@@ -56,7 +56,7 @@ def carried_out(path: Path) -> ParameterSet:
     return pytest.param(path, id=path.stem, marks=() if path.stem in ALWAYS else pytest.mark.long)
 
 
-@pytest.mark.parametrize("path", map(carried_out, PROTOCOLS))
+@pytest.mark.parametrize("path", [carried_out(path) for path in PROTOCOLS])
 def test_a_protocol_runs_on_the_virtual_bench(path: Path, tmp_path: Path) -> None:
     bench = load_bench("virtual")
     device = VirtualBench(bench.content)

@@ -57,6 +57,7 @@ def windows(problem: Problem) -> Windows:
     return problem.rig.windows[0]
 
 
+@pytest.mark.long
 def test_a_rig_of_hops_forgets_and_can_be_taken_up_again(plain: Problem) -> None:
     assert isinstance(plain.rig, Forgetful)
     assert isinstance(plain.rig, Windowed)
@@ -73,6 +74,7 @@ def test_windows_follow_the_seconds_from_rest(plain: Problem) -> None:
     assert not plain.seen[0][first :: windows(plain).count].any()  # nobody saw the sample before
 
 
+@pytest.mark.long
 def test_the_true_model_leaves_noise_of_each_window(plain: Problem) -> None:
     assert left(plain, np.zeros(len(plain.layout))).max() < 1.5
 

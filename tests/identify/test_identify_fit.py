@@ -36,6 +36,7 @@ def found() -> Identification:
     return identify(runs, MODEL, SHAPE, STIFF)
 
 
+@pytest.mark.budget(15)  # the fit that the module shares
 def test_stiffness_20_percent_off_is_found(found: Identification) -> None:
     assert found.increments == 16
     assert found.misfit == pytest.approx(1.0, abs=0.1)
@@ -165,6 +166,7 @@ def test_a_combination_is_told_in_words(exponents: dict[str, float], words: str)
     assert str(Combination(exponents, 3.0)) == words
 
 
+@pytest.mark.long
 def test_parameters_that_only_act_as_a_product_are_told_as_such() -> None:
     # A slow rotor moves T by its unbalance alone, mass times radius.
     found, stated = unbalanced(2.0, 3.0)
