@@ -205,7 +205,9 @@ def cut(path: Path) -> None:
 
 
 @pytest.mark.usefixtures("_drawn_once")
-@pytest.mark.parametrize("harm", [changed, cut, Path.unlink])
+@pytest.mark.parametrize(
+    "harm", [cut, *(pytest.param(harm, marks=pytest.mark.long) for harm in (changed, Path.unlink))]
+)
 def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
     hop: Bundle, tmp_path: Path, harm: Callable[[Path], None]
 ) -> None:

@@ -59,7 +59,7 @@ def outcome(run: list[str], marks: str, *words: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
-@pytest.mark.parametrize("words", [(), ("-n", "2", "--dist", "loadgroup")], ids=["one", "two"])
+@pytest.mark.parametrize("words", [("-n", "2", "--dist", "loadgroup")], ids=["two"])
 def test_a_slow_test_fails_the_first_tier_and_is_named(run: list[str], words: list[str]) -> None:
     code, told = outcome(run, "", *words)
     assert code == 1

@@ -79,6 +79,7 @@ def test_voltages_that_tell_no_line_get_a_protocol_that_does(
     assert not (tmp_path / "c.yaml").exists()
 
 
+@pytest.mark.long
 def test_a_bench_names_the_file_and_its_bundles_keep_it(
     workbench: Command, runs: Path, tmp_path: Path, root: Path
 ) -> None:

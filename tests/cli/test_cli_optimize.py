@@ -34,6 +34,7 @@ def test_a_search_tells_what_it_found(workbench: Command, tmp_path: Path) -> Non
     assert again.json["distance_m"] == pytest.approx(found["best_distance_m"], abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_search_goes_on_from_its_folder_to_the_same_end(
     workbench: Command, tmp_path: Path
 ) -> None:

@@ -14,6 +14,8 @@ from workbench.diagnose import Diagnosis, HopperRig
 from workbench.diagnose.hops import HopsLeft, hop_table, hops_left
 from workbench.diagnose.proof import Errors, Proof
 
+pytestmark = pytest.mark.long  # hops are simulated and fitted many times
+
 RUNS = (
     Asked("hop", 17.0, 10.0),
     Asked("hop", 18.0, 10.0, "held_out"),

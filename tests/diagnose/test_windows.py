@@ -17,6 +17,8 @@ from workbench.diagnose.windows import Windows, windows_in
 from workbench.identify import MeasuredRun
 from workbench.timeseries import TimeSeries
 
+pytestmark = pytest.mark.long  # hops are simulated and fitted many times
+
 LENGTHS = [4.0, pytest.param(8.0, marks=pytest.mark.long)]  # [s]
 SLOPE = {"ground_slope": {"slope": 0.02}}
 
@@ -57,7 +59,6 @@ def windows(problem: Problem) -> Windows:
     return problem.rig.windows[0]
 
 
-@pytest.mark.long
 def test_a_rig_of_hops_forgets_and_can_be_taken_up_again(plain: Problem) -> None:
     assert isinstance(plain.rig, Forgetful)
     assert isinstance(plain.rig, Windowed)
@@ -74,7 +75,6 @@ def test_windows_follow_the_seconds_from_rest(plain: Problem) -> None:
     assert not plain.seen[0][first :: windows(plain).count].any()  # nobody saw the sample before
 
 
-@pytest.mark.long
 def test_the_true_model_leaves_noise_of_each_window(plain: Problem) -> None:
     assert left(plain, np.zeros(len(plain.layout))).max() < 1.5
 
@@ -91,7 +91,6 @@ def test_what_a_run_keeps_to_itself_is_over_when_a_window_begins(plain: Problem)
     np.testing.assert_array_equal(after[later], before[later])
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("seconds", LENGTHS)
 def test_a_slope_that_the_model_lacks_shows_in_windows(seconds: float) -> None:
     sloped = windows_of(problem_of(hop(SLOPE, seconds)))
@@ -106,7 +105,6 @@ def test_a_slope_that_the_model_lacks_shows_in_windows(seconds: float) -> None:
     assert bare.max() > 1.5 * true.max()
 
 
-@pytest.mark.long
 def test_derivatives_are_those_of_what_no_stance_makes_up_for(plain: Problem) -> None:
     layout, origin = plain.layout, np.zeros(len(plain.layout))
     names = ("hinge_stiffness", "ground_stiffness", "foot_mass")

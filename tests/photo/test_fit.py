@@ -37,7 +37,7 @@ def test_exact_points_give_the_exact_angles() -> None:
     assert np.degrees(off) == pytest.approx(np.zeros(16), abs=1e-3)
 
 
-@pytest.mark.parametrize("reach", [0, 3])
+@pytest.mark.parametrize("reach", [0, pytest.param(3, marks=pytest.mark.long)])
 def test_errors_are_as_large_as_they_are_said_to_be(reach: int) -> None:
     """Neighbouring points that err alike are not taken for independent ones."""
     generator = np.random.default_rng(5)

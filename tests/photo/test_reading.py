@@ -63,6 +63,7 @@ def test_without_the_foot_alpha_0_is_the_target_s(photo: Path, scene: Scene) -> 
     assert rms(off_deg(loose, scene)[1:]) < BAR_DEG
 
 
+@pytest.mark.long
 def test_a_strip_on_its_other_edge_is_recognised(taken: Taken, scene: Scene) -> None:
     other = read_photo(taken(mirrored=True, turn=-scene.turn), TARGET)
     assert other.notes["mirrored"] == 1

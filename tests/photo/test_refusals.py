@@ -36,6 +36,7 @@ def test_too_few_markers(changed: Changed) -> None:
     refuse(changed(cover), "markers are seen, .* are needed|corners are seen, too few")
 
 
+@pytest.mark.long
 def test_half_a_board(changed: Changed) -> None:
     refuse(changed(lambda p: p[:, : p.shape[1] * 6 // 10]), "too few or all on one side")
 
@@ -72,6 +73,7 @@ def test_a_strip_over_the_border(taken: Taken) -> None:
     refuse(taken(place=(0.19, 0.2)), "cut off at the field's border; lay all of it")
 
 
+@pytest.mark.long
 def test_a_blurred_photo(changed: Changed) -> None:
     refuse(changed(lambda p: np.asarray(cv2.GaussianBlur(p, (0, 0), 9), np.uint8)), "is blurred")
 
@@ -108,6 +110,7 @@ def test_what_is_no_picture(tmp_path: Path) -> None:
     refuse(tmp_path / "missing.jpg", "cannot be read: No such file")
 
 
+@pytest.mark.long
 def test_a_shape_alike_from_both_ends(photo: Path) -> None:
     circle = TARGET.model_copy(update={"angles": (-2.5, *[0.2] * 15)})
     with pytest.raises(InputError, match="cannot be told apart"):
