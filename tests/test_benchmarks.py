@@ -26,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("hop_windows", ["foot_cg forward 0.0165, 1 hops", "from rest, 2 s", "windows of 0.72 s"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
+        ("feedback", ["a misspelt key in a protocol", "take of 1.0 kB", "make demo", "floor"]),
         ("catalogue", ["first list, no index yet", "search: speed, mode", "floor: a list of no"]),
         ("optimize", ["floor: bare mj_step loops", "ours: a search, 0 failed", "spread at most"]),
         ("search", ["smooth bowl, 96 evaluations, 2 seeds", "ours: cma", "scipy DE", "GNU Octave"]),
