@@ -26,9 +26,9 @@ __all__ = ["BUDGET_S", "WAIT_S", "Costs"]
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-BUDGET_S = 8.0
+BUDGET_S = 12.0
 """Processor time that a test of the first tier may take [s], with the fixtures that it builds."""
-WAIT_S = 40.0
+WAIT_S = 60.0
 """How long it may take on a busy computer, where it mostly waits [s]."""
 
 _SHOWN = 10

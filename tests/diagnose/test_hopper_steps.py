@@ -60,6 +60,7 @@ def test_long_steps_tell_the_same_derivatives_with_the_foot_held(
     assert np.linalg.norm(coarse, axis=0)[felt] / size[felt] == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.long
 def test_steps_twice_as_long_tell_the_derivatives_of_a_hop(
     rigs: tuple[HopperRig, HopperRig],
 ) -> None:

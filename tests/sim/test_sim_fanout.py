@@ -260,6 +260,7 @@ def test_other_software_on_a_worker_is_refused_by_name(
         spread.map(jobs)
 
 
+@pytest.mark.long
 def test_without_any_worker_it_gives_up_in_the_stated_time(alone: str, jobs: list[Job]) -> None:
     with (
         Fanout(alone, patience=0.5) as spread,
