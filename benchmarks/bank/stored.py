@@ -84,8 +84,8 @@ def read_made(case: Case, folder: Path = FOLDER) -> Made:
 
 def _about(run: Run) -> dict[str, Any]:
     times = run.filmed.times
-    told = {"name": run.name, "role": run.role, "course": run.course._asdict()}
-    return told | {"begin_s": float(times[0]), "pictures": len(times)}
+    asked = {"name": run.name, "role": run.role, "course": run.course._asdict()}
+    return asked | {"begin_s": float(times[0]), "pictures": len(times)}
 
 
 def _run(about: dict[str, Any], places: np.ndarray) -> Run:

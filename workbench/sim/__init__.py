@@ -1,7 +1,8 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
 `robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law and
-`laws` what else acts on the beam as compiled code, which `passive` hands to the engine; `drive` is
+`laws` what else acts on the beam as compiled code, which `passive` hands to the engine and
+`compiling` keeps on disk; `drive` is
 what turns the rotor, `uneven` how that gives way and ripples, `motor` its numbers and `command`
 what it is told; `effects` are the causes by which a robot differs from its model. `equilibrium`
 finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot be simulated,
