@@ -59,9 +59,8 @@ def outcome(run: list[str], marks: str, *words: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
-@pytest.mark.parametrize("words", [("-n", "2", "--dist", "loadgroup")], ids=["two"])
-def test_a_slow_test_fails_the_first_tier_and_is_named(run: list[str], words: list[str]) -> None:
-    code, told = outcome(run, "", *words)
+def test_a_slow_test_fails_the_first_tier_and_is_named(run: list[str]) -> None:
+    code, told = outcome(run, "", "-n", "2", "--dist", "loadgroup")
     assert code == 1
     assert "3 passed" in told
     (line,) = [line for line in told.splitlines() if line.startswith("too slow")]

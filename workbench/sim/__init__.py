@@ -2,15 +2,14 @@
 
 `robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law and
 `laws` what else acts on the beam as compiled code, which `passive` hands to the engine and
-`compiling` keeps on disk; `drive` is
-what turns the rotor, `uneven` how that gives way and ripples, `motor` its numbers and `command`
-what it is told; `effects` are the causes by which a robot differs from its model. `equilibrium`
-finds the pose at rest, `modes` how it rings about that, `checks` refuses what cannot be simulated,
-`simulate` runs it, `stance` lets it go on from the middle of a hop, `fanout` runs many on one
-machine or several, and `gait` tells how it hopped. Nothing here knows of cameras, supplies or
-files. A new part of the robot is a function in `robot` that edits the spec, a new drive one in
-`drive`, a new effect a file in `effects`; a force that the engine has no field for belongs in
-`laws`, whose callback is installed once for the process.
+`compiling` keeps on disk; `drive` is what turns the rotor, `uneven` how that gives way and ripples,
+`motor` its numbers and `command` what it is told; `effects` are the causes by which a robot differs
+from its model. `equilibrium` finds the pose at rest, `modes` how it rings about that, `checks`
+refuses what cannot be simulated, `simulate` runs it, `stance` lets it go on from the middle of a
+hop, `fanout` runs many on one machine or several, and `gait` tells how it hopped. Nothing here
+knows of cameras, supplies or files. A new part of the robot is a function in `robot` that edits the
+spec, a new drive one in `drive`, a new effect a file in `effects`; a force that the engine has no
+field for belongs in `laws`, whose callback is installed once for the process.
 """
 
 from workbench.sim.checks import require_stable
