@@ -17,9 +17,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from pymodbus import FramerType
-from pymodbus.client import ModbusTcpClient
-
 from workbench.errors import HardwareError
 from workbench.hw import Connection, SimulatedClock
 from workbench.hw import korad as korad_driver
@@ -65,7 +62,7 @@ class Score:
 
 
 class NoisyWire:
-    """A wire to a simulated device; serves as a channel of text and as pymodbus' socket.
+    """A wire to a simulated device; serves as a channel.
 
     Args:
         device: answers.
@@ -150,39 +147,6 @@ class NoisyWire:
                 self._deliver(self._last or data)
 
 
-class _Client(ModbusTcpClient):
-    """pymodbus' client whose bytes go over a noisy wire; drops what waits, as its serial one."""
-
-    def __init__(self, wire: NoisyWire, trace: Callable[[bool, bytes], bytes]) -> None:
-        super().__init__(
-            "127.0.0.1",
-            framer=FramerType.RTU,
-            timeout=PLACE.timeout_s,
-            retries=0,
-            trace_packet=trace,
-        )
-        self._noisy = wire
-
-    @property
-    def connected(self) -> bool:
-        return True
-
-    def connect(self) -> bool:
-        return True
-
-    def close(self) -> None:
-        pass
-
-    def send(self, request: bytes, addr: tuple | None = None) -> int:
-        while self._noisy.receive(0.0):
-            pass
-        self._noisy.send(request)
-        return len(request)
-
-    def recv(self, size: int | None) -> bytes:
-        return self._noisy.receive(PLACE.timeout_s)
-
-
 def read_registers(reads: int, seed: int = SEED) -> Score:
     """Read the status block of a Riden whose setpoint is another one at every request."""
     clock, rng, asked = SimulatedClock(), random.Random(seed), [0]
@@ -199,7 +163,8 @@ def read_registers(reads: int, seed: int = SEED) -> Score:
         clock=clock,
         wire_log=lambda line: None,
         mark=_mark(RIDEN_REGISTERS),
-        new_client=lambda connection, trace: _Client(wire, trace),
+        opened=lambda connection: wire,
+        now=clock.now,
     )
     block = RIDEN_REGISTERS.status[0]
     accepted = wrong = 0
@@ -254,7 +219,8 @@ def _opened(device: SimulatedSupply, clock: SimulatedClock, wire: NoisyWire) -> 
             clock=clock,
             wire_log=lambda line: None,
             mark=_mark(drivers[family].registers),
-            new_client=lambda connection, trace: _Client(wire, trace),
+            opened=lambda connection: wire,
+        now=clock.now,
         )
         supply: Supply = drivers[family](link, clock)
     else:

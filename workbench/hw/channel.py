@@ -1,9 +1,16 @@
-"""Bytes to a supply that speaks text: a serial port or a raw socket behind two verbs."""
+"""Bytes to a supply: a serial port or a socket behind three verbs, none of which waits for long.
+
+This is in the path to "off", so each wait has a bound by the monotonic clock, and a port or a peer
+that takes nothing is an error and not a wait.
+"""
 
 from __future__ import annotations
 
+import functools
 import select
 import socket
+import time
+from contextlib import suppress
 from typing import Protocol
 
 from serial import Serial, SerialException
@@ -14,17 +21,19 @@ from workbench.hw.connection import Connection, not_reachable
 __all__ = ["Channel", "open_channel"]
 
 CHUNK = 4096
-CONNECT_S = 2.0
+CONNECT_S = 1.0
+SEND_S = 0.4  # the longest command takes 0.1 s at 9600 baud
+DRAIN_POLL_S = 0.001
 
 
 class Channel(Protocol):
     """A way for bytes, there and back."""
 
     def send(self, data: bytes) -> None:
-        """Send all of it.
+        """Send all of it within a bounded time.
 
         Raises:
-            OSError: when the way is gone.
+            OSError: when the way is gone, or nothing is taken.
         """
         ...
 
@@ -48,15 +57,31 @@ def open_channel(connection: Connection) -> Channel:
         HardwareError: when nothing can be opened there.
     """
     try:
-        return _Port(connection) if connection.kind == "serial" else _Socket(connection)
+        way = _Port(connection) if connection.kind == "serial" else _Socket(connection)
     except OSError as error:  # SerialException is one
         raise HardwareError(not_reachable(connection)) from error
+    return _WithoutEcho(way) if connection.echo else way
+
+
+@functools.cache
+def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Look a host up once: a name server must not be waited for on the way to "off"."""
+    family, _, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    return family, (str(place[0]), int(place[1]))
 
 
 class _Socket:
     def __init__(self, connection: Connection) -> None:
-        self._link = socket.create_connection(connection.host_and_port, CONNECT_S)
-        self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        family, place = _resolved(*connection.host_and_port)
+        self._link = socket.socket(family, socket.SOCK_STREAM)
+        try:
+            self._link.settimeout(CONNECT_S)
+            self._link.connect(place)
+            self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._link.settimeout(SEND_S)
+        except BaseException:
+            self._link.close()
+            raise
 
     def send(self, data: bytes) -> None:
         self._link.sendall(data)
@@ -76,18 +101,54 @@ class _Socket:
 class _Port:
     def __init__(self, connection: Connection) -> None:
         # exclusive: without it a second program could open the port and take half of the bytes
-        self._port = Serial(connection.address, connection.baud, exclusive=True)
+        self._port = Serial(
+            connection.address, connection.baud, exclusive=True, write_timeout=SEND_S
+        )
 
     def send(self, data: bytes) -> None:
         self._port.write(data)
-        self._port.flush()
+        end = time.monotonic() + SEND_S
+        while self._port.out_waiting:  # flush() would wait for ever for a port that stalls
+            if time.monotonic() > end:
+                raise TimeoutError("the port takes no bytes: it stalls")
+            time.sleep(DRAIN_POLL_S)
 
     def receive(self, seconds: float) -> bytes:
         if not self._port.is_open:
             raise SerialException("the port was closed")
         self._port.timeout = max(seconds, 0.0)
         first = self._port.read(1)
-        return first + self._port.read(self._port.in_waiting) if first else b""
+        return first + self._port.read(min(self._port.in_waiting, CHUNK)) if first else b""
 
     def close(self) -> None:
+        with suppress(Exception):  # the system would wait up to 30 s for bytes that nobody takes
+            self._port.reset_output_buffer()
         self._port.close()
+
+
+class _WithoutEcho:
+    """A channel whose adapter sends back what it is sent, as some for RS485 do; drops that."""
+
+    def __init__(self, way: Channel) -> None:
+        self._way = way
+        self._owed = b""
+
+    def send(self, data: bytes) -> None:
+        self._owed = data  # an echo of before that never came is not awaited any more
+        self._way.send(data)
+
+    def receive(self, seconds: float) -> bytes:
+        end = time.monotonic() + seconds
+        while True:
+            heard = self._way.receive(max(end - time.monotonic(), 0.0))
+            length = min(len(heard), len(self._owed))
+            if length and heard[:length] == self._owed[:length]:
+                self._owed, heard = self._owed[length:], heard[length:]
+                if not heard and time.monotonic() < end:
+                    continue
+            elif heard:
+                self._owed = b""
+            return heard
+
+    def close(self) -> None:
+        self._way.close()

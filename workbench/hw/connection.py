@@ -1,24 +1,17 @@
-"""Where a supply is, and the pymodbus client that reaches it."""
+"""Where a supply is, and what to do when nothing opens there."""
 
 from __future__ import annotations
 
-import logging
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from pymodbus import FramerType
-from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from serial.tools.list_ports import comports
 
 from workbench.errors import InputError
 
-__all__ = ["Connection", "Kind", "new_client", "not_reachable", "port_trouble"]
-
-# pymodbus reports every fault to logging as well as to us; without a handler Python would print it.
-logging.getLogger("pymodbus").addHandler(logging.NullHandler())
+__all__ = ["Connection", "Kind", "not_reachable", "port_trouble"]
 
 Kind = Literal["serial", "rtu-over-tcp", "tcp"]
 
@@ -33,6 +26,9 @@ class Connection:
         baud: serial speed, 8N1.
         unit: Modbus unit id.
         timeout_s: how long an answer may take; under 0.5 s RD firmware 1.42 fails.
+        gap_s: least time between an answer and the next command; None keeps what the family needs.
+        echo: whether the adapter sends back what it is sent, as some for RS485 do.
+        channel: of a supply with several.
 
     Raises:
         InputError: when a TCP address is not `host:port`.
@@ -43,6 +39,9 @@ class Connection:
     baud: int = 115200
     unit: int = 1
     timeout_s: float = 0.5
+    gap_s: float | None = None
+    echo: bool = False
+    channel: int = 1
 
     def __post_init__(self) -> None:
         """Find a bad address now and not when connecting."""
@@ -55,29 +54,6 @@ class Connection:
         """The two parts of a TCP address."""
         host, _, port = self.address.rpartition(":")
         return host, int(port)
-
-
-def new_client(
-    connection: Connection, trace: Callable[[bool, bytes], bytes]
-) -> ModbusSerialClient | ModbusTcpClient:
-    """Make the pymodbus client; its own retries stay off, as they do not drain in between."""
-    if connection.kind == "serial":
-        return ModbusSerialClient(
-            connection.address,
-            baudrate=connection.baud,
-            timeout=connection.timeout_s,
-            retries=0,
-            trace_packet=trace,
-        )
-    host, port = connection.host_and_port
-    return ModbusTcpClient(
-        host,
-        port=port,
-        framer=FramerType.SOCKET if connection.kind == "tcp" else FramerType.RTU,
-        timeout=connection.timeout_s,
-        retries=0,
-        trace_packet=trace,
-    )
 
 
 def not_reachable(connection: Connection) -> str:

@@ -7,34 +7,43 @@ order, so whatever came before that was late, however late; counts, function cod
 checked; successive reads of a block ask for different lengths, so that an answer that comes twice
 does not fit; and a lost connection is never reopened in passing, because another device may be
 there now.
+
+The bytes go over our own channel: pymodbus' clients wait by the clock on the wall, which may be set
+while they do.
 """
 
 from __future__ import annotations
 
-import socket
+import itertools
+import logging
 import threading
+import time
 from collections.abc import Callable
-from contextlib import suppress
 
-from pymodbus.client import ModbusSerialClient, ModbusTcpClient
-from pymodbus.exceptions import ModbusException, ModbusIOException
-from pymodbus.pdu import ModbusPDU
+from pymodbus.exceptions import ModbusException
+from pymodbus.framer import FramerRTU, FramerSocket
+from pymodbus.pdu import DecodePDU, ModbusPDU
+from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteSingleRegisterRequest
 
 from workbench.errors import HardwareError, SafetyStop
+from workbench.hw.channel import Channel, open_channel
 from workbench.hw.clock import Clock
-from workbench.hw.connection import Connection, new_client, not_reachable
+from workbench.hw.connection import Connection
+from workbench.hw.health import Health, NoAnswer
 from workbench.hw.wirelog import WireLog, Wiretap
 
 __all__ = ["Transport"]
 
-NewClient = Callable[
-    [Connection, Callable[[bool, bytes], bytes]], ModbusSerialClient | ModbusTcpClient
-]
+# pymodbus reports every fault to logging as well; without a handler Python would print it
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
-DRAIN_ROUNDS = 20
+MOST_BYTES = 512  # more in one exchange is no answer
+DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
 MARK_ROUNDS = 2
 READ, WRITE = 3, 6  # function codes
+RTU_GAP_S, RTU_GAP_CHARACTERS, CHARACTER_BITS = 0.00175, 3.5, 10  # between frames, by the norm
+TRANSACTIONS = 0xFFFF
 
 EXCEPTIONS = {
     1: "illegal function: it does not know this kind of request",
@@ -60,7 +69,9 @@ class Transport:
             it raises, nothing but urgent writes goes out any more; reading goes on.
         mark: start and length of a block that no other read has the length of; without it a
             suspect line is drained until it was quiet for two timeouts.
-        new_client: makes the pymodbus client, from the connection and what traces its packets.
+        health: is told how each exchange goes.
+        opened: opens the channel.
+        now: monotonic time [s] that ends each wait.
 
     Raises:
         HardwareError: when nothing can be opened there.
@@ -74,37 +85,51 @@ class Transport:
         clock: Clock,
         wire_log: WireLog,
         mark: tuple[int, int] | None = None,
-        new_client: NewClient = new_client,
+        health: Health | None = None,
+        opened: Callable[[Connection], Channel] = open_channel,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.connection = connection
         self._writable = writable
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
-        self._heard = b""
+        self._mbap = connection.kind == "tcp"
+        self._framer = (FramerSocket if self._mbap else FramerRTU)(DecodePDU(False))
+        self._numbers = itertools.cycle(range(1, TRANSACTIONS + 1))
         self._mark = mark
+        self._health = health or Health()
         self._suspect = False  # an answer may still be under way
         self._turn = 0  # how many reads with spare registers there were
-        self._client = new_client(connection, self._trace)
+        self._opened, self._now = opened, now
+        self._channel: Channel | None = None
+        self._gap_s = connection.gap_s if connection.gap_s is not None else _gap(connection)
+        self._free_at = now()
+        self._sent = b""
         self.open()
 
     @property
     def connected(self) -> bool:
         """Whether the link is open, as far as is known."""
-        return self._client.connected
+        return self._channel is not None
 
-    def open(self) -> None:
+    def open(self, connection: Connection | None = None) -> None:
         """Open the link, again after a loss; the caller then checks who is there.
+
+        Args:
+            connection: where the unit is now; where it was when left out.
 
         Raises:
             HardwareError: when nothing can be opened there.
         """
-        self._suspect = False
-        if not self._client.connect():
-            raise HardwareError(not_reachable(self.connection))
+        self.close()
+        self._channel = self._opened(connection or self.connection)
+        self.connection, self._suspect = connection or self.connection, False
 
     def close(self) -> None:
         """Close the link; closing twice does no harm."""
-        self._client.close()
+        if self._channel is not None:
+            self._channel.close()
+            self._channel = None
 
     def read(self, address: int, count: int, *, spare: int = 0, again: bool = True) -> list[int]:
         """Read holding registers.
@@ -117,16 +142,22 @@ class Transport:
             again: ask once more when the answer is missing or damaged.
 
         Raises:
-            HardwareError: when there is no good answer; it names the device's reason.
+            HardwareError: when there is no good answer; it names the device's reason, the first
+                one where it was asked twice.
         """
         if not 1 <= count <= count + spare <= MOST_REGISTERS:
             raise ValueError(f"{count + spare} registers asked for; 1 to {MOST_REGISTERS} can be")
         try:
             return self._read_once(address, count, spare)
-        except HardwareError:
+        except HardwareError as first:
             if not (again and self._suspect):  # the device gave its reason, or the link is gone
                 raise
-            return self._read_once(address, count, spare)
+            try:
+                return self._read_once(address, count, spare)
+            except HardwareError as second:
+                if not self.connected or not self._suspect:
+                    raise  # it hung up, or gave its reason
+                raise first from second
 
     def write(self, address: int, word: int, *, urgent: bool = False) -> None:
         """Write one register and check the echo; never retried here.
@@ -151,135 +182,185 @@ class Transport:
         what = f"write of {word} to register {address}"
         if self._tap.fault and not urgent:
             raise self._fault(what, f"not sent, as the wire log failed ({self._tap.fault})")
-        unit = self.connection.unit
-
-        def ask() -> ModbusPDU:
-            return self._client.write_register(address, word, device_id=unit)
-
+        request = WriteSingleRegisterRequest(
+            address=address, registers=[word], dev_id=self.connection.unit
+        )
         with self._lock:
-            echo = self._exchange(ask, WRITE, what, rtu_length=8, urgent=urgent)
+            doubtful = urgent and self._suspect
+            echo = self._exchange(request, what, rtu_length=8, urgent=urgent)
             if (echo.address, echo.registers) != (address, [word]):
                 raise self._fault(what, f"echoed {echo.registers} to register {echo.address}")
-            self._suspect = False
+            if not doubtful:
+                self._settled()
 
     def _read_once(self, address: int, least: int, spare: int) -> list[int]:
         with self._lock:
             count = least + self._turn % (spare + 1)
             self._turn += spare > 0
-        what = f"read of {count} registers from {address}"
-        unit = self.connection.unit
-
-        def ask() -> ModbusPDU:
-            return self._client.read_holding_registers(address, count=count, device_id=unit)
-
-        with self._lock:
-            answer = self._exchange(ask, READ, what, rtu_length=5 + 2 * count)
+            what = f"read of {count} registers from {address}"
+            answer = self._exchange(self._reading(address, count), what, rtu_length=5 + 2 * count)
             if len(answer.registers) != count:
                 raise self._fault(what, f"answered with {len(answer.registers)} registers")
-            self._suspect = False
+            self._settled()
             return list(answer.registers[:least])
 
+    def _reading(self, address: int, count: int) -> ModbusPDU:
+        return ReadHoldingRegistersRequest(
+            address=address, count=count, dev_id=self.connection.unit
+        )
+
+    def _settled(self) -> None:
+        self._suspect = False
+        self._health.good()
+
     def _exchange(
-        self,
-        ask: Callable[[], ModbusPDU],
-        function: int,
-        what: str,
-        *,
-        rtu_length: int,
-        urgent: bool = False,
+        self, request: ModbusPDU, what: str, *, rtu_length: int, urgent: bool = False
     ) -> ModbusPDU:
         """Send and receive once; the line stays suspect until the caller has checked the rest."""
-        if not self.connected:
-            raise self._fault(what, "the connection is lost; reopen it and check who is there")
-        try:
-            if self._suspect and not urgent:
-                self._clear(what)
-            self._discard_waiting()
-            self._suspect, self._heard = True, b""
-            answer = self._logged(ask)
-        except ModbusIOException:
-            raise self._fault(what, self._diagnose(rtu_length)) from None
-        except (ModbusException, OSError) as error:
-            self._client.close()
-            self._suspect = False  # no answer can come any more
-            raise self._fault(what, f"the connection was lost ({error})") from error
-        if answer.function_code & 0x7F != function:  # the top bit marks an exception
-            raise self._fault(what, f"answered function {answer.function_code}, not {function}")
-        if answer.isError():
+        self._health.begin()
+        if self._suspect and not urgent:
+            self._clear(what)
             self._suspect = False
+        answer, heard = self._send_and_hear(request, what)
+        if answer is None:
+            kind = HardwareError if heard else NoAnswer
+            raise self._fault(what, self._diagnose(heard, rtu_length), kind)
+        if answer.function_code & 0x7F != request.function_code:  # the top bit marks an exception
+            told = f"answered function {answer.function_code}, not {request.function_code}"
+            raise self._fault(what, told)
+        if answer.isError():
+            self._settled()
             code = answer.exception_code
             raise self._fault(what, f"exception {code}, {EXCEPTIONS.get(code, 'not in the norm')}")
         return answer
 
-    def _logged(self, ask: Callable[[], ModbusPDU]) -> ModbusPDU:
+    def _send_and_hear(self, request: ModbusPDU, what: str) -> tuple[ModbusPDU | None, bytes]:
+        """Send a request; return its answer, or nothing, and all that was heard."""
+        request.transaction_id = next(self._numbers)
+        data = self._framer.buildFrame(request)
+        channel = self._channel
+        if channel is None:
+            raise self._fault(what, "the connection is lost; reopen it and check who is there")
         try:
-            return ask()
+            self._discard_waiting(channel, what)
+            time.sleep(max(self._gap_s - (self._now() - self._free_at), 0.0))
+            self._suspect, self._sent = True, data
+            self._tap.note("sent", data)
+            channel.send(data)
+            return self._hear(channel, request)
+        except OSError as error:
+            self.close()
+            self._suspect = False  # no answer can come any more
+            raise self._fault(what, f"the connection was lost ({error})") from error
+
+    def _hear(self, channel: Channel, request: ModbusPDU) -> tuple[ModbusPDU | None, bytes]:
+        heard, answer = b"", None
+        end = self._now() + self.connection.timeout_s
+        try:
+            while answer is None and len(heard) < MOST_BYTES:
+                piece = channel.receive(max(end - self._now(), 0.0))
+                heard += piece
+                answer = self._decoded(heard, request)
+                if not piece or self._now() >= end:
+                    break
         finally:
-            self._tap.note("received", self._heard)
+            self._tap.note("received", heard)
+            self._free_at = self._now()
+        return answer, heard
+
+    def _decoded(self, heard: bytes, request: ModbusPDU) -> ModbusPDU | None:
+        try:
+            _, answer = self._framer.handleFrame(heard, request.dev_id, request.transaction_id)
+        except (ModbusException, IndexError, ValueError):  # a frame of something else
+            return None
+        return answer
 
     def _clear(self, what: str) -> None:
         """Wait until no answer to an earlier request can come any more."""
-        self._drain(2 if self._mark is None else 1)
+        self._drain(what, 2 if self._mark is None else 1)
         if self._mark is None:
             return
         start, count = self._mark
+        heard = b""
         for _ in range(MARK_ROUNDS):
-            self._discard_waiting()
-            self._heard = b""
-            with suppress(ModbusIOException):
-                answer = self._logged(
-                    lambda: self._client.read_holding_registers(
-                        start, count=count, device_id=self.connection.unit
-                    )
-                )
-                if answer.function_code == READ and len(answer.registers) == count:
+            answer, heard = self._send_and_hear(self._reading(start, count), what)
+            if answer is not None and answer.function_code == READ:
+                if len(answer.registers) == count:
                     return
-        raise self._fault(what, f"not sent, as before it {self._diagnose(5 + 2 * count)}")
+                heard = b""
+            if not heard:
+                break  # who is silent to one question is to the next
+        told = f"not sent, as before it {self._diagnose(heard, 5 + 2 * count)}"
+        raise self._fault(what, told, HardwareError if heard else NoAnswer)
 
-    def _drain(self, timeouts: int) -> None:
-        """Wait until nothing came for so many timeouts; `recv` itself waits for one."""
-        quiet = 0
-        for _ in range(DRAIN_ROUNDS):
-            late = self._client.recv(None)
+    def _drain(self, what: str, timeouts: int) -> None:
+        """Wait until nothing came for so many timeouts; an endless sender is an error."""
+        if self._channel is None:
+            return
+        quiet, dropped = 0, 0
+        end = self._now() + DRAIN_S + timeouts * self.connection.timeout_s
+        while quiet < timeouts:
+            try:
+                late = self._channel.receive(self.connection.timeout_s)
+            except OSError as error:
+                self.close()
+                raise self._fault(what, f"the connection was lost ({error})") from error
             quiet = 0 if late else quiet + 1
+            dropped += len(late)
             if late:
                 self._tap.note("discarded", late)
-            if quiet == timeouts:
-                return
-        raise HardwareError(f"{self.connection.address}: the line never falls silent; who sends?")
+            if dropped > DRAIN_BYTES or self._now() > end:
+                raise self._fault(what, NEVER_SILENT)
 
-    def _discard_waiting(self) -> None:
-        """Empty a socket before sending; pymodbus does so for serial ports only."""
-        link = self._client.socket
-        if not isinstance(link, socket.socket):
-            return
-        link.setblocking(False)
-        with suppress(BlockingIOError):
-            while stale := link.recv(4096):
-                self._tap.note("discarded", stale)
+    def _discard_waiting(self, channel: Channel, what: str) -> None:
+        """Drop what came since the last exchange, as far as it ends."""
+        stale = b""
+        while piece := channel.receive(0.0):
+            stale += piece
+            if len(stale) > DRAIN_BYTES:
+                break
+        if stale:
+            self._tap.note("discarded", stale)
+        if len(stale) > DRAIN_BYTES:
+            self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
 
-    def _diagnose(self, rtu_length: int) -> str:
-        """Say what was wrong with the bytes heard; pymodbus has one message for all."""
-        mbap = self.connection.kind == "tcp"
-        unit, asked = self._heard[6 if mbap else 0 :][:1], self.connection.unit
-        length = rtu_length + 4 if mbap else rtu_length  # MBAP: 6 more in front, no CRC
-        if not self._heard:
+    def _diagnose(self, heard: bytes, rtu_length: int) -> str:
+        """Say what was wrong with the bytes heard."""
+        unit, asked = heard[6 if self._mbap else 0 :][:1], self.connection.unit
+        length = rtu_length + 4 if self._mbap else rtu_length  # MBAP: 6 more in front, no CRC
+        if not heard:
             return (
                 f"no answer within {self.connection.timeout_s} s; is it on, its interface enabled, "
                 f"unit id {asked} and {self.connection.baud} baud right?"
             )
+        if heard.startswith(self._sent):
+            return (
+                "the adapter sends back what it is sent, as some for RS485 do; "
+                "switch that off, or write `echo: true` below `connection` in the bench file"
+            )
+        if len(heard) >= MOST_BYTES:
+            return NEVER_SILENT
         if unit and unit[0] != asked:
             return f"unit {unit[0]} answered, unit {asked} was asked"
-        if len(self._heard) < length:
-            return f"answer cut short, {len(self._heard)} of {length} bytes: {self._heard.hex(' ')}"
-        return f"answer damaged, its checksum or header does not fit: {self._heard.hex(' ')}"
+        if len(heard) < length:
+            return f"answer cut short, {len(heard)} of {length} bytes: {heard.hex(' ')}"
+        shown = f"{heard[:32].hex(' ')}{' ...' if len(heard) > 32 else ''}"
+        return f"answer damaged, its checksum or header does not fit: {shown}"
 
-    def _fault(self, what: str, text: str) -> HardwareError:
-        return HardwareError(f"{self.connection.address}, {what}: {text}")
+    def _fault(
+        self, what: str, text: str, kind: type[HardwareError] = HardwareError
+    ) -> HardwareError:
+        told = f"{self.connection.address}, {what}: {text}"
+        if self._suspect or not self.connected:
+            self._health.fault(told)
+        return kind(told)
 
-    def _trace(self, sending: bool, data: bytes) -> bytes:
-        if sending:
-            self._tap.note("sent", data)
-        else:  # pymodbus shows its whole buffer again at each new piece
-            self._heard = data if data.startswith(self._heard) else self._heard + data
-        return data
+
+NEVER_SILENT = "the line never falls silent; who sends there?"
+
+
+def _gap(connection: Connection) -> float:
+    """Return the silence between two frames [s], 3.5 characters and 1.75 ms at least."""
+    if connection.kind != "serial":
+        return 0.0
+    return max(RTU_GAP_CHARACTERS * CHARACTER_BITS / connection.baud, RTU_GAP_S)
