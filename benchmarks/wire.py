@@ -220,7 +220,7 @@ def _opened(device: SimulatedSupply, clock: SimulatedClock, wire: NoisyWire) -> 
             wire_log=lambda line: None,
             mark=_mark(drivers[family].registers),
             opened=lambda connection: wire,
-        now=clock.now,
+            now=clock.now,
         )
         supply: Supply = drivers[family](link, clock)
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import signal
 import sys
@@ -28,6 +29,7 @@ __all__ = [
 ]
 
 ROOT = Path(__file__).resolve().parents[1]
+_NUMBERS = itertools.count()
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,13 @@ def _ctrl_c_is_handled() -> None:
     """Handle SIGINT, which a shell's `&` has ignored, so that children do not inherit that."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(autouse=True)
+def _own_ledgers(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Give each test ledgers of its own, and never those of this user."""
+    folder = tmp_path_factory.getbasetemp() / f"state-{next(_NUMBERS)}"
+    monkeypatch.setenv("WORKBENCH_STATE", str(folder))
 
 
 @pytest.fixture

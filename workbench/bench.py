@@ -29,9 +29,16 @@ from workbench.hw import (
     model_named,
     open_supply,
 )
-from workbench.hw.guardian import NO_RECORDS, Latch, LeaseClock, Records, open_guarded
+from workbench.hw.guardian import (
+    KEEP_TRYING_S,
+    NO_RECORDS,
+    LeaseClock,
+    Records,
+    open_guarded,
+)
 from workbench.hw.models import ModbusModel
 from workbench.hw.simulated import draw_current, serve, simulated
+from workbench.output import Ledger, ledgers
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -123,13 +130,9 @@ class Bench(ABC):
             bundle: keeps what goes over the wire.
         """
 
-    def latch(self, runs: Path) -> Latch | None:
-        """Return what a trip of the supply leaves behind; None where there is nothing to harm.
-
-        Args:
-            runs: folder of all bundles.
-        """
-        return None
+    def ledgers(self) -> list[Ledger]:
+        """Return the ledgers that may be of its supply; none where there is nothing to harm."""
+        return []
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -181,6 +184,8 @@ class RealBench(Bench):
             is behind a guardian; no guardian can watch a client on a simulated clock.
     """
 
+    keep_trying_s = KEEP_TRYING_S
+
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
         self._folder: TakeFolder | None = None
@@ -190,8 +195,7 @@ class RealBench(Bench):
     @contextmanager
     def supply(self, bundle: Bundle) -> Iterator[Supply]:
         """Open the supply that the bench file names."""
-        latch = self.latch(bundle.path.parent)
-        records = Records(bundle.wire_log, bundle.guardian_log, latch.path)
+        records = Records(bundle.wire_log, bundle.guardian_log)
         with self.open_supply(records, bundle.wire) as supply:
             yield supply
 
@@ -206,12 +210,20 @@ class RealBench(Bench):
         """
         connection, clock, family = self._connection, self.clock, _model(self.file).family
         if isinstance(clock, LeaseClock):
-            return open_guarded(connection, clock=clock, records=records, family=family)
+            return open_guarded(
+                connection,
+                clock=clock,
+                records=records,
+                family=family,
+                keep_trying_s=self.keep_trying_s,
+            )
         return open_supply(connection, clock=clock, wire_log=wire_log, family=family)
 
-    def latch(self, runs: Path) -> Latch:
-        """Return the latch of the supply that the bench file names."""
-        return Latch.beside(runs, self._connection.address)
+    def ledgers(self) -> list[Ledger]:
+        """Return the ledgers that may be of its supply: by serial number, or by where it was."""
+        section, place = self.file.supply, self._connection.place
+        key = Ledger.key_of(_model(self.file).name, section.serial_number, place)
+        return [one for one in ledgers() if one.key == key or one.place == place]
 
     @property
     def _connection(self) -> Connection:

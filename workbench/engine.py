@@ -19,6 +19,7 @@ from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchErro
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, prepare, switch_on, watch
 from workbench.operator_name import operator_name
+from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
 from workbench.progress import Progress, Stage, within
 from workbench.prompting import Answered, ask
@@ -91,16 +92,16 @@ def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
 
 
 def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
-    latch = bench.latch(root)
-    trip = None if latch is None else latch.standing()
-    if trip is not None and any(
-        isinstance(run.action, PlannedDrive) for run in experiment.plan.runs
-    ):
-        raise SafetyStop(
-            f"bench {bench.file.name!r} is latched since {trip.wall}: {trip.reason}\n"
-            "nothing was switched on; find the cause, then type: workbench supply acknowledge "
-            f"--bench {experiment.bench.path} --runs {root} --name NAME"
-        )
+    """Refuse to drive a latched supply; its guardian does too, once it knows which it is."""
+    if not any(isinstance(run.action, PlannedDrive) for run in experiment.plan.runs):
+        return
+    for ledger in bench.ledgers():
+        if standing := ledger.standing():
+            raise SafetyStop(
+                f"bench {bench.file.name!r} is {standing.told}\n"
+                "nothing was switched on; find the cause, then type: workbench supply acknowledge "
+                f"--bench {experiment.bench.path} --name NAME"
+            )
 
 
 def _asked(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
@@ -150,7 +151,6 @@ class _Conductor:
                 self._end("interrupted", "stopped by the user")
                 raise Interrupted(self._told("stopped by the user")) from None
             except SafetyStop as error:
-                self._set_latch(str(error))
                 self._end("safety-stop", str(error))
                 error.args = (self._told(str(error)),)
                 raise
@@ -237,13 +237,17 @@ class _Conductor:
         with self.signals.first_only(), self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
             began = self._start_cameras()
+            first: BaseException | None = None
             try:
                 try:
                     self._drive(supply, drive)
                 finally:
                     self.signals.hold()
+            except BaseException as error:
+                first = error
+                raise
             finally:  # a signal until then raised, and holds back the next by itself
-                self._switch_off(supply)
+                self._switch_off(supply, first)
         self._keep_readings()
         return Window(self.start, self.bench.clock.now(), began)
 
@@ -325,14 +329,19 @@ class _Conductor:
             if left > _POLL_S:
                 self._note_reading(watch(supply))
 
-    def _switch_off(self, supply: Supply) -> None:
-        """Switch off, and write down whether that was confirmed."""
+    def _switch_off(self, supply: Supply, first: BaseException | None) -> None:
+        """Switch off, and write down whether that was confirmed; what happened first is kept."""
         off = supply.off()
         dead = off and supply.terminals_dead()
-        self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
         self._journal("output_off", confirmed=dead)
-        if off and not dead:
-            raise SafetyStop(f"{supply.name}: it says off but its terminals are live")
+        self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
+        if dead:
+            return
+        why = "it says off but its terminals are live" if off else "it did not confirm off"
+        began = f"{first}; " if isinstance(first, WorkbenchError) else f"{supply.name}: "
+        if MAY_BE_ON in began:  # its guardian has said all that there is
+            return
+        raise SafetyStop(f"{began}{why}; {MAY_BE_ON}, {BY_HAND}") from first
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
@@ -363,23 +372,11 @@ class _Conductor:
                 self._keep_readings()
             self.bundle.finish(status, error=reason)
 
-    def _set_latch(self, reason: str) -> None:
-        latch = self.bench.latch(self.bundle.path.parent)
-        if latch is not None and latch.standing() is None:  # its guardian may have been first
-            try:
-                latch.trip(f"{reason}; see {self.bundle.path}", "run")
-            except OSError as error:
-                self.operator.tell(f"{latch.path} cannot be written ({error})")
-
     def _told(self, reason: str) -> str:
-        state = self.bundle.manifest.get("output_off")
-        off = {
-            None: "the output was never switched on",
-            "confirmed": "the output is off, confirmed",
-            "unconfirmed": "OUTPUT MAY BE ON, switch it off by hand",
-            "supply not opened": "this mode has no drive, the supply was not opened",
-        }[state]
-        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}; see {self.bundle.path}"
+        off = self.bundle.output.told + "; "
+        if MAY_BE_ON in reason:  # which was said before more was known
+            off = "" if self.bundle.output.live else f"by now {off}"
+        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
         if "cameras" in self.bundle.manifest and not self.bundle.has_take():
             told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
         asked, bench = self.experiment.protocol.path, self.experiment.bench

@@ -63,4 +63,4 @@ def devices() -> Iterator[DeviceProcess]:
 
 @pytest.fixture
 def records(tmp_path: Path) -> Records:
-    return Records(tmp_path / "wire.log", tmp_path / "guardian.jsonl", tmp_path / "latch.jsonl")
+    return Records(tmp_path / "wire.log", tmp_path / "guardian.jsonl")

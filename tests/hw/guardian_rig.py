@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from workbench.hw import Connection, SystemClock
-from workbench.hw.guardian import Latch, Records
+from workbench.hw.guardian import Records
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.output import ledgers
 
 OUTPUT = 18  # register of the output's flag
 QUICK_S = 0.2  # a fault costs a test so long
@@ -162,8 +163,7 @@ def told(records: Records, event: str) -> list[dict[str, Any]]:
     return [line for line in events(records.events) if line["event"] == event]
 
 
-def standing(records: Records) -> str:
-    """Return why the supply is latched; empty when it is not."""
-    assert records.latch is not None
-    trip = Latch(records.latch).standing()
-    return "" if trip is None else trip.reason
+def standing() -> str:
+    """Return what the only supply of this test is latched for, or nothing."""
+    found = [stop for ledger in ledgers() if (stop := ledger.standing())]
+    return found[0].reason if found else ""

@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -19,7 +20,6 @@ from guardian_rig import QUICK_S, Device, DeviceProcess, events, off_after, stan
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import Connection, Limits, prepare, switch_on, watch
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
-from workbench.hw.guardian.messages import Task
 from workbench.hw.guardian.process import _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
 from workbench.hw.simulated import Fault, serve, simulated
@@ -74,9 +74,10 @@ def test_a_guarded_supply_does_what_every_supply_does(
         watch(supply)
     assert not device.on()
     names = [e["event"] for e in events(records.events or Path())]
-    assert names == ["guarding", "off", "armed", "output_on", "off", "left"]
+    seen_off = ["off", "terminals"]
+    assert names == ["guarding", "taken", *seen_off, "armed", "output_on", *seen_off, "left"]
     assert '"way": "sent"' in (records.wire or Path()).read_text()
-    assert standing(records) == ""
+    assert standing() == ""
 
 
 def test_what_the_supply_or_its_rules_refuse_is_told_as_without_a_guardian(
@@ -121,7 +122,7 @@ def test_a_hang_of_half_a_second_switches_off_and_ends_the_run(
     assert supply.off()
     assert not device.on()
     assert [trip["reason"] for trip in told(records, "trip")] == [words]
-    assert words in standing(records)
+    assert words in standing()
 
 
 def test_a_thread_that_waits_beside_the_work_is_no_sign_of_progress(
@@ -160,7 +161,7 @@ def test_a_supply_that_was_only_looked_at_stays_as_it_is(
     supply._guardian._line.close()  # as when its client dies
     supply._guardian._process.wait(10)
     assert device.on()
-    assert standing(records) == ""
+    assert standing() == ""
 
 
 def test_a_client_that_leaves_with_the_output_on_does_not(
@@ -219,14 +220,16 @@ def test_the_off_of_another_supply_confirms_nothing(
     devices: DeviceProcess, device: Device, clock: LeaseClock, limits: Limits
 ) -> None:
     other = devices.new(serial=7)
-    supply = open_guarded(device.connection, clock=clock)
+    supply = open_guarded(device.connection, clock=clock, keep_trying_s=1)
     start(supply, limits)
-    supply._task = Task(other.connection, "riden", Records())  # as after a replug
+    supply._task = replace(supply._task, connection=other.connection)  # as after a replug
     os.kill(supply.guardian_pid, signal.SIGKILL)
     with pytest.raises(SafetyStop, match="its guardian ended; OUTPUT MAY BE ON"):
         clock.sleep(10)
     assert not supply.off()
     assert device.on()
+    assert not other.on()
+    supply.close()
 
 
 @pytest.mark.parametrize("family", FAMILIES)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from guardian_rig import Device, DeviceProcess, off_after, standing, told, wait_for
 
+from workbench.errors import SafetyStop
 from workbench.hw import Limits, prepare
 from workbench.hw.guardian import LeaseClock, Records, open_guarded
 from workbench.hw.simulated import Fault
@@ -40,7 +41,7 @@ CLIENT = """
     from workbench.hw.guardian import LeaseClock, Records, open_guarded
     address, folder = sys.argv[1], Path(sys.argv[2])
     clock = LeaseClock()
-    records = Records(folder / "wire.log", folder / "guardian.jsonl", folder / "latch.jsonl")
+    records = Records(folder / "wire.log", folder / "guardian.jsonl")
     connection = Connection("rtu-over-tcp", address, timeout_s=0.2)
     supply = open_guarded(connection, clock=clock, records=records)
     prepare(supply, Limits(*map(Decimal, ("6", "1", "6.5", "1.2"))), model="RD6006")
@@ -77,7 +78,7 @@ def test_a_client_that_dies_leaves_its_output_off_confirmed_and_latched(
     assert told(records, "terminals")[0]["dead"] is True
     why = "(the link to it closed|another parent took its place)"  # whichever is seen first
     assert re.search(f"its client is dead: {why}; the output is off, confirmed", err)
-    assert "its client is dead" in standing(records)
+    assert "its client is dead" in standing()
 
 
 @posix
@@ -114,13 +115,15 @@ def test_an_output_that_stays_on_is_told_loudly_and_written_down(
     assert device.on()
     device.mend()  # the guardian is still trying
     _, err = process.communicate(timeout=10)
-    assert "OUTPUT MAY BE ON, trying on (its client is dead" in err
+    told_once = r"OUTPUT MAY BE ON \(its client is dead[^)]*read back 1\); switch it off by hand"
+    assert re.search(told_once, err), err
+    assert "the output is off, confirmed" in err.splitlines()[-1]
     assert [e["confirmed"] for e in told(records, "off")][-2:] == [False, True]
     assert not device.on()
 
 
 @posix
-def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it(
+def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it_and_is_refused(
     device: Device, tmp_path: Path, clock: LeaseClock, limits: Limits
 ) -> None:
     process = client(device, tmp_path, "os.kill(supply.guardian_pid, signal.SIGKILL); os.abort()")
@@ -128,7 +131,11 @@ def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it(
     time.sleep(1.2)
     assert device.on()  # no software is left; its trip levels are armed
     assert device.read(82, 2) == [650, 1200]
-    with open_guarded(device.connection, clock=clock) as supply:
-        assert prepare(supply, limits, model="RD6006").found.output
+    words = r"is latched since .*: its program and its guardian ended before off was confirmed"
+    with (
+        pytest.raises(SafetyStop, match=f"{words}; the output is off, confirmed"),
+        open_guarded(device.connection, clock=clock) as supply,
+    ):
+        prepare(supply, limits, model="RD6006")
     down = [volts for _, volts in device.history][-10:]
     assert down == [4.5, 4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0]

@@ -17,6 +17,7 @@ from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
 from workbench.bundle.writing import replaced, told
 from workbench.errors import InputError, RecordError, what_to_do
+from workbench.output import OutputState, fold
 
 if TYPE_CHECKING:
     from workbench.timeseries import TimeSeries
@@ -162,16 +163,27 @@ class Bundle:
         return _events(self.path / GUARDIAN)
 
     @property
+    def output(self) -> OutputState:
+        """What is known of the supply's output, by all that was written about it.
+
+        Its guardian tells, and where there was none the journal.
+        """
+        for path in (self.guardian_log, self.journal_log):
+            known = fold(_events(path, damaged=True))
+            if known.state != "untouched":
+                return known
+        return OutputState()
+
+    @property
     def output_off(self) -> str | None:
         """How the run left the output: `confirmed`, `unconfirmed`, `supply not opened`.
 
-        The manifest tells; of a run that was killed its guardian does. None where neither knows.
+        None where no file tells of a supply.
         """
-        said = {"off": "confirmed", "terminals": "dead"}
-        verdicts = [e[said[e["event"]]] for e in self.read_guardian() if e["event"] in said]
-        if "output_off" in self.manifest or not verdicts:
+        known = self.output
+        if known.state == "untouched" and not self.read_guardian():
             return self.manifest.get("output_off")
-        return "confirmed" if verdicts[-1] else "unconfirmed"
+        return known.verdict
 
     @property
     def wire_log(self) -> Path:
@@ -333,18 +345,28 @@ class Bundle:
         seal(self.path)
 
 
-def _events(path: Path) -> list[dict[str, Any]]:
-    """Return the events of a file; a line that is none, cut short or damaged, is left out."""
+def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
+    """Return the events of a file; a line that is none, cut short or damaged, is left out.
+
+    Args:
+        path: of the file.
+        damaged: put an event `damaged` in the place of a line that is none, but for a last one
+            that was cut short: what it was to tell was not yet done.
+    """
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:
         return []
     events: list[dict[str, Any]] = []
-    for line in text.splitlines():
+    whole, _, _ = text.rpartition("\n")
+    for line in (whole if damaged else text).splitlines():
         try:
             event = json.loads(line)
         except json.JSONDecodeError:
-            continue
+            event = None
         if isinstance(event, dict):
             events.append(event)
+        elif damaged:
+            cause = f"a line of {path.name} cannot be read"
+            events.append({"event": "damaged", "cause": cause})
     return events

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import signal
 import sys
+from contextlib import suppress
 from types import FrameType
 
 import typer
@@ -12,6 +13,7 @@ import typer
 from workbench.cli.everywhere import NoColorFlag, QuietFlag, VersionFlag, moved_to_front, obey
 from workbench.cli.lazy import Verb, lazy_group
 from workbench.errors import InputError, Interrupted, WorkbenchError, what_to_do
+from workbench.output import ledgers
 
 __all__ = ["VERBS", "app", "cut_off", "main"]
 
@@ -104,6 +106,7 @@ def main() -> None:
     for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # the last two on some systems only
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _stop)
+    _tell_of_outputs()
     try:
         _call(moved_to_front(sys.argv[1:]))
     except WorkbenchError as error:
@@ -123,6 +126,16 @@ def main() -> None:
         told = cut_off(stop) or "stopped; no supply was in use"
         print(f"workbench: {told}", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
+
+
+def _tell_of_outputs() -> None:
+    """Tell before anything else of each output that may be on and that nobody watches."""
+    with suppress(OSError):  # then its next run tells
+        for ledger in ledgers():
+            standing = ledger.standing()
+            if standing is not None and standing.output.live:
+                told = f"{ledger.key} at {standing.place}: {standing.told}"
+                print(f"workbench: {told}", file=sys.stderr)
 
 
 def cut_off(stop: BaseException) -> Interrupted | None:

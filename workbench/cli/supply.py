@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -15,7 +15,7 @@ from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table
+from workbench.cli.output import JsonFlag, emit, people, show_table
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
     MODELS,
@@ -29,10 +29,12 @@ from workbench.hw import (
 from workbench.hw.models import FAMILIES, Family, ModbusModel
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
+from workbench.output import BY_HAND, MAY_BE_ON, Ledger
 
 __all__ = ["supply"]
 
 POLL_S = 0.1
+_LET_GO_S = 10.0  # for a guardian to switch off and see the terminals dead
 _SERVED_AT = "127.0.0.1:5020"
 FAMILY_NAMES = ", ".join(FAMILIES)
 
@@ -150,33 +152,45 @@ def read(bench: BenchOption, as_json: JsonFlag = False) -> None:
 
 @supply.command()
 def off(bench: BenchOption) -> None:
-    """Switch the output off and confirm it.
+    """Switch the output off and confirm it, whoever drives it.
+
+    A run that drives it is asked to stop first, through its guardian.
 
     Example: workbench supply off --bench lab.yaml
     """
+    for ledger in _real(bench).ledgers():
+        _stop_who_drives(ledger)
     with _opened(bench) as device:
         confirmed = device.off()
         dead = confirmed and device.terminals_dead()
     if not dead:
-        raise SafetyStop(f"{bench}: OUTPUT MAY BE ON, switch it off by hand")
+        raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
     print("output off, confirmed")
+
+
+def _stop_who_drives(ledger: Ledger) -> None:
+    """Ask the guardian that holds the supply to switch off, and wait until it has let go."""
+    end = time.monotonic() + _LET_GO_S
+    while ledger.held() and time.monotonic() < end:
+        ledger.ask_for_off()
+        time.sleep(POLL_S)
+    ledger.asked_for_off()  # for whoever comes next it is no request
 
 
 @supply.command()
 def acknowledge(
     bench: BenchOption,
     name: Annotated[str, typer.Option(help="Who has looked at the cause.")],
-    runs: RunsFolder = Path("runs"),
 ) -> None:
-    """Release the latch that a safety stop has left, so that the next run may drive.
+    """Sign for a safety stop, so that the next run may drive the supply.
 
     Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
-    latch = make_bench(load_bench(bench).content).latch(runs)
-    if latch is None:
-        raise InputError(f"bench {bench!r} has no real supply, so nothing is ever latched")
-    trip = latch.acknowledge(name)
-    print(f"acknowledged by {name}: {trip.reason}")
+    standing = [ledger for ledger in _real(bench).ledgers() if ledger.standing()]
+    if not standing:
+        raise InputError(f"bench {bench!r}: no stop is waiting for an acknowledgement")
+    for ledger in standing:
+        print(f"acknowledged by {name}: {ledger.acknowledge(name).reason}")
 
 
 @supply.command()
@@ -240,13 +254,18 @@ def _take_lines(device: SimulatedSupply, ended: threading.Event) -> None:
                 people.print(str(error), markup=False)
 
 
-@contextmanager
-def _opened(bench: str) -> Iterator[Supply]:
-    """Open a real bench's supply without touching its output."""
+def _real(bench: str) -> RealBench:
+    """Return a bench with a real supply."""
     device = make_bench(load_bench(bench).content)
     if not isinstance(device, RealBench):
         raise InputError(f"bench {bench!r} has no real supply; see `workbench supply simulate`")
-    found = device.open_supply()
+    return device
+
+
+@contextmanager
+def _opened(bench: str) -> Iterator[Supply]:
+    """Open a real bench's supply without touching its output."""
+    found = _real(bench).open_supply()
     try:
         yield found
     finally:

@@ -6,7 +6,6 @@ that takes nothing is an error and not a wait.
 
 from __future__ import annotations
 
-import functools
 import select
 import socket
 import time
@@ -16,12 +15,12 @@ from typing import Protocol
 from serial import Serial, SerialException
 
 from workbench.errors import HardwareError
-from workbench.hw.connection import Connection, not_reachable
+from workbench.hw.connection import Connection, not_reachable, resolved
 
 __all__ = ["Channel", "open_channel"]
 
 CHUNK = 4096
-CONNECT_S = 1.0
+CONNECT_S, RECONNECT_S = 2.0, 0.5
 SEND_S = 0.4  # the longest command takes 0.1 s at 9600 baud
 DRAIN_POLL_S = 0.001
 
@@ -63,20 +62,17 @@ def open_channel(connection: Connection) -> Channel:
     return _WithoutEcho(way) if connection.echo else way
 
 
-@functools.cache
-def _resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Look a host up once: a name server must not be waited for on the way to "off"."""
-    family, _, _, _, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-    return family, (str(place[0]), int(place[1]))
+_reached: set[tuple[str, int]] = set()  # what was once in reach is known to be near
 
 
 class _Socket:
     def __init__(self, connection: Connection) -> None:
-        family, place = _resolved(*connection.host_and_port)
+        family, place = resolved(*connection.host_and_port)
         self._link = socket.socket(family, socket.SOCK_STREAM)
         try:
-            self._link.settimeout(CONNECT_S)
+            self._link.settimeout(RECONNECT_S if place in _reached else CONNECT_S)
             self._link.connect(place)
+            _reached.add(place)
             self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._link.settimeout(SEND_S)
         except BaseException:

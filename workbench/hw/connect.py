@@ -11,6 +11,7 @@ from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.dps import DpsSupply
 from workbench.hw.hanmatek import HanmatekSupply
+from workbench.hw.health import Health
 from workbench.hw.korad import KoradSupply
 from workbench.hw.line import Line
 from workbench.hw.modbus import ModbusSupply
@@ -24,17 +25,18 @@ from workbench.hw.wirelog import WireLog
 
 __all__ = ["DRIVERS", "open_supply"]
 
-Driver = Callable[[Connection, Clock, WireLog], Supply]
+Driver = Callable[[Connection, Clock, WireLog, Health], Supply]
 
 
 def _over_modbus(driver: type[ModbusSupply]) -> Driver:
-    def opened(connection: Connection, clock: Clock, wire_log: WireLog) -> Supply:
+    def opened(connection: Connection, clock: Clock, wire_log: WireLog, health: Health) -> Supply:
         own = driver.registers
         link = Transport(
             connection,
             writable=own.writable,
             clock=clock,
             wire_log=wire_log,
+            health=health,
             mark=(own.identity.start, own.identity.count),
         )
         try:
@@ -52,7 +54,7 @@ def _over_text(
     may_send: re.Pattern[str],
     gap_s: float,
 ) -> Driver:
-    def opened(connection: Connection, clock: Clock, wire_log: WireLog) -> Supply:
+    def opened(connection: Connection, clock: Clock, wire_log: WireLog, health: Health) -> Supply:
         if connection.kind == "rtu-over-tcp":
             raise InputError(
                 f"{connection.address}: this family speaks text and no RTU frames; "
@@ -65,6 +67,7 @@ def _over_text(
             gap_s=gap_s,
             clock=clock,
             wire_log=wire_log,
+            health=health,
         )
         try:
             return driver(line, clock)
@@ -85,7 +88,12 @@ DRIVERS: dict[Family, Driver] = {
 
 
 def open_supply(
-    connection: Connection, *, clock: Clock, wire_log: WireLog, family: str = "riden"
+    connection: Connection,
+    *,
+    clock: Clock,
+    wire_log: WireLog,
+    family: str = "riden",
+    health: Health | None = None,
 ) -> Supply:
     """Open the supply at a place; its model is read from itself, nothing is changed yet.
 
@@ -96,6 +104,7 @@ def open_supply(
         clock: what it waits with and stamps readings with.
         wire_log: takes one JSON line per message on the wire.
         family: which driver to use; `model_named(...).family` tells it from a bench file.
+        health: is told how each exchange goes, for who cannot wait for its end.
 
     Raises:
         InputError: when there is no such family, or it cannot be reached in that way.
@@ -103,5 +112,5 @@ def open_supply(
     """
     for known in FAMILIES:
         if family == known:
-            return DRIVERS[known](connection, clock, wire_log)
+            return DRIVERS[known](connection, clock, wire_log, health or Health())
     raise InputError(f"no driver for family {family!r}; there are {', '.join(FAMILIES)}")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import os
+import socket
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -11,7 +14,7 @@ from serial.tools.list_ports import comports
 
 from workbench.errors import InputError
 
-__all__ = ["Connection", "Kind", "not_reachable", "port_trouble"]
+__all__ = ["Connection", "Kind", "not_reachable", "port_trouble", "resolved"]
 
 Kind = Literal["serial", "rtu-over-tcp", "tcp"]
 
@@ -54,6 +57,28 @@ class Connection:
         """The two parts of a TCP address."""
         host, _, port = self.address.rpartition(":")
         return host, int(port)
+
+    @property
+    def place(self) -> str:
+        """The address as it resolves: one name for `localhost` and 127.0.0.1, a link and a port."""
+        if self.kind == "serial":
+            return os.path.realpath(self.address) if os.name == "posix" else self.address
+        host, port = self.host_and_port
+        with suppress(OSError):
+            host = str(resolved(host, port)[1][0])
+        return f"{host}:{port}"
+
+
+@functools.cache
+def resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Look a host up once: a name server must not be waited for on the way to "off".
+
+    Raises:
+        OSError: when there is no such host.
+    """
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    family, _, _, _, place = min(found, key=lambda one: one[0] != socket.AF_INET)
+    return family, (str(place[0]), int(place[1]))
 
 
 def not_reachable(connection: Connection) -> str:

@@ -24,6 +24,7 @@ class Health:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._since: float | None = None
+        self._good_at = time.monotonic()
         self._cause = ""
 
     def begin(self) -> None:
@@ -35,7 +36,7 @@ class Health:
     def good(self) -> None:
         """Note a good answer: what was wrong before is over."""
         with self._lock:
-            self._since, self._cause = None, ""
+            self._since, self._cause, self._good_at = None, "", time.monotonic()
 
     def fault(self, text: str) -> None:
         """Note what went wrong; the first fault since the last good answer is the cause."""
@@ -47,6 +48,11 @@ class Health:
         """What went wrong first since the last good answer; empty when nothing did."""
         with self._lock:
             return self._cause
+
+    def answered_since(self, instant: float) -> bool:
+        """Tell whether a good answer came after an instant of `time.monotonic`."""
+        with self._lock:
+            return self._good_at > instant
 
     def overdue(self, seconds: float) -> str:
         """Return why there was no good answer for so long [s]; empty when there was one."""

@@ -18,6 +18,7 @@ from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.channel import Channel, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
+from workbench.hw.health import Health, NoAnswer
 from workbench.hw.wirelog import Way, WireLog, Wiretap
 
 __all__ = ["WHO", "Line"]
@@ -25,7 +26,13 @@ __all__ = ["WHO", "Line"]
 WHO = "*IDN?"
 QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so long
 MOST_BYTES = 256  # longer answers there are none
+DRAIN_BYTES = 4096  # who sends more without being asked never falls silent
+NEVER_SILENT = "the line never falls silent; who sends there?"
 ROUNDS = 2
+ECHOED = (
+    "the adapter sends back what it is sent, as some for RS485 do; switch that off, "
+    "or write `echo: true` below `connection` in the bench file"
+)
 PADDING = b"\x00\x01\xbc\r\n "  # what may stand behind an identity
 
 
@@ -40,6 +47,7 @@ class Line:
         clock: waits for the gap and stamps the wire log.
         wire_log: takes one JSON line per message. When it raises, nothing but urgent commands
             is sent any more; asking goes on.
+        health: is told how each exchange goes.
         opened: opens the channel.
 
     Raises:
@@ -55,11 +63,13 @@ class Line:
         gap_s: float,
         clock: Clock,
         wire_log: WireLog,
+        health: Health | None = None,
         opened: Callable[[Connection], Channel] = open_channel,
     ) -> None:
         self.connection = connection
         self._terminator, self._may_send = terminator, may_send
-        self._gap_s, self._clock = gap_s, clock
+        self._gap_s, self._clock = connection.gap_s or gap_s, clock
+        self._health = health or Health()
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
         self._opened = opened
@@ -77,14 +87,18 @@ class Line:
         """Whether the link is open, as far as is known."""
         return self._channel is not None
 
-    def open(self) -> None:
+    def open(self, connection: Connection | None = None) -> None:
         """Open the link, again after a loss; the caller then checks who is there.
+
+        Args:
+            connection: where it is now; where it was when left out.
 
         Raises:
             HardwareError: when nothing can be opened there.
         """
         self.close()
-        self._channel, self._suspect = self._opened(self.connection), False
+        self._channel = self._opened(connection or self.connection)
+        self.connection, self._suspect = connection or self.connection, False
 
     def close(self) -> None:
         """Close the link; closing twice does no harm."""
@@ -103,14 +117,19 @@ class Line:
             self._send(WHO, what)
             self._suspect = True
             heard = self._hear(what, self._ended, quiet_s=QUIET_S)
+            if len(heard) >= MOST_BYTES:
+                raise self._fault(what, NEVER_SILENT)
             if not heard.strip(PADDING):
-                raise self._fault(what, self._silence())
+                raise self._fault(what, self._silence(), NoAnswer)
+            if WHO.encode() in heard:
+                raise self._fault(what, ECHOED)
             self._identity, self._suspect = heard, False
+            self._health.good()
             return heard.strip(PADDING).decode("ascii", "replace")
 
     def set_gap(self, seconds: float) -> None:
-        """Keep this gap [s] from now on: the model that is there needs it."""
-        self._gap_s = seconds
+        """Keep this gap [s] from now on: the model that is there needs it, or the bench more."""
+        self._gap_s = self.connection.gap_s or seconds
 
     def ask(self, command: str, form: re.Pattern[bytes], *, again: bool = True) -> bytes:
         """Ask a question.
@@ -128,10 +147,15 @@ class Line:
         with self._lock:
             try:
                 return self._ask_once(command, form)
-            except HardwareError:
+            except HardwareError as first:
                 if not (again and self._suspect):  # otherwise the link is gone
                     raise
-                return self._ask_once(command, form)
+                try:
+                    return self._ask_once(command, form)
+                except HardwareError as second:
+                    if not self.connected:
+                        raise
+                    raise first from second
 
     @contextmanager
     def in_order(self) -> Iterator[None]:
@@ -181,11 +205,12 @@ class Line:
         self._suspect = True
         heard = self._hear(what, lambda data: self._answer(data, form) is not None)
         if not heard:
-            raise self._fault(what, self._silence())
+            raise self._fault(what, self._silence(), NoAnswer)
         answer = self._answer(heard, form)
         if answer is None:
-            raise self._fault(what, f"answered {heard!r}, which is no answer to it")
+            raise self._fault(what, self._no_answer(command, heard))
         self._suspect, self._answered = False, True
+        self._health.good()
         self._stray_due = "stray" in form.groupindex and answer == heard
         return answer
 
@@ -213,8 +238,12 @@ class Line:
             if self._identity and heard.endswith(self._identity):
                 self._suspect = False
                 return
+            if not heard:
+                break  # who is silent to one question is to the next
         if not ever:
-            raise self._fault(what, self._silence())
+            raise self._fault(what, self._silence(), NoAnswer)
+        if len(ever) >= MOST_BYTES:
+            raise self._fault(what, NEVER_SILENT)
         raise self._fault(what, f"it does not answer {WHO} as it did at first; is it another one?")
 
     def _send(self, command: str, what: str) -> None:
@@ -225,6 +254,7 @@ class Line:
             )
         self._clock.sleep(self._gap_s - (self._clock.now() - self._free_at))
         data = command.encode("ascii") + self._terminator
+        self._health.begin()
         with _Losing(self, what) as channel:
             self._drop_waiting(channel, what)
             self._tap.note("sent", data)
@@ -232,9 +262,17 @@ class Line:
         self._free_at = self._clock.now()
 
     def _drop_waiting(self, channel: Channel, what: str) -> None:
+        """Drop what came since the last exchange, as far as it ends; then it is sent all the same.
+
+        A command must get through beside an endless sender: "off" is one.
+        """
         waiting = b""
         while piece := channel.receive(0.0):
             waiting += piece
+            if len(waiting) > DRAIN_BYTES:
+                self._suspect = True
+                self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
+                break
         if waiting:
             self._tap.note("discarded", waiting)
         doubtful = waiting[self._stray_due :].strip(PADDING)
@@ -256,8 +294,8 @@ class Line:
         end = time.monotonic() + timeout
         with _Losing(self, what) as channel:
             while not complete(heard) and len(heard) < MOST_BYTES:
-                wait = end - time.monotonic() if quiet_s is None or not heard else quiet_s
-                piece = channel.receive(wait)
+                left = end - time.monotonic()
+                piece = channel.receive(min(left, quiet_s) if quiet_s and heard else left)
                 if not piece:
                     break
                 heard += piece
@@ -270,8 +308,20 @@ class Line:
         speed = f" and are {place.baud} baud right" if place.kind == "serial" else ""
         return f"no answer within {place.timeout_s} s; is it on, its interface enabled{speed}?"
 
-    def _fault(self, what: str, text: str) -> HardwareError:
-        return HardwareError(f"{self.connection.address}, {what}: {text}")
+    def _no_answer(self, command: str, heard: bytes) -> str:
+        if len(heard) >= MOST_BYTES:
+            return NEVER_SILENT
+        if heard.startswith(command.encode("ascii")):
+            return ECHOED
+        return f"answered {heard!r}, which is no answer to it"
+
+    def _fault(
+        self, what: str, text: str, kind: type[HardwareError] = HardwareError
+    ) -> HardwareError:
+        told = f"{self.connection.address}, {what}: {text}"
+        if self._suspect or not self.connected:
+            self._health.fault(told)
+        return kind(told)
 
 
 class _Losing:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from contextlib import suppress
 from decimal import Decimal
 from typing import ClassVar, NamedTuple
 
 from workbench.errors import HardwareError, InputError
 from workbench.hw.clock import Clock
+from workbench.hw.connection import Connection
+from workbench.hw.health import NoAnswer
 from workbench.hw.models import (
     Block,
     Family,
@@ -122,6 +123,15 @@ class ModbusSupply(Supply):
         """Read whether the output comes on with the power."""
         return self._read(self.registers.power_on)[self.registers.power_on_output] != 0
 
+    @property
+    def connected(self) -> bool:
+        """Whether its link is open, as far as is known."""
+        return self._link.connected
+
+    def reach(self, connection: Connection) -> None:
+        """Look for it at another place. Raises as `Supply.reach`."""
+        reopen(self._link, self.identify, connection)
+
     def close(self) -> None:
         """Close the link."""
         self._link.close()
@@ -158,8 +168,12 @@ class ModbusSupply(Supply):
             self._link.write(place, 1)
         else:
             reopen(self._link, self.identify)
-            with suppress(HardwareError):  # what is read back decides, not the echo
+            try:
                 self._link.write(place, 0, urgent=True)
+            except NoAnswer:
+                raise  # better to send off again at once than to ask who is silent
+            except HardwareError:
+                pass  # what is read back decides, not the echo
         # no patience for off: better to send off again soon
         found = read_back(lambda: self._status(again=on)[place], int(on), self.clock)
         if found != int(on):
@@ -167,6 +181,8 @@ class ModbusSupply(Supply):
                 f"{self.name}: output asked {'on' if on else 'off'}, wrote {int(on)} to register "
                 f"{place}, read back {found}"
             )
+        if not on:
+            self.identify()  # another supply's off confirms nothing
 
     def _read(self, block: Block, *, again: bool = True) -> Words:
         words = self._link.read(block.start, block.count, spare=block.spare, again=again)

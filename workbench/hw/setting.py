@@ -8,6 +8,7 @@ from typing import Protocol, TypeVar
 
 from workbench.errors import InputError
 from workbench.hw.clock import Clock
+from workbench.hw.connection import Connection
 from workbench.hw.supply import Mode
 
 __all__ = ["NOT_REPORTED", "read_back", "refuse_beyond", "reopen", "told_mode"]
@@ -26,21 +27,24 @@ class Link(Protocol):
     @property
     def connected(self) -> bool: ...
 
-    def open(self) -> None: ...
+    def open(self, connection: Connection | None = None) -> None: ...
 
     def close(self) -> None: ...
 
 
-def reopen(link: Link, identify: Callable[[], object]) -> None:
+def reopen(
+    link: Link, identify: Callable[[], object], connection: Connection | None = None
+) -> None:
     """Open a lost link again, for switching off, and make sure who is there.
 
     Args:
         link: to the supply.
         identify: raises when another supply answers than at first.
+        connection: where to look; where it was when left out.
     """
-    if link.connected:
+    if link.connected and connection is None:
         return
-    link.open()
+    link.open(connection)
     try:
         identify()
     except BaseException:

@@ -10,7 +10,9 @@ from typing import Literal, NamedTuple, Self
 
 from workbench.errors import InputError, SafetyStop, WorkbenchError
 from workbench.hw.clock import Clock
+from workbench.hw.connection import Connection
 from workbench.hw.models import Protection
+from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
 
@@ -141,6 +143,19 @@ class Supply(ABC):
     def measure_power_on_output(self) -> bool | None:
         """Tell whether the output comes on with the power; None when it cannot be asked."""
 
+    @property
+    @abstractmethod
+    def connected(self) -> bool:
+        """Whether its link is open, as far as is known."""
+
+    @abstractmethod
+    def reach(self, connection: Connection) -> None:
+        """Look for it at another place; where another supply answers, the link stays closed.
+
+        Raises:
+            HardwareError: when it is not there.
+        """
+
     @abstractmethod
     def close(self) -> None:
         """Release the link; the output stays as it is."""
@@ -239,6 +254,14 @@ class Supply(ABC):
             self._apply_voltage(volts)
             self.clock.sleep(RAMP_PAUSE_S)
 
+    def try_off(self) -> None:
+        """Send off once and read it back from the same supply; a lost link is opened again.
+
+        Raises:
+            HardwareError: when it is not read back; it may have been carried out.
+        """
+        self._apply_output(False)
+
     def off(self) -> bool:
         """Switch the output off, trying again where needed; True when read back as off.
 
@@ -249,7 +272,7 @@ class Supply(ABC):
             try:
                 if attempt:
                     self.clock.sleep(OFF_PAUSE_S)
-                self._apply_output(False)
+                self.try_off()
                 return True
             except (Exception, KeyboardInterrupt):
                 continue
@@ -290,10 +313,8 @@ class Supply(ABC):
         finally:
             self.close()
         if not confirmed:
-            raise SafetyStop(
-                f"{self.name}: OUTPUT MAY BE ON, it did not confirm off in {OFF_TRIES} tries; "
-                "switch it off by hand"
-            ) from error
+            first = f"{error}; " if isinstance(error, WorkbenchError) else f"{self.name}: "
+            raise SafetyStop(f"{first}it did not confirm off; {MAY_BE_ON}, {BY_HAND}") from error
 
     def _refuse_outside(self, what: str, value: Decimal, highest: Decimal, unit: str) -> None:
         if not (value.is_finite() and 0 <= value <= highest):

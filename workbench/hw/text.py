@@ -12,6 +12,7 @@ from decimal import Decimal
 
 from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
+from workbench.hw.connection import Connection
 from workbench.hw.line import Line
 from workbench.hw.models import Model, rounded
 from workbench.hw.setting import read_back, refuse_beyond, reopen
@@ -72,6 +73,15 @@ class TextSupply(Supply):
 
     def measure_power_on_output(self) -> None:
         """Return nothing: there is no way to ask for it."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether its link is open, as far as is known."""
+        return self._line.connected
+
+    def reach(self, connection: Connection) -> None:
+        """Look for it at another place. Raises as `Supply.reach`."""
+        reopen(self._line, self.identify, connection)
 
     def close(self) -> None:
         """Close the line."""

@@ -3,8 +3,9 @@
 What lives here: the process (`service.py`, started as `python -m workbench.hw.guardian`), the
 supply that a client holds instead of the real one (`client.py`, over `process.py`), the lease that
 ties the output to the client's progress (`lease.py`), what they say to each other (`messages.py`),
-what the guardian writes down (`records.py`), and the latch that a trip leaves behind (`latch.py`).
-What does not: drivers, and the order of operations around an output; both are those of `hw`.
+and what the guardian writes down (`records.py`); a trip latches the supply in its ledger
+(`workbench.output`). What does not: drivers, and the order of operations around an output; both are
+those of `hw`.
 
     clock = LeaseClock()
     with open_guarded(connection, clock=clock, records=Records(events=path)) as supply:
@@ -16,8 +17,14 @@ To add a call: one row in `service.CALLS`, one method of `GuardedSupply`, one te
 """
 
 from workbench.hw.guardian.client import GuardedSupply, open_guarded
-from workbench.hw.guardian.latch import Latch, Trip
 from workbench.hw.guardian.lease import LeaseClock
-from workbench.hw.guardian.messages import NO_RECORDS, Records
+from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records
 
-__all__ = ["NO_RECORDS", "GuardedSupply", "Latch", "LeaseClock", "Records", "Trip", "open_guarded"]
+__all__ = [
+    "KEEP_TRYING_S",
+    "NO_RECORDS",
+    "GuardedSupply",
+    "LeaseClock",
+    "Records",
+    "open_guarded",
+]

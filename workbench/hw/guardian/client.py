@@ -5,18 +5,23 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from decimal import Decimal
+from types import TracebackType
 from typing import Any
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
 from workbench.hw.guardian.lease import SILENT_S, UNSET_SILENT_S, LeaseClock
-from workbench.hw.guardian.messages import NO_RECORDS, Records, Task
+from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
-from workbench.hw.supply import Identity, Limits, Reading, Setpoint, Supply
+from workbench.hw.supply import DECAY_S, Identity, Limits, Reading, Setpoint, Supply
+from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["GuardedSupply", "open_guarded"]
 
-TAKE_OVER_S = 5.0  # for a dead guardian's lock on the port to be released
+AT_ONCE_S = 1.0  # for a guardian that tripped to switch off, before it is said
+VERDICT_S = 2.0  # more for it, when the client ends
+TAKE_OVER_S = 6.0  # for another guardian to get the port and switch off
+TERMINALS_S = DECAY_S + 3.0
 
 
 def open_guarded(
@@ -25,6 +30,7 @@ def open_guarded(
     clock: LeaseClock,
     records: Records = NO_RECORDS,
     family: str = "riden",
+    keep_trying_s: float = KEEP_TRYING_S,
 ) -> GuardedSupply:
     """Start a guardian and let it open the supply at a place; nothing is changed yet.
 
@@ -33,12 +39,14 @@ def open_guarded(
         clock: what the client waits with; waiting renews the lease.
         records: where the guardian writes.
         family: which driver to use.
+        keep_trying_s: how long it tries to switch off a supply that does not confirm it [s].
 
     Raises:
         InputError: when there is no such family.
         HardwareError: when it cannot be reached, does not answer, or is of an unknown model.
     """
-    return GuardedSupply(Task(connection, family, records), clock)
+    task = Task(connection, family, records, keep_trying_s=keep_trying_s)
+    return GuardedSupply(task, clock)
 
 
 class GuardedSupply(Supply):
@@ -60,13 +68,12 @@ class GuardedSupply(Supply):
     def __init__(self, task: Task, clock: LeaseClock) -> None:
         super().__init__(f"supply at {task.connection.address}", clock)
         self._task, self._lease = task, clock
-        self._identity: list[str] | None = None
         self._owned = False
         self._gone: str | None = None  # how the guardian ended
-        self._confirmed = False  # off, after it ended
         self._guardian = GuardianProcess(task)
         try:
-            self.name = self._ask("open")
+            self.name, *identity = self._ask("open")
+            self._task = replace(task, identity=tuple(identity))
         except BaseException:
             self._guardian.kill()
             raise
@@ -78,9 +85,7 @@ class GuardedSupply(Supply):
 
     def identify(self) -> Identity:
         """Ask for model, serial and firmware. Raises as every call: see the class."""
-        words: list[str] = self._ask("identify")
-        self._identity = words
-        return Identity(*words)
+        return Identity(*self._ask("identify"))
 
     def measure(self) -> Reading:
         """Read the whole state in one exchange.
@@ -107,36 +112,60 @@ class GuardedSupply(Supply):
         self._ask("ramp_down")
 
     def off(self) -> bool:
-        """Switch off, through another guardian when this one is gone; True when read back as off.
+        """Switch off; True when read back as off. A guardian that could not goes on trying.
 
         Never raises; a Ctrl-C meanwhile costs one try.
         """
         self._owned = True
         for _ in range(2):
             with suppress(Exception, KeyboardInterrupt):
-                if self._confirmed:
-                    return True
-                if self._gone is None and self._ask("off"):
+                if self._gone is not None:
+                    return self._guardian.verdict(VERDICT_S)
+                if self._ask("off"):
                     self._lease.rest()
                     return True
-                if self._gone is not None and self._off_through_another():
-                    return True
-        return self._confirmed
+        return self._gone is not None and self._guardian.off
+
+    def try_off(self) -> None:
+        """Switch off, or raise; the guardian tries as often as it has to."""
+        if not self.off():
+            raise SafetyStop(self._told())
 
     def terminals_dead(self) -> bool:
         """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
 
-        A guardian that switched off by itself looks by itself, and ends with its verdict.
+        A guardian that switched off by itself looks by itself.
         """
         if self._gone is None:
             with suppress(WorkbenchError):
                 return bool(self._ask("terminals_dead"))
-        return self._confirmed and self._guardian.end() == 0
+        return self._guardian.verdict(TERMINALS_S if self._guardian.off else 0.0, dead=True)
+
+    @property
+    def connected(self) -> bool:
+        """Whether its guardian is there."""
+        return self._gone is None
+
+    def reach(self, connection: Connection) -> None:
+        """Leave that to the guardian."""
+        raise NotImplementedError("a guardian looks for its supply by itself")
 
     def close(self) -> None:
         """End the guardian; one that still has the output on switches it off."""
         self._lease.rest()
         self._guardian.end()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Switch off and close; a safety stop latches. Raises as `Supply.__exit__`."""
+        if isinstance(error, SafetyStop) and self._gone is None and self._owned:
+            with suppress(WorkbenchError):
+                self._ask("latch", str(error))
+        super().__exit__(kind, error, trace)
 
     def _apply_voltage(self, volts: Decimal) -> Decimal:
         return Decimal(self._ask("set_voltage", str(volts)))
@@ -177,8 +206,8 @@ class GuardedSupply(Supply):
         """Do what remains to be done without this guardian, and return what to raise."""
         self._lease.rest()
         if isinstance(end, GuardianTripped):
-            self._confirmed = end.confirmed
             self._gone = f"its guardian switched off: {end}"
+            self._guardian.verdict(AT_ONCE_S)
         else:
             self._guardian.kill()
             self._gone = f"its guardian {end}"
@@ -188,21 +217,18 @@ class GuardedSupply(Supply):
         return SafetyStop(self._told())
 
     def _told(self) -> str:
-        state = "the output is off, confirmed" if self._confirmed else "OUTPUT MAY BE ON"
-        return f"{self.name}: {self._gone}; {state}"
+        if self._guardian.off and self._guardian.dead is not False:
+            return f"{self.name}: {self._gone}; the output is off, confirmed"
+        trying = f"; its guardian tries on for {self._task.keep_trying_s:g} s"
+        return f"{self.name}: {self._gone}; {MAY_BE_ON}, {BY_HAND}{trying}"
 
-    def _off_through_another(self) -> bool:
+    def _off_through_another(self) -> None:
         """Let a new guardian open the port, as soon as it is free, and switch off."""
-        self._guardian.end()
-        task = replace(self._task, patience_s=TAKE_OVER_S, after=self._gone or "")
         try:
-            self._guardian = GuardianProcess(task)
-            self._guardian.ask("open")
-            off = self._guardian.ask("off") and self._guardian.ask("terminals_dead")
-            same = self._identity in (None, self._guardian.ask("identify"))
-            self._confirmed = off and same  # another supply's off confirms nothing
-        except (WorkbenchError, GuardianLost, GuardianTripped):
-            self._confirmed = False
-        finally:
-            self._guardian.end()
-        return self._confirmed
+            self._guardian = GuardianProcess(replace(self._task, after=self._gone or ""))
+        except HardwareError as error:
+            self._gone = f"{self._gone}; another could not be started ({error})"
+            return
+        with suppress(GuardianTripped, GuardianLost):
+            self._guardian.await_trip(TAKE_OVER_S)
+        self._guardian.verdict(TAKE_OVER_S)

@@ -6,7 +6,9 @@
                                             {"id": 7, "value": {...}}
                                             {"id": 7, "error": "HardwareError", "text": "..."}
     {"renew": 1}                            {"alive": 1}
-                                            {"tripped": "why", "confirmed": true}
+                                            {"tripped": "why"}
+                                            {"off": true}     when it was read back
+                                            {"dead": true}    when the terminals were looked at
     {"goodbye": 1}                          (ends)
 
 Every message of the client is a sign of progress.
@@ -22,7 +24,10 @@ from workbench.errors import HardwareError, InputError, SafetyStop, WorkbenchErr
 from workbench.hw.connection import Connection
 from workbench.loopback import Message
 
-__all__ = ["NO_RECORDS", "Records", "Task", "error_of", "fault_of"]
+__all__ = ["KEEP_TRYING_S", "NO_RECORDS", "Records", "Task", "error_of", "fault_of"]
+
+KEEP_TRYING_S = 90.0
+"""How long a guardian tries to switch off [s], whether or not its client lives."""
 
 _ERRORS: dict[str, type[WorkbenchError]] = {
     kind.__name__: kind for kind in (HardwareError, InputError, SafetyStop)
@@ -36,12 +41,10 @@ class Records:
     Args:
         wire: JSON line of each message on the wire; None keeps none.
         events: JSON line of each event of the guardian, on disk at once; None keeps none.
-        latch: the supply's latch; None sets none.
     """
 
     wire: Path | None = None
     events: Path | None = None
-    latch: Path | None = None
 
 
 NO_RECORDS = Records()
@@ -55,15 +58,18 @@ class Task:
         connection: where the supply is.
         family: which driver to use.
         records: where to write.
-        patience_s: how long to try to open the port, which its last owner may still hold [s].
-        after: how the guardian before this one ended; empty when there was none.
+        after: how the guardian before this one ended; this one is then to switch off, nothing
+            else. Empty when there was none.
+        identity: whom that one guarded: model, serial number and firmware.
+        keep_trying_s: how long to try to switch off [s].
     """
 
     connection: Connection
     family: str
     records: Records
-    patience_s: float = 0.0
     after: str = ""
+    identity: tuple[str, ...] = ()
+    keep_trying_s: float = KEEP_TRYING_S
 
     def to_json(self) -> str:
         """Return it as one line."""
@@ -74,8 +80,9 @@ class Task:
                 "records": {
                     name: str(path.resolve()) for name, path in vars(self.records).items() if path
                 },
-                "patience_s": self.patience_s,
                 "after": self.after,
+                "identity": self.identity,
+                "keep_trying_s": self.keep_trying_s,
             }
         )
 
@@ -88,8 +95,9 @@ class Task:
             Connection(**found["connection"]),
             found["family"],
             Records(**paths),
-            found["patience_s"],
             found["after"],
+            tuple(found["identity"]),
+            found["keep_trying_s"],
         )
 
 

@@ -9,6 +9,7 @@ import secrets
 import socket
 import subprocess
 import sys
+import threading
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -33,16 +34,7 @@ class GuardianLost(Exception):
 
 
 class GuardianTripped(Exception):
-    """The guardian switched off by itself.
-
-    Args:
-        reason: why.
-        confirmed: whether off was read back.
-    """
-
-    def __init__(self, reason: str, confirmed: bool) -> None:
-        super().__init__(reason)
-        self.confirmed = confirmed
+    """The guardian switches off by itself; its reason is the text."""
 
 
 class GuardianProcess:
@@ -50,6 +42,10 @@ class GuardianProcess:
 
     Args:
         task: what it is to do.
+
+    Attributes:
+        off: whether it read back off since it tripped.
+        dead: whether the terminals were dead then; None while it is still trying.
 
     Raises:
         HardwareError: when it does not start.
@@ -59,6 +55,9 @@ class GuardianProcess:
         self._numbers = itertools.count(1)
         self._unanswered: float | None = None  # since when a renewal is
         self._silent = SILENT_S
+        self._tripped = False
+        self.off = False
+        self.dead: bool | None = None
         token = secrets.token_hex(16)
         with socket.create_server((HERE, 0)) as listener:
             self._process = _start()
@@ -109,18 +108,49 @@ class GuardianProcess:
         while self._receive(max(until - time.monotonic(), 0.0)) or time.monotonic() < until:
             pass
 
-    def end(self) -> int:
-        """Say goodbye, wait until it has ended and return its exit code; kill it if it does not.
+    def verdict(self, seconds: float, *, dead: bool = False) -> bool:
+        """Wait for what a guardian that tripped says of the output.
 
-        The code is 0 when the supply was left as it should be. Ending twice does no harm.
+        Args:
+            seconds: longest wait [s].
+            dead: wait until the terminals were looked at, too.
+        """
+        until = time.monotonic() + seconds
+        try:
+            while self.dead is None and not (self.off and not dead):
+                if (left := until - time.monotonic()) <= 0:
+                    break
+                self._note(self._line.receive(left) or {})
+        except OSError:  # it has ended
+            self.dead = self.dead or False
+        return bool(self.dead) if dead else self.off
+
+    def await_trip(self, seconds: float) -> None:
+        """Wait until it says that it switches off. Raises as `ask`, always."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self._receive(until - time.monotonic())
+        raise GuardianLost(f"did not take over within {seconds:g} s")
+
+    def _note(self, message: Message) -> None:
+        self.off = message.get("off", self.off)
+        self.dead = message.get("dead", self.dead)
+
+    def end(self) -> None:
+        """Say goodbye and wait until it has ended; one that is still trying is left to it.
+
+        Ending twice does no harm.
         """
         try:
             self._line.send({"goodbye": 1})
-            self._process.wait(END_S)
+            self._process.wait(END_S if self.dead is None and not self._tripped else 0.1)
         except (OSError, subprocess.TimeoutExpired):
             pass  # a Ctrl-C leaves it: it may still be trying to switch off
-        self.kill()
-        return self._process.returncode
+        if self._process.poll() is None and self._tripped and not self.dead:
+            threading.Thread(target=self._process.wait, name="reaper", daemon=True).start()
+            self._line.close()
+        else:
+            self.kill()
 
     def kill(self) -> None:
         """End it at once, so that the port becomes free."""
@@ -159,7 +189,8 @@ class GuardianProcess:
         if "alive" in message:
             self._unanswered = None
         if "tripped" in message:
-            raise GuardianTripped(message["tripped"], message["confirmed"])
+            self._tripped = True
+            raise GuardianTripped(message["tripped"])
         return message
 
 

@@ -5,13 +5,20 @@ from __future__ import annotations
 import json
 import os
 import sys
+import threading
 from contextlib import suppress
 from datetime import datetime
 
 from workbench.hw.clock import Clock
 from workbench.hw.guardian.messages import Records
+from workbench.output import Ledger, OutputState, after
 
 __all__ = ["Recorder"]
+
+OF_THE_OUTPUT = frozenset(
+    {"taken", "output_on", "off", "terminals", "lost", "regained", "trip", "scale"}
+)
+"""The events that the supply's ledger keeps as well."""
 
 
 class Recorder:
@@ -23,26 +30,51 @@ class Recorder:
 
     Attributes:
         fault: the first error of writing an event; the output must not stay on unrecorded.
+        output: what is known of the output by the events so far.
+        ledger: of the supply, once it is known which one it is.
     """
 
     def __init__(self, records: Records, clock: Clock) -> None:
         self._records, self._clock = records, clock
+        self._lock = threading.RLock()
         self.fault: OSError | None = None
+        self.output = OutputState()
+        self.ledger: Ledger | None = None
+        self.place = ""
 
     def event(self, event: str, **facts: object) -> None:
         """Append one event and wait until the disk has it."""
-        if self._records.events is None:
-            return
+        with self._lock:
+            self.output = after(self.output, {"event": event} | facts)
+            if self._records.events is not None:
+                self._append(event, facts)
+            if self.ledger is not None and event in OF_THE_OUTPUT:
+                self._keep(self.ledger, event, facts)
+
+    def _append(self, event: str, facts: dict[str, object]) -> None:
+        path = self._records.events
+        assert path is not None
         wall = datetime.now().astimezone().isoformat(timespec="milliseconds")
         line = {"time_s": round(self._clock.now(), 6), "wall": wall, "event": event} | facts
         try:
-            with self._records.events.open("a", encoding="utf-8") as file:
+            with path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            self.fault = self.fault or error
-            self.shout(f"{self._records.events} cannot be written: {error}")
+            self._failed(str(path), error)
+
+    def _keep(self, ledger: Ledger, event: str, facts: dict[str, object]) -> None:
+        record = None if self._records.events is None else str(self._records.events.parent)
+        try:
+            ledger.write(event, pid=os.getpid(), place=self.place, record=record, **facts)
+        except OSError as error:
+            self._failed(str(ledger.path), error)
+
+    def _failed(self, path: str, error: OSError) -> None:
+        error.filename = path
+        self.fault = self.fault or error
+        self.shout(f"{path} cannot be written: {error.strerror}")
 
     def wire(self, line: str) -> None:
         """Append one message of the wire.

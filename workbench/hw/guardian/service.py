@@ -1,9 +1,10 @@
 """The guardian process: one thread works with the supply, one listens to the client.
 
 Only the worker touches the supply, so an `off` can never be overtaken by an `on`. The listener
-trips it: when the link closes, when the lease expires, when the parent is gone. After a trip no
-call is carried out any more; the output goes off at once, without a ramp, and off is tried again
-until it is read back.
+trips it: when the link closes, when the lease expires, when the parent is gone, when somebody asks
+for off. An error of the supply while its output may be on trips as well. After a trip no call is
+carried out any more; it is said first, and then off is sent, without a ramp, until it is read back
+and the terminals are dead, for a minute and a half, whether or not the client lives.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from decimal import Decimal
 from types import FrameType
@@ -26,18 +27,23 @@ from typing import Any, Literal
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.clock import SystemClock
 from workbench.hw.connect import open_supply
-from workbench.hw.guardian.latch import Latch
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import Task, fault_of
 from workbench.hw.guardian.records import Recorder
-from workbench.hw.supply import Limits, Supply
+from workbench.hw.health import Health
+from workbench.hw.ports import Adapter
+from workbench.hw.setting import NOT_REPORTED
+from workbench.hw.supply import Identity, Limits, Supply
 from workbench.loopback import HERE, Line, Message
+from workbench.output import BY_HAND, MAY_BE_ON, Ledger
 
 __all__ = ["Guardian", "main"]
 
 TICK_S = 0.02  # how late a trip may be noticed
-AGAIN_S = 0.2  # between attempts at the port or at switching off
-KEEP_TRYING_S = 60.0  # to switch off for a client that is dead
+AGAIN_S = 0.2  # between attempts at switching off
+OFF_TRIES = 2  # asked by the client; then the guardian takes over
+OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
+TAKE_OVER_S = 5.0  # for a dead guardian's hold on supply and port to be released
 FAREWELL_S = 2.0  # for the client to read what it was told
 CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
@@ -88,8 +94,12 @@ class Guardian:
         self._parent = os.getppid()
         self._trip: str | None = None
         self._supply: Supply | None = None
+        self._identity: Identity | None = None
+        self._health = Health()
+        self._adapter = Adapter.at(task.connection)
+        self._held = ExitStack()
         self._owned = False  # somebody asked for more than to look
-        self._live = False  # the output may be on
+        self._lost_at: float | None = None  # since when it is said that it does not answer
 
     def serve(self) -> int:
         """Serve until the client leaves or a trip; return the process' exit code."""
@@ -97,10 +107,20 @@ class Guardian:
             "guarding", pid=os.getpid(), client=self._parent, after=self._task.after
         )
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
+        if self._task.after:
+            self._take_over()
         while self._trip is None and self._client == "here":
             with suppress(queue.Empty):
                 self._work(self._asked.get(timeout=TICK_S))
-        return self._end()
+        with self._held:
+            return self._end()
+
+    def _take_over(self) -> None:
+        """Do what the guardian before this one cannot do any more."""
+        self._know(Identity(*self._task.identity) if self._task.identity else None)
+        self._take(TAKE_OVER_S)
+        self._owned = True  # whoever holds it: off is never refused
+        self.trip(self._task.after)
 
     def trip(self, reason: str) -> None:
         """Switch off as soon as the exchange that is under way has ended; safe in any thread."""
@@ -129,6 +149,23 @@ class Guardian:
             self.trip("its client is dead: another parent took its place")
         if self._lease.expired:
             self.trip(f"its client hangs: no progress for {LEASE_S:g} s with the output on")
+        ledger = self._recorder.ledger
+        if self._owned and ledger is not None and ledger.asked_for_off():
+            self.trip("somebody asked for it with `workbench supply off`")
+        self._watch_health()
+
+    def _watch_health(self) -> None:
+        """Say at once that the supply does not answer; the worker may wait for it a while yet."""
+        if self._lost_at is not None and self._health.answered_since(self._lost_at):
+            self._lost_at = None
+            if self._trip is None:
+                self._recorder.event("regained")
+                self._recorder.shout(f"{self._name}: it answers again")
+        watched = self._trip is None and self._lost_at is None and self._recorder.output.live
+        if watched and (cause := self._health.overdue(OVERDUE_S)):
+            self._lost_at = time.monotonic()
+            self._recorder.event("lost", cause=cause)
+            self._recorder.shout(f"\a{self._name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
 
     def _hear(self, message: Message) -> None:
         self._lease.renew()
@@ -147,6 +184,11 @@ class Guardian:
             answer: Message = {"value": CALLS[message["call"]](self, *message["arguments"])}
         except _Tripped:
             return
+        except HardwareError as error:
+            if self._recorder.output.live:
+                self.trip(str(error))
+                return
+            answer = fault_of(error)
         except WorkbenchError as error:
             answer = fault_of(error)
         except Exception as error:
@@ -156,22 +198,33 @@ class Guardian:
         with suppress(OSError):  # the listener hears of it too
             self._line.send({"id": message["id"]} | answer)
 
-    def open(self) -> str:
-        """Open the supply and return its name; its output stays as it is."""
-        deadline = self._clock.now() + self._task.patience_s
-        while True:
-            try:
-                self._supply = open_supply(
-                    self._task.connection,
-                    clock=self._clock,
-                    wire_log=self._recorder.wire,
-                    family=self._task.family,
-                )
-                return self._supply.name
-            except HardwareError:
-                if self._clock.now() >= deadline:
-                    raise
-                self._clock.sleep(AGAIN_S)
+    def open(self) -> list[str]:
+        """Open the supply, return its name and identity; its output stays as it is."""
+        self._supply = open_supply(
+            self._task.connection,
+            clock=self._clock,
+            wire_log=self._recorder.wire,
+            family=self._task.family,
+            health=self._health,
+        )
+        identity = self._supply.identify()
+        self._know(identity)
+        return [self._supply.name, *identity]
+
+    def _know(self, identity: Identity | None) -> None:
+        """Note who the supply is; its ledger hangs on that."""
+        self._identity = identity
+        place = self._recorder.place = self._task.connection.place
+        if identity is not None:
+            serial = None if identity.serial == NOT_REPORTED else identity.serial
+            self._recorder.ledger = Ledger(Ledger.key_of(identity.model, serial, place))
+
+    @property
+    def _name(self) -> str:
+        if self._supply is not None:
+            return self._supply.name
+        model = self._identity.model if self._identity else "supply"
+        return f"{model} at {self._task.connection.address}"
 
     @property
     def supply(self) -> Supply:
@@ -182,14 +235,47 @@ class Guardian:
 
     @property
     def own(self) -> Supply:
-        """The open supply, which is not left from here on without its output off."""
+        """The open supply, which is not left from here on without its output off.
+
+        Raises:
+            HardwareError: when another program drives it.
+        """
+        supply = self.supply
+        if not self._owned and not self._take():
+            raise HardwareError(
+                f"{supply.name}: another program is driving it; nothing was set. Wait for its "
+                "end, or stop it with `workbench supply off`"
+            )
+        return supply
+
+    def _take(self, seconds: float = 0.0) -> bool:
+        """Hold the supply against other programs; tell whether it is held."""
+        ledger = self._recorder.ledger
+        if ledger is not None:
+            try:
+                held = self._held.enter_context(ledger.hold(seconds))
+            except OSError as error:
+                raise SafetyStop(
+                    f"{self._name}: not taken, as {ledger.path.parent} cannot be written "
+                    f"({error.strerror}); set WORKBENCH_STATE to a folder that can"
+                ) from error
+            if not held:
+                return False
         self._owned = True
-        return self.supply
+        self._recorder.event("taken")
+        return True
 
     def arm(self, *limits: str) -> None:
-        """Write the limits, and hold to them from here on."""
-        self.own.arm(Limits(*map(Decimal, limits)))
-        self._recorder.event("armed", limits=vars(self.supply.limits))
+        """Write the limits, and hold to them from here on.
+
+        Raises:
+            SafetyStop: when the supply is latched.
+        """
+        supply, ledger = self.own, self._recorder.ledger
+        if ledger is not None and (standing := ledger.standing()):
+            raise SafetyStop(f"{supply.name} is {standing.told}")
+        supply.arm(Limits(*map(Decimal, limits)))
+        self._recorder.event("armed", limits=vars(supply.limits))
 
     def set_output(self, on: bool) -> bool:
         """Switch the output; the lease runs before it goes on."""
@@ -197,96 +283,141 @@ class Guardian:
             _ = self.own.limits
             self._recorder.event("output_on")
             if self._recorder.fault is not None:
+                fault = self._recorder.fault
                 raise SafetyStop(
                     f"{self.supply.name}: not switched on, as its guardian cannot write "
-                    f"{self._task.records.events} ({self._recorder.fault.strerror})"
+                    f"{fault.filename} ({fault.strerror})"
                 )
-            self._live = True
             self._lease.begin()
         self.own.set_output(on)
         if not on:
-            self._rest()
+            self._lease.rest()
         return on
 
     def off(self) -> bool:
-        """Switch off and tell whether it was read back."""
-        confirmed = self.own.off()
-        self._recorder.event("off", confirmed=confirmed)
-        if confirmed:
-            self._rest()
-        return confirmed
+        """Switch off and tell whether it was read back; when not, go on by itself."""
+        if not self._owned and not self._take():
+            self._owned = True  # off is never refused, whoever drives it
+        error: Exception | None = None
+        for attempt in range(OFF_TRIES):
+            try:
+                self._clock.sleep(AGAIN_S * attempt)
+                self.supply.try_off()
+            except WorkbenchError as fault:
+                error = error or fault
+                continue
+            self._recorder.event("off", confirmed=True)
+            self._lease.rest()
+            return True
+        self._recorder.event("off", confirmed=False, error=str(error))
+        self.trip(f"it did not confirm off: {error}")
+        return False
 
-    def _rest(self) -> None:
-        self._live = False
-        self._lease.rest()
+    def terminals_dead(self) -> bool:
+        """Wait for the terminals to decay after off; when they do not, go on by itself."""
+        dead = self.supply.terminals_dead()
+        if self._owned:
+            self._recorder.event("terminals", dead=dead)
+        if self._owned and not dead:
+            self.trip("it says off, but its terminals are live")
+        return dead
+
+    def latch(self, reason: str) -> None:
+        """Keep the supply from being driven again until a person has signed."""
+        self._recorder.event("trip", reason=reason)
 
     def _end(self) -> int:
         """Leave the output off, and say and write down whether it is."""
-        if self._supply is None or not self._owned:
+        if not self._owned:
             return self._leave(0)
-        live, self._live = self._live, True
-        if self._trip is None and not live:
+        self._clock.calm()
+        output = self._recorder.output
+        if self._trip is None and (not output.live or (output.read_back and self._see_dead())):
             return self._leave(0)
         reason = self._trip or "its client left with the output on"
-        self._clock.calm()
-        began = self._clock.now()
-        confirmed = self._switch_off(reason, live)
-        told = (
-            "the output is off, confirmed"
-            if confirmed
-            else "OUTPUT MAY BE ON, switch it off by hand"
-        )
-        if live:
-            self._recorder.shout(f"{self._supply.name}: {reason}; {told}")
-            self._set_latch(f"{self._supply.name}: {reason}; {told}")
-        if confirmed:
-            confirmed = self._see_terminals(began)
+        live = output.live
+        self._recorder.event("trip" if live else "ending", reason=reason)
+        self._tell({"tripped": reason})
+        dead = self._keep_switching_off(reason, live)
+        self._tell({"off": dead, "dead": dead})
+        if not dead:
+            self._recorder.shout(
+                f"\a{self._name}: {MAY_BE_ON} ({reason}); {BY_HAND}. It is not tried any more, "
+                f"after {self._task.keep_trying_s:g} s"
+            )
         self._await_farewell()
-        return self._leave(0 if confirmed else SafetyStop.exit_code)
+        return self._leave(0 if dead else SafetyStop.exit_code)
 
-    def _switch_off(self, reason: str, live: bool) -> bool:
-        """Try until off is read back, the client leaves, or there is no more hope."""
-        began = self._clock.now()
-        told = False
+    def _keep_switching_off(self, reason: str, live: bool) -> bool:
+        """Try until off is read back and seen, or there is no more hope; say when it is not."""
+        began, told = self._clock.now(), ""
         while True:
-            confirmed = self.supply.off()
+            error = self._try_off()
             seconds = self._clock.now() - began
-            if confirmed or not told:
-                self._recorder.event("trip", reason=reason, output_was_on=live)
-                self._recorder.event("off", confirmed=confirmed, seconds=round(seconds, 4))
-                self._tell(reason, confirmed)
-            if confirmed or self._client == "goodbye" or seconds > KEEP_TRYING_S:
-                return confirmed
+            if not error:
+                self._recorder.event("off", confirmed=True, seconds=round(seconds, 4))
+                self._tell({"off": True})
+                if self._see_dead():
+                    if live or told:
+                        self._recorder.shout(
+                            f"{self._name}: {reason}; the output is off, confirmed"
+                        )
+                    return True
+                error = "it says off, but its terminals are live"
+            if seconds > self._task.keep_trying_s:
+                return False
+            if told != error:  # the first fault, and each that is another one
+                self._recorder.event("off", confirmed=False, error=error)
             if not told:
                 self._recorder.shout(
-                    f"\a{self.supply.name}: OUTPUT MAY BE ON, trying on ({reason})"
+                    f"\a{self._name}: {MAY_BE_ON} ({reason}; {error}); {BY_HAND}. "
+                    f"Trying on for {self._task.keep_trying_s:g} s"
                 )
-                told = True
+            told = error
             self._clock.sleep(AGAIN_S)
 
-    def _tell(self, reason: str, confirmed: bool) -> None:
+    def _try_off(self) -> str:
+        """Switch off once, wherever the supply is now; return what went wrong, or nothing."""
+        try:
+            if self._supply is None:
+                self.open()
+                if self._task.identity and self._identity != Identity(*self._task.identity):
+                    self._forget()
+                    return f"another supply answers at {self._task.connection.address}"
+            self.supply.try_off()
+        except Exception as error:
+            self._find_again()
+            return str(error)
+        return ""
+
+    def _forget(self) -> None:
+        """Leave a supply that is another one."""
+        if self._supply is not None:
+            self._supply.close()
+        self._supply = None
+        self._know(Identity(*self._task.identity))
+
+    def _find_again(self) -> None:
+        """Look at other ports for a supply whose cable came back under another name."""
+        supply = self._supply
+        if supply is None or supply.connected:
+            return
+        for place in self._adapter.elsewhere(self._task.connection):
+            with suppress(HardwareError):
+                supply.reach(place)
+                self._recorder.event("found", address=place.address)
+                return
+
+    def _tell(self, message: Message) -> None:
         if self._client == "here":
             with suppress(OSError):
-                self._line.send({"tripped": reason, "confirmed": confirmed})
+                self._line.send(message)
 
-    def _see_terminals(self, began: float) -> bool:
+    def _see_dead(self) -> bool:
         """A flag alone may lie: look at the measured voltage too."""
         dead = self.supply.terminals_dead()
-        seconds = round(self._clock.now() - began, 4)
-        self._recorder.event("terminals", dead=dead, seconds=seconds)
-        if not dead:
-            text = f"{self.supply.name}: OUTPUT MAY BE ON, it says off but its terminals are live"
-            self._recorder.shout(f"\a{text}")
-            self._set_latch(text)
+        self._recorder.event("terminals", dead=dead)
         return dead
-
-    def _set_latch(self, text: str) -> None:
-        path = self._task.records.latch
-        if path is not None:
-            try:
-                Latch(path).trip(text, "guardian")
-            except OSError as error:
-                self._recorder.shout(f"{path} cannot be written: {error}")
 
     def _await_farewell(self) -> None:
         """Let a client that lives read what it was told before the link closes."""
@@ -315,7 +446,8 @@ CALLS: dict[str, Callable[..., Any]] = {
     "set_output": Guardian.set_output,
     "ramp_down": lambda guardian: guardian.own.ramp_down(),
     "off": Guardian.off,
-    "terminals_dead": lambda guardian: guardian.supply.terminals_dead(),
+    "terminals_dead": Guardian.terminals_dead,
+    "latch": Guardian.latch,
 }
 
 

@@ -1,0 +1,24 @@
+"""Whether a supply's output is on: what is known of it, and where that is kept.
+
+What lives here: the fold that every reader asks (`state.py`), and the ledger of a supply, which
+outlives every program that drives it and refuses the next one when the last left a doubt
+(`ledger.py`). What does not: anything that speaks to a supply; that is `hw`.
+
+    fold(events).told         a sentence for people
+    Ledger(key).standing()    why nothing may be driven, or None
+"""
+
+from workbench.output.ledger import Ledger, Standing, ledgers, state_folder
+from workbench.output.state import BY_HAND, MAY_BE_ON, OutputState, after, fold
+
+__all__ = [
+    "BY_HAND",
+    "MAY_BE_ON",
+    "Ledger",
+    "OutputState",
+    "Standing",
+    "after",
+    "fold",
+    "ledgers",
+    "state_folder",
+]

@@ -1,0 +1,232 @@
+"""A supply's ledger: what happened to its output, in one file for all programs of this user.
+
+It hangs on model and serial number, not on how an address or a folder is spelt; a supply that
+tells no serial number is known by its place. Each line is on disk before what it says is done. The
+file only grows. A stop that nobody has signed for, a record that ends with the output on, and a
+file that was emptied or damaged all refuse the next run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import InputError
+from workbench.output.state import OutputState, after
+
+__all__ = ["Ledger", "Standing", "ledgers", "state_folder"]
+
+FOLDER = "WORKBENCH_STATE"
+"""Environment variable with another folder for the ledgers."""
+TAIL_BYTES = 1 << 18  # of a file that only grows; a stop that stands keeps runs from adding more
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Why a supply may not be driven.
+
+    Args:
+        wall: local time, ISO 8601.
+        reason: what happened.
+        output: what is known of the output now.
+        place: where the supply was.
+    """
+
+    wall: str
+    reason: str
+    output: OutputState
+    place: str = ""
+
+    @property
+    def told(self) -> str:
+        """What happened, and what is known of the output now."""
+        since = f" since {self.wall}" if self.wall else ""
+        return f"latched{since}: {self.reason}; {self.output.told}"
+
+
+def state_folder() -> Path:
+    """Return the folder of all ledgers: `WORKBENCH_STATE`, or the system's place for states."""
+    if own := os.environ.get(FOLDER):
+        return Path(own)
+    from platformdirs import user_state_path  # most commands only look whether there is one
+
+    return user_state_path("workbench", appauthor=False)
+
+
+def ledgers() -> list[Ledger]:
+    """Return the ledgers of all supplies that were ever driven here."""
+    with suppress(OSError):
+        return [Ledger(path.stem) for path in sorted(state_folder().glob("*.jsonl"))]
+    return []
+
+
+class Ledger:
+    """One supply's ledger.
+
+    Args:
+        key: from `key_of`.
+    """
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self.path = state_folder() / f"{key}.jsonl"
+
+    @staticmethod
+    def key_of(model: str, serial: str | None, place: str) -> str:
+        """Return the name of a supply's ledger.
+
+        Args:
+            model: as the supply says.
+            serial: as the supply says; None when it tells none.
+            place: resolved address, for a supply that tells none.
+        """
+        return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or place}").strip("_.")
+
+    def write(self, event: str, **facts: object) -> None:
+        """Append one event, on disk before this returns.
+
+        Raises:
+            OSError: when it cannot be written.
+        """
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        line = json.dumps({"wall": _now(), "event": event} | facts, ensure_ascii=False, default=str)
+        with self.path.open("ab+") as file:
+            file.seek(-1 if file.tell() else 0, os.SEEK_END)
+            cut = file.read(1) not in (b"", b"\n")  # by a crash; the next line begins anew
+            file.write(b"\n" * cut + line.encode() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def events(self) -> Iterator[dict[str, Any]]:
+        """Yield the last events; a line that cannot be read is one that damages."""
+        try:
+            with self.path.open("rb") as file:
+                start = max(self.path.stat().st_size - TAIL_BYTES, 0)
+                file.seek(start)
+                lines = file.read().decode("utf-8", errors="replace").splitlines()
+        except FileNotFoundError:
+            return
+        if not lines:
+            yield _damage(f"{self.path} was emptied")
+        for line in lines[1 if start else 0 :]:
+            yield _event(line) or _damage(f"a line of {self.path} cannot be read")
+
+    @property
+    def place(self) -> str:
+        """Where the supply was last, as its address resolved."""
+        places = [event["place"] for event in self.events() if "place" in event]
+        return places[-1] if places else ""
+
+    def standing(self) -> Standing | None:
+        """Return why nothing may be driven, or None.
+
+        A record that ends with the output on counts only when no guardian holds the supply.
+
+        Raises:
+            OSError: when the file is there and cannot be read.
+        """
+        known, stop, place, wall = OutputState(), None, "", ""
+        for event in self.events():
+            place, wall = event.get("place", place), event.get("wall", wall)
+            match event:
+                case {"event": "trip", "reason": str(reason)}:
+                    stop = Standing(wall, reason, known)
+                case {"event": "damaged", "cause": str(cause)}:
+                    stop = Standing("", cause, known)
+                case {"event": "taken"} if known.live:
+                    stop = stop or Standing(wall, _ended(known), known)
+                case {"event": "acknowledged"}:
+                    stop = None
+            known = after(known, event)
+        if stop is None and known.live and not self.held():
+            stop = Standing(wall, _ended(known), known)
+        return stop and Standing(stop.wall, stop.reason, known, place)
+
+    def acknowledge(self, name: str) -> Standing:
+        """Sign for what stands, so that the supply may be driven again; return what stood.
+
+        Raises:
+            InputError: when the name is empty, or nothing is to be acknowledged.
+        """
+        if not name.strip():
+            raise InputError("an acknowledgement needs the name of a person: --name NAME")
+        standing = self.standing()
+        if standing is None:
+            raise InputError(f"{self.path}: no stop is waiting for an acknowledgement")
+        self.write("acknowledged", name=name.strip())
+        return standing
+
+    @contextmanager
+    def hold(self, seconds: float = 0.0) -> Iterator[bool]:
+        """Hold the supply against every other program; yield whether it is held by this one.
+
+        The system releases it when the process ends, however it ends.
+
+        Args:
+            seconds: to wait for another program to let go.
+        """
+        from filelock import FileLock, Timeout
+
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(self.path.with_suffix(".lock"))
+        try:
+            lock.acquire(timeout=seconds, poll_interval=0.02)
+        except Timeout:
+            yield False
+            return
+        try:
+            yield True
+        finally:
+            lock.release()
+
+    def held(self) -> bool:
+        """Tell whether a program holds the supply now."""
+        if not self.path.with_suffix(".lock").exists():
+            return False
+        with self.hold() as free:
+            return not free
+
+    def ask_for_off(self) -> None:
+        """Ask whoever holds the supply to switch it off."""
+        with suppress(FileNotFoundError):
+            self._asked.touch()
+
+    def asked_for_off(self) -> bool:
+        """Tell whether somebody asked for it since, and take the request away."""
+        if not self._asked.exists():
+            return False
+        with suppress(OSError):
+            self._asked.unlink()
+        return True
+
+    @property
+    def _asked(self) -> Path:
+        return self.path.with_suffix(".off")
+
+
+def _ended(known: OutputState) -> str:
+    why = f" ({known.cause})" if known.cause else ""
+    return f"its program and its guardian ended before off was confirmed{why}"
+
+
+def _event(line: str) -> dict[str, Any] | None:
+    try:
+        event = json.loads(line)
+    except ValueError:
+        return None
+    return event if isinstance(event, dict) and isinstance(event.get("event"), str) else None
+
+
+def _damage(cause: str) -> dict[str, Any]:
+    return {"event": "damaged", "cause": cause}
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="seconds")

@@ -1,0 +1,115 @@
+"""What is known of a supply's output: a fold over events in their order, the only one there is.
+
+Record, catalogue, panel, latch and exit code all ask here, so that no verdict is older than the
+deed. An output is `off` only after "off" was read back and its terminals were seen dead; whatever
+may have switched it on later ends that. Who reads the events of processes that have ended, takes
+`on` for unknown: nobody watches it any more.
+
+    untouched --taken--> unknown --off, dead--> off --on--> on --off, dead--> off
+                                                on --lost--> unknown --regained--> on
+
+Events are JSON objects with a key `event`; those of a run's journal and those of a guardian's log
+are both understood, and others change nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+__all__ = ["BY_HAND", "MAY_BE_ON", "OutputState", "State", "after", "fold"]
+
+State = Literal["untouched", "not driven", "off", "on", "unknown"]
+FOUND = "its state was not yet known when the record ended"
+MAY_BE_ON = "OUTPUT MAY BE ON"
+BY_HAND = "switch it off by hand: at its front, or with the emergency stop"
+
+
+@dataclass(frozen=True)
+class OutputState:
+    """What is known of an output.
+
+    Args:
+        state: `untouched` where no program changed anything, `not driven` where a run has no
+            drive, `off` when read back and seen dead, `on` while it is watched, `unknown` else.
+        cause: the first thing since it was last known to be off that made it unknown.
+        read_back: whether "off" was read back, its terminals not yet seen.
+    """
+
+    state: State = "untouched"
+    cause: str = ""
+    read_back: bool = False
+
+    @property
+    def live(self) -> bool:
+        """Whether it may be on."""
+        return self.state in ("on", "unknown")
+
+    @property
+    def verdict(self) -> str:
+        """One word for a manifest: `confirmed` off, `unconfirmed`, or what was not done."""
+        words = {"off": "confirmed", "untouched": "untouched", "not driven": "supply not opened"}
+        return words.get(self.state, "unconfirmed")
+
+    @property
+    def told(self) -> str:
+        """A sentence on an output that nobody watches any more."""
+        match self.state:
+            case "untouched":
+                return "nothing was switched: its output is as it was before"
+            case "not driven":
+                return "this mode has no drive, the supply was not opened"
+            case "off":
+                return "the output is off, confirmed"
+            case _:
+                why = self.cause or "it was switched on, and off was not confirmed since"
+                return f"{MAY_BE_ON} ({why}); {BY_HAND}"
+
+
+def after(known: OutputState, event: Mapping[str, Any]) -> OutputState:
+    """Return what is known after one more event."""
+    match event:
+        case {"event": "taken"} if known.state == "untouched":
+            return replace(known, state="unknown", cause=FOUND)
+        case {"event": "output_on"}:
+            return OutputState("on")
+        case {"event": "off", "confirmed": True}:
+            return replace(known, read_back=True)
+        case {"event": "off", "confirmed": False}:
+            return _unknown(known, "off was sent and not read back")
+        case {"event": "terminals", "dead": True} if known.read_back:
+            return OutputState("off")
+        case {"event": "terminals", "dead": False}:
+            return _unknown(known, "it says off, but its terminals are live")
+        case {"event": "lost", "cause": str(cause)} if known.live:
+            return _unknown(known, cause)
+        case {"event": "regained"} if known.state == "unknown":
+            return OutputState("on")
+        case {"event": "trip", "reason": str(reason)} if known.live:
+            return _unknown(known, reason)
+        case {"event": "damaged", "cause": str(cause)}:
+            return _unknown(known, cause)
+        case {"event": "acknowledged"}:
+            return OutputState()
+        case {"event": "prepared"}:  # of a journal: it was seen off
+            return OutputState("off")
+        case {"event": "no_drive"}:
+            return OutputState("not driven")
+        case {"event": "output_off", "confirmed": bool(confirmed)}:
+            return OutputState("off") if confirmed else _unknown(known, "")
+        case _:
+            return known
+
+
+def fold(events: Iterable[Mapping[str, Any]]) -> OutputState:
+    """Return what is known after events in their order."""
+    known = OutputState()
+    for event in events:
+        known = after(known, event)
+    return known
+
+
+def _unknown(known: OutputState, cause: str) -> OutputState:
+    first = known.cause if known.state == "unknown" and known.cause != FOUND else ""
+    return OutputState("unknown", first or cause or known.cause)
