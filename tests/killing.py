@@ -22,9 +22,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.hw.guardian_rig import Device, device_process, off_after
 from workbench.bundle import Bundle
+from workbench.output import Standing, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
 SIGNALS = ("SIGKILL", "SIGSTOP", "SIGTERM", "SIGHUP")
@@ -91,7 +93,8 @@ class Client:
         forkserver.set_forkserver_preload(["workbench.cli.run", "tests.killing"])
         self._here, there = forkserver.Pipe()
         words = ["run", folder / "p.yaml", "--bench", lab, "--runs", self.runs]
-        arguments = ([str(word) for word in words], self.err, there, attended)
+        self.state = folder / "state"
+        arguments = ([str(word) for word in words], self.err, there, attended, self.state)
         self.process = forkserver.Process(target=_client, args=arguments)
         self.process.start()
         there.close()
@@ -100,6 +103,13 @@ class Client:
     def bundle(self) -> Bundle:
         (path,) = self.runs.iterdir()
         return Bundle.open(path)
+
+    def standing(self) -> Standing | None:
+        """Return what its supply is latched for."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("WORKBENCH_STATE", str(self.state))
+            found = [ledger.standing() for ledger in ledgers()]
+        return found[0] if found else None
 
     def hear(self, seconds: float) -> list[Any]:
         """Return one line that the client says is in its journal, or none in that time."""
@@ -135,7 +145,7 @@ class Client:
         return code
 
 
-def _client(words: list[str], err: Path, pipe: Pipe, attended: bool) -> None:
+def _client(words: list[str], err: Path, pipe: Pipe, attended: bool, state: Path) -> None:
     """Be the command line, with nobody at the terminal, and tell what is journalled.
 
     Attended, its prompts have to be answered in a panel; otherwise they answer themselves.
@@ -143,6 +153,7 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool) -> None:
     from workbench.cli import main
     from workbench.cli.output import QuietOperator
 
+    os.environ["WORKBENCH_STATE"] = str(state)
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
     if not attended:

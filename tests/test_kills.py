@@ -11,7 +11,6 @@ import pytest
 
 from tests.hw.guardian_rig import device_process, wait_for
 from tests.killing import BAR_S, SIGNALS, Client, Killed, kill_many, random_instants, table
-from workbench.hw.guardian import Latch
 
 pytestmark = [
     pytest.mark.xdist_group("alone"),
@@ -70,9 +69,9 @@ def test_a_run_whose_guardian_is_killed_ends_as_a_safety_stop(tmp_path: Path, na
         assert client.bundle.manifest["output_off"] == "confirmed"
         assert "its guardian" in client.bundle.manifest["error"]
         assert client.bundle.read_guardian()[-1]["event"] == "left"
-        trip = Latch.beside(client.runs, device.address).standing()
-        assert trip is not None
-        assert "its guardian" in trip.reason
+        standing = client.standing()
+        assert standing is not None
+        assert "its guardian" in standing.reason
 
         again = Client(tmp_path, device)
         assert again.end() == 4

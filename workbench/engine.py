@@ -333,8 +333,8 @@ class _Conductor:
         """Switch off, and write down whether that was confirmed; what happened first is kept."""
         off = supply.off()
         dead = off and supply.terminals_dead()
-        self._journal("output_off", confirmed=dead)
         self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
+        self._journal("output_off", confirmed=dead)
         if dead:
             return
         why = "it says off but its terminals are live" if off else "it did not confirm off"
