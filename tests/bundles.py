@@ -46,7 +46,8 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
     bundle.journal("asked", 0.0, run=name)
     bundle.journal("output_on", 2.0, volts="4.52")
     bundle.wire('{"way": "sent", "bytes": "01 06"}')
-    bundle.guardian_log.write_text('{"event": "off", "confirmed": true}\n', encoding="utf-8")
+    guarded = '{"event": "off", "confirmed": true}\n{"event": "terminals", "dead": true}\n'
+    bundle.guardian_log.write_text(guarded, encoding="utf-8")
     bundle.write_take("take 1.csv", lambda path: _write(path, "Format Version,1.23\n1,2\n"))
     for kind, series in SERIES.items():
         bundle.write_series(kind, series, {"take": "abc"})

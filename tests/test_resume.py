@@ -122,7 +122,7 @@ def test_what_broke_off_stays_and_says_so(tmp_path: Path) -> None:
     lines = broken.read_journal()
     (wrong,) = verify(broken.path)
     assert wrong.startswith("checksums.txt: missing; the run was cut off (status failed)")
-    assert wrong.endswith("output off: confirmed")  # the block around the supply saw to it
+    assert wrong.endswith("the output is off, confirmed")  # the block around the supply saw to it
     course = resume(broken.path, root, asked.inputs())
     assert (course.done, dict(course.tries)) == (frozenset(), {1: 1})
     done = list(runs(asked, root, course, operator=operator))

@@ -174,7 +174,7 @@ def test_a_writer_killed_in_the_middle_of_a_line_or_file_is_told(tmp_path: Path)
     (bundle.path / "twin.parquet").write_bytes(b"PAR1")
     (bundle.path / "bench.json").write_text('{"name": ')
     assert verify(bundle.path) == [
-        "checksums.txt: missing; the run was cut off (status failed); output off: confirmed",
+        "checksums.txt: missing; the run was cut off (status failed); the output is off, confirmed",
         ".track.parquet: a draft that was never finished",
         "bench.json: cut short",
         "journal.jsonl: its last line is cut short",

@@ -117,7 +117,7 @@ def test_a_hang_of_half_a_second_switches_off_and_ends_the_run(
     words = "its client hangs: no progress for 0.5 s with the output on"
     with pytest.raises(SafetyStop, match=f"{words}; the output is off, confirmed"):
         watch(supply)
-    with pytest.raises(SafetyStop, match="its guardian switched off: its client hangs"):
+    with pytest.raises(SafetyStop, match="its guardian stepped in: its client hangs"):
         supply.set_output(True)
     assert supply.off()
     assert not device.on()

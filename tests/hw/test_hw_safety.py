@@ -264,7 +264,9 @@ def test_off_that_is_never_confirmed_is_told_loudly(
     device.fail(Fault.STUCK_OUTPUT)
     assert not supply.off()
     with (
-        pytest.raises(SafetyStop, match="OUTPUT MAY BE ON, it did not confirm off in 4 tries"),
+        pytest.raises(
+            SafetyStop, match="it did not confirm off; OUTPUT MAY BE ON, switch it off by"
+        ),
         supply,
     ):
         pass

@@ -36,7 +36,7 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
     bundle.journal("reading", 2.1, **READING)
     assert following.read_on()
     assert not following.read_on()
-    assert following.output == "on"
+    assert following.output.state == "on"
     assert following.readings.between(0, 9) == {
         "time_s": [2.1], "set_V": [4.5], "volts": [4.49], "amps": [0.3],
     }  # fmt: skip
@@ -46,7 +46,7 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
         assert not following.read_on()
         file.write(' "confirmed": true}\n')
     assert following.read_on()
-    assert following.output == "off, confirmed"
+    assert following.output.state == "off"
     assert [text for _, text in following.told] == [
         "cameras record", "output on at 1.00 V", "output off, confirmed",
     ]  # fmt: skip
@@ -62,7 +62,7 @@ def test_a_line_that_a_full_disk_cut_is_passed_over(bundle: Bundle) -> None:
     bundle.journal("output_off", 1.0, confirmed=False)
     following = Following(bundle)
     assert following.read_on()
-    assert following.output == "OFF NOT CONFIRMED"
+    assert following.output.state == "unknown"
 
 
 @pytest.mark.parametrize(
@@ -105,18 +105,32 @@ def lost(bundle: Bundle) -> tuple[str, str]:
 
 def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: Bundle) -> None:
     bundle.journal("cameras", 0.0)
-    assert "Its output was off." in lost(bundle)[0]
+    assert "It had not touched the supply." in lost(bundle)[0]
     bundle.journal("output_on", 2.0, volts="1.00")
-    assert lost(bundle) == (lost(bundle)[0], "not known")
-    assert "No guardian watched its output" in lost(bundle)[0]
-    bundle.guardian_log.write_text('{"event": "guarding"}\n')
-    assert "has not said yet that the output is off" in lost(bundle)[0]
-    with bundle.guardian_log.open("a") as file:
-        file.write('{"event": "trip", "reason": "its client is dead"}\n')
-        file.write('{"event": "off", "confirmed": false}\n')
-    assert "OUTPUT MAY BE ON" in lost(bundle)[0]
+    assert "No guardian watched its output. OUTPUT MAY BE ON" in lost(bundle)[0]
     assert lost(bundle)[1] == "MAY BE ON"
-    with bundle.guardian_log.open("a") as file:
-        file.write('{"event": "off", "confirmed": true}\n')
+
+    def add(*lines: str) -> None:
+        with bundle.guardian_log.open("a") as file:
+            file.writelines(f"{line}\n" for line in lines)
+
+    seen_off = '{"event": "off", "confirmed": true}', '{"event": "terminals", "dead": true}'
+    add('{"event": "guarding"}', '{"event": "taken"}', *seen_off)
+    assert "Its output was off." in lost(bundle)[0]
+    add('{"event": "output_on"}')
+    assert "OUTPUT MAY BE ON: its guardian has not confirmed off." in lost(bundle)[0]
+    assert lost(bundle)[1] == "MAY BE ON"
+    add('{"event": "trip", "reason": "its client is dead"}', '{"event": "off", "confirmed": false}')
+    assert "has not confirmed off (its client is dead)" in lost(bundle)[0]
+    add(*seen_off)
     assert "read back that it is off (its client is dead)" in lost(bundle)[0]
     assert lost(bundle)[1] == "off, confirmed"
+
+
+def test_a_supply_that_does_not_answer_is_an_alarm_while_its_run_goes_on(bundle: Bundle) -> None:
+    lines = ['{"event": "output_on"}', '{"event": "lost", "cause": "no answer"}']
+    bundle.guardian_log.write_text("\n".join(lines) + "\n")
+    shown = view(Controller("alive"), Following(bundle))
+    assert shown["banner"]["title"] == "OUTPUT MAY BE ON"
+    assert shown["banner"]["text"].startswith("no answer. Use the switch")
+    assert shown["output"] == {"level": "alarm", "text": "MAY BE ON"}

@@ -134,8 +134,9 @@ def _tell_of_outputs() -> None:
         for ledger in ledgers():
             standing = ledger.standing()
             if standing is not None and standing.output.live:
-                told = f"{ledger.key} at {standing.place}: {standing.told}"
-                print(f"workbench: {told}", file=sys.stderr)
+                told = f"{ledger.key} at {standing.place} is {standing.told}"
+                off = "or by: workbench supply off --bench BENCH"
+                print(f"workbench: {told}, {off}", file=sys.stderr)
 
 
 def cut_off(stop: BaseException) -> Interrupted | None:

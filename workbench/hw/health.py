@@ -19,7 +19,13 @@ class Health:
 
     A link tells when it begins to ask, what goes wrong, and when a good answer came. A guardian's
     listener looks while its worker is still waiting. Times are by `time.monotonic`.
+
+    Attributes:
+        hurry: a link gives up after the exchange under way and asks nothing again: the supply is
+            to be switched off.
     """
+
+    hurry = False
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -148,8 +148,8 @@ class Line:
             try:
                 return self._ask_once(command, form)
             except HardwareError as first:
-                if not (again and self._suspect):  # otherwise the link is gone
-                    raise
+                if not (again and self._suspect) or self._health.hurry:
+                    raise  # the link is gone, or time is short
                 try:
                     return self._ask_once(command, form)
                 except HardwareError as second:

@@ -41,6 +41,7 @@ MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
 DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
 MARK_ROUNDS = 2
+SHOWN = 12  # bytes of a damaged answer that a message has; the wire log has all
 READ, WRITE = 3, 6  # function codes
 RTU_GAP_S, RTU_GAP_CHARACTERS, CHARACTER_BITS = 0.00175, 3.5, 10  # between frames, by the norm
 TRANSACTIONS = 0xFFFF
@@ -150,8 +151,8 @@ class Transport:
         try:
             return self._read_once(address, count, spare)
         except HardwareError as first:
-            if not (again and self._suspect):  # the device gave its reason, or the link is gone
-                raise
+            if not (again and self._suspect) or self._health.hurry:
+                raise  # the device gave its reason, or the link is gone
             try:
                 return self._read_once(address, count, spare)
             except HardwareError as second:
@@ -309,6 +310,8 @@ class Transport:
             dropped += len(late)
             if late:
                 self._tap.note("discarded", late)
+            if self._health.hurry:
+                raise self._fault(what, "not sent, as the supply is to be switched off")
             if dropped > DRAIN_BYTES or self._now() > end:
                 raise self._fault(what, NEVER_SILENT)
 
@@ -342,9 +345,9 @@ class Transport:
             return NEVER_SILENT
         if unit and unit[0] != asked:
             return f"unit {unit[0]} answered, unit {asked} was asked"
+        shown = f"{heard[:SHOWN].hex(' ')}{' ...' if len(heard) > SHOWN else ''}"
         if len(heard) < length:
-            return f"answer cut short, {len(heard)} of {length} bytes: {heard.hex(' ')}"
-        shown = f"{heard[:32].hex(' ')}{' ...' if len(heard) > 32 else ''}"
+            return f"answer cut short, {len(heard)} of {length} bytes: {shown}"
         return f"answer damaged, its checksum or header does not fit: {shown}"
 
     def _fault(

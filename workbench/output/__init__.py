@@ -9,10 +9,11 @@ outlives every program that drives it and refuses the next one when the last lef
 """
 
 from workbench.output.ledger import Ledger, Standing, ledgers, state_folder
-from workbench.output.state import BY_HAND, MAY_BE_ON, OutputState, after, fold
+from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, after, fold
 
 __all__ = [
     "BY_HAND",
+    "FOUND",
     "MAY_BE_ON",
     "Ledger",
     "OutputState",

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.errors import InputError
-from workbench.output.state import OutputState, after
+from workbench.output.state import BY_HAND, MAY_BE_ON, OutputState, after
 
 __all__ = ["Ledger", "Standing", "ledgers", "state_folder"]
 
@@ -48,7 +48,8 @@ class Standing:
     def told(self) -> str:
         """What happened, and what is known of the output now."""
         since = f" since {self.wall}" if self.wall else ""
-        return f"latched{since}: {self.reason}; {self.output.told}"
+        now = f"{MAY_BE_ON}, {BY_HAND}" if self.output.live else self.output.told
+        return f"latched{since}: {self.reason}; {now}"
 
 
 def state_folder() -> Path:

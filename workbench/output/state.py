@@ -18,12 +18,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-__all__ = ["BY_HAND", "MAY_BE_ON", "OutputState", "State", "after", "fold"]
+__all__ = ["BY_HAND", "FOUND", "MAY_BE_ON", "OutputState", "State", "after", "fold"]
 
 State = Literal["untouched", "not driven", "off", "on", "unknown"]
 FOUND = "its state was not yet known when the record ended"
+"""The cause before "off" was seen for the first time."""
 MAY_BE_ON = "OUTPUT MAY BE ON"
-BY_HAND = "switch it off by hand: at its front, or with the emergency stop"
+BY_HAND = "switch it off by hand, at its front or with the emergency stop"
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,13 @@ import json
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from workbench.bundle import Bundle
+from workbench.output import OutputState
 from workbench.review.journal import sentence
 
-__all__ = ["Following", "Output", "Readings"]
-
-Output = Literal["not on yet", "on", "off, confirmed", "OFF NOT CONFIRMED"]
+__all__ = ["Following", "Readings"]
 
 _ENDINGS = ("complete", "failed", "interrupted", "safety-stop")
 
@@ -60,7 +59,6 @@ class Following:
     Attributes:
         readings: so far.
         told: (time [s], sentence) of each event that is no reading.
-        output: of the supply, by the journal.
         filming: whether the run's time has begun; it begins with the cameras.
         ended: whether the last line was written.
     """
@@ -69,7 +67,6 @@ class Following:
         self.bundle = bundle
         self.readings = Readings()
         self.told: list[tuple[float, str]] = []
-        self.output: Output = "not on yet"
         self.filming = self.ended = False
         self._at = 0
         self._last_s = 0.0
@@ -93,6 +90,11 @@ class Following:
         return True
 
     @property
+    def output(self) -> OutputState:
+        """What is known of the supply's output by all that was written so far."""
+        return self.bundle.output
+
+    @property
     def run_s(self) -> float:
         """Time of the run [s], 0 before the cameras record."""
         if not self.filming:
@@ -107,10 +109,6 @@ class Following:
                 return
             case {"event": "cameras"}:
                 self.filming = True
-            case {"event": "output_on"}:
-                self.output = "on"
-            case {"event": "output_off", "confirmed": confirmed}:
-                self.output = "off, confirmed" if confirmed else "OFF NOT CONFIRMED"
             case {"event": str(name)} if name in _ENDINGS:
                 self.ended = True
         self.told.append((event["time_s"], sentence(event)))

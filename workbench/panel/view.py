@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from workbench.output import FOUND, MAY_BE_ON
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
 from workbench.panel.following import Following
@@ -117,16 +118,21 @@ def _run(controller: Controller, following: Following | None) -> dict[str, Any] 
 
 
 def _output(controller: Controller, following: Following | None) -> dict[str, str]:
-    """Return what is known of the supply's output; a controller that is gone knows nothing."""
+    """Return what is known of the supply's output; what nobody watches any more may be on."""
     if following is None:
         return {"level": "plain", "text": "off" if controller.state == "alive" else ""}
-    if controller.state == "gone" and following.output == "on":
-        found = following.bundle.output_off
-        told = {"confirmed": ("plain", "off, confirmed"), "unconfirmed": ("alarm", "MAY BE ON")}
-        level, text = told.get(str(found), ("alarm", "not known"))
-        return {"level": level, "text": text}
-    level = {"on": "live", "OFF NOT CONFIRMED": "alarm"}.get(following.output, "plain")
-    return {"level": level, "text": following.output}
+    known, watched = following.output, controller.state == "alive"
+    match known.state:
+        case "off":
+            return {"level": "plain", "text": "off, confirmed"}
+        case "on" if watched:
+            return {"level": "live", "text": "on"}
+        case "untouched" | "not driven":
+            return {"level": "plain", "text": "not on yet" if watched else "not switched"}
+        case "unknown" if watched and known.cause == FOUND:
+            return {"level": "plain", "text": "not known yet"}  # it is being prepared
+        case _:
+            return {"level": "alarm", "text": "MAY BE ON"}
 
 
 def _banner(controller: Controller, following: Following | None) -> _Banner | None:
@@ -153,21 +159,29 @@ def _banner(controller: Controller, following: Following | None) -> _Banner | No
             said = "" if ended["kind"] == "complete" else ended["text"]
             return _Banner(level, title, said)
         case _:
-            return None
+            return _doubt(following)
+
+
+def _doubt(following: Following | None) -> _Banner | None:
+    """Say at once that a supply that is driven does not answer."""
+    if following is None or following.output.state != "unknown":
+        return None
+    if following.output.cause == FOUND:
+        return None
+    return _Banner("alarm", MAY_BE_ON, f"{following.output.cause}. Use {OWN_SWITCH} now.")
 
 
 def _left_behind(following: Following | None) -> str:
     """Tell what became of the output of a run whose process died."""
-    if following is None or following.output in ("not on yet", "off, confirmed"):
-        return "Its output was off."
-    found = following.bundle.output_off
+    if following is None or following.output.state in ("untouched", "not driven"):
+        return "It had not touched the supply."
     events = following.bundle.read_guardian()
-    if found == "confirmed":
-        trips = [event["reason"] for event in events if event["event"] == "trip"]
-        why = f" ({trips[-1]})" if trips else ""
-        return f"Its guardian switched the output off, and read back that it is off{why}."
-    if found == "unconfirmed":
-        return f"OUTPUT MAY BE ON: its guardian could not confirm off. Use {OWN_SWITCH} now."
+    trips = [event["reason"] for event in events if event["event"] == "trip"]
+    if following.output.state == "off":
+        if not trips:
+            return "Its output was off."
+        return f"Its guardian switched the output off, and read back that it is off ({trips[-1]})."
     if not events:
-        return f"No guardian watched its output. If anything moves, use {OWN_SWITCH}."
-    return f"Its guardian has not said yet that the output is off. Be ready to use {OWN_SWITCH}."
+        return f"No guardian watched its output. {MAY_BE_ON}: use {OWN_SWITCH} now."
+    cause = f" ({following.output.cause})" if following.output.cause else ""
+    return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {OWN_SWITCH} now."

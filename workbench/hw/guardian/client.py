@@ -19,7 +19,7 @@ from workbench.output import BY_HAND, MAY_BE_ON
 __all__ = ["GuardedSupply", "open_guarded"]
 
 AT_ONCE_S = 1.0  # for a guardian that tripped to switch off, before it is said
-VERDICT_S = 2.0  # more for it, when the client ends
+VERDICT_S = 1.0  # more for it, once, when the client ends
 TAKE_OVER_S = 6.0  # for another guardian to get the port and switch off
 TERMINALS_S = DECAY_S + 3.0
 
@@ -70,6 +70,7 @@ class GuardedSupply(Supply):
         self._task, self._lease = task, clock
         self._owned = False
         self._gone: str | None = None  # how the guardian ended
+        self._patience_s = VERDICT_S
         self._guardian = GuardianProcess(task)
         try:
             self.name, *identity = self._ask("open")
@@ -120,7 +121,8 @@ class GuardedSupply(Supply):
         for _ in range(2):
             with suppress(Exception, KeyboardInterrupt):
                 if self._gone is not None:
-                    return self._guardian.verdict(VERDICT_S)
+                    seconds, self._patience_s = self._patience_s, 0.0
+                    return self._guardian.verdict(seconds)
                 if self._ask("off"):
                     self._lease.rest()
                     return True
@@ -206,7 +208,7 @@ class GuardedSupply(Supply):
         """Do what remains to be done without this guardian, and return what to raise."""
         self._lease.rest()
         if isinstance(end, GuardianTripped):
-            self._gone = f"its guardian switched off: {end}"
+            self._gone = f"its guardian stepped in: {end}"
             self._guardian.verdict(AT_ONCE_S)
         else:
             self._guardian.kill()

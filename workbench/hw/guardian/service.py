@@ -126,13 +126,18 @@ class Guardian:
         """Switch off as soon as the exchange that is under way has ended; safe in any thread."""
         if self._trip is None:
             self._trip = reason
+            self._health.hurry = True
         self._clock.interrupt()
         self._asked.put({})
 
     def _listen(self) -> None:
         try:
-            while self._client == "here":
-                self._listen_once()
+            while True:
+                if self._client == "here":
+                    self._listen_once()
+                else:
+                    time.sleep(TICK_S)
+                self._watch_health()
         except Exception as error:  # deaf, it could not see a lease expire
             self._recorder.event("error", text=traceback.format_exc())
             self.trip(f"an error of its own: {error!r}")
@@ -152,17 +157,17 @@ class Guardian:
         ledger = self._recorder.ledger
         if self._owned and ledger is not None and ledger.asked_for_off():
             self.trip("somebody asked for it with `workbench supply off`")
-        self._watch_health()
 
     def _watch_health(self) -> None:
         """Say at once that the supply does not answer; the worker may wait for it a while yet."""
-        if self._lost_at is not None and self._health.answered_since(self._lost_at):
+        lost_at = self._lost_at
+        if self._trip is None and lost_at is not None and self._health.answered_since(lost_at):
             self._lost_at = None
-            if self._trip is None:
-                self._recorder.event("regained")
-                self._recorder.shout(f"{self._name}: it answers again")
-        watched = self._trip is None and self._lost_at is None and self._recorder.output.live
-        if watched and (cause := self._health.overdue(OVERDUE_S)):
+            self._recorder.event("regained")
+            self._recorder.shout(f"{self._name}: it answers again")
+        if not self._recorder.output.live or self._lost_at is not None:
+            return
+        if cause := self._health.overdue(OVERDUE_S):
             self._lost_at = time.monotonic()
             self._recorder.event("lost", cause=cause)
             self._recorder.shout(f"\a{self._name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
@@ -331,6 +336,7 @@ class Guardian:
         if not self._owned:
             return self._leave(0)
         self._clock.calm()
+        self._health.hurry = False
         output = self._recorder.output
         if self._trip is None and (not output.live or (output.read_back and self._see_dead())):
             return self._leave(0)
@@ -350,7 +356,8 @@ class Guardian:
 
     def _keep_switching_off(self, reason: str, live: bool) -> bool:
         """Try until off is read back and seen, or there is no more hope; say when it is not."""
-        began, told = self._clock.now(), ""
+        began = self._clock.now()
+        told: set[str] = set()
         while True:
             error = self._try_off()
             seconds = self._clock.now() - began
@@ -366,14 +373,14 @@ class Guardian:
                 error = "it says off, but its terminals are live"
             if seconds > self._task.keep_trying_s:
                 return False
-            if told != error:  # the first fault, and each that is another one
+            if error not in told:  # the first fault, and each that is another one
                 self._recorder.event("off", confirmed=False, error=error)
             if not told:
-                self._recorder.shout(
-                    f"\a{self._name}: {MAY_BE_ON} ({reason}; {error}); {BY_HAND}. "
-                    f"Trying on for {self._task.keep_trying_s:g} s"
-                )
-            told = error
+                trying = f"trying on for {self._task.keep_trying_s:g} s"
+                if self._lost_at is None:
+                    trying = f"{MAY_BE_ON} ({reason}); {BY_HAND}; {trying}"
+                self._recorder.shout(f"\a{self._name}: not confirmed off ({error}); {trying}")
+            told.add(error)
             self._clock.sleep(AGAIN_S)
 
     def _try_off(self) -> str:
