@@ -37,7 +37,7 @@ class Adapter:
 
     def elsewhere(self, connection: Connection) -> Iterator[Connection]:
         """Yield where else the supply may be; a port of another make of adapter is left alone."""
-        if connection.kind != "serial":
+        if connection.kind != "serial" or self.maker is None:
             return
         for port in sorted(comports(), key=lambda port: port.serial_number != self.serial):
             maker = None if port.vid is None else (port.vid, port.pid)

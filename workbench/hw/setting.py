@@ -24,6 +24,8 @@ Value = TypeVar("Value")
 class Link(Protocol):
     """What leads to a supply."""
 
+    connection: Connection
+
     @property
     def connected(self) -> bool: ...
 
@@ -44,11 +46,13 @@ def reopen(
     """
     if link.connected and connection is None:
         return
-    link.open(connection)
+    before = link.connection
     try:
+        link.open(connection)
         identify()
     except BaseException:
         link.close()  # so that the next try checks again
+        link.connection = before
         raise
 
 
