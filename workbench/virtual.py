@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 import scipy
@@ -66,7 +67,8 @@ def move(
     volts = staircase(fine, history)
     wanted = np.maximum(section.motor_slope * volts + section.motor_offset, 0.0)
     keep = np.exp(-1 / (_PER_SAMPLE * SAMPLE_RATE_HZ * section.motor_lag))
-    speed = np.asarray(scipy.signal.lfilter([1 - keep], [1, -keep], wanted))
+    lagging = accumulate(wanted.tolist(), lambda now, to: keep * now + (1 - keep) * to, initial=0.0)
+    speed = np.array(list(lagging)[1:])
     # the motor turns from sample to sample by the mean of its speed between them
     mean = speed.reshape(len(times), _PER_SAMPLE).mean(axis=1)
     motion = simulate(robot, Condition(mode, mean, section.start_angle)).motion

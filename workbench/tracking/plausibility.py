@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR, TOP, position, seen_median
@@ -92,7 +91,8 @@ def fall(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.fl
     if len(times) < _BENDING:
         return None
     period = float(np.median(np.diff(times)))
-    kernel = scipy.signal.savgol_coeffs(_BENDING, 2, deriv=2, delta=period)
+    around = np.arange(_BENDING) - _BENDING // 2
+    kernel = 2 * np.linalg.pinv(np.vander(around, 3))[0] / period**2  # of a fitted parabola
     bent = np.column_stack([np.convolve(column, kernel, "valid") for column in path.T])
     size = np.linalg.norm(bent, axis=1)
     flying = np.abs(np.nan_to_num(size) - _GRAVITY_M_S2) < _NEAR_M_S2
