@@ -1,14 +1,21 @@
-"""Bundles of our own making, small but with every kind of file."""
+"""Bundles of our own making, small but with every kind of file; and runs of the virtual bench."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
+from workbench.bench import BUILT_IN, VirtualBench, load_bench
 from workbench.bundle import Bundle, Document, Series, add_remark
+from workbench.cli.output import QuietOperator
+from workbench.engine import carry_out
+from workbench.experiment import read_experiment
 from workbench.timeseries import TimeSeries
 
 NOW = datetime(2026, 3, 12, 10, 15).astimezone()
@@ -56,6 +63,38 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
     if status != "unfinished":
         bundle.finish(status)
     return bundle
+
+
+def carried_out(
+    folder: Path, steps: str, *, views: bool = False, **virtual: Any
+) -> tuple[Bundle, ...]:
+    """Carry steps out on the virtual bench.
+
+    Args:
+        folder: gets the protocol, `short.yaml`, and the bundles in `runs`.
+        steps: of the protocol, in YAML.
+        views: whether recording and report are drawn; else they are empty.
+        virtual: what is different about the virtual bench.
+    """
+    path = folder / "short.yaml"
+    head = "schema: workbench/protocol-1\ntitle: A short hop\nsteps:\n"
+    path.write_text(head + steps, encoding="utf-8")
+    bench = load_bench("virtual")
+    assert bench.path == BUILT_IN
+    assert bench.content.virtual is not None
+    section = bench.content.virtual.model_copy(update=virtual)
+    device = VirtualBench(bench.content.model_copy(update={"virtual": section}))
+    asked = read_experiment(path, bench, device.voltage_step)
+    with nullcontext() if views else empty_views():
+        return tuple(carry_out(asked, device, folder / "runs", QuietOperator(), lambda text: None))
+
+
+@contextmanager
+def empty_views() -> Iterator[None]:
+    """Leave recordings and reports empty: drawing them takes half of a short run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Bundle, "write_view", lambda run, kind, write: _write(run.view(kind), ""))
+        yield
 
 
 def remarked(bundle: Bundle) -> Bundle:

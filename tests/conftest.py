@@ -6,7 +6,7 @@ import itertools
 import json
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,10 @@ __all__ = [
 
 ROOT = Path(__file__).resolve().parents[1]
 _NUMBERS = itertools.count()
+FINISHED = """\
+  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, ramp: 0.5 s, duration: 3 s}
+  - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s}
+"""
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,25 @@ def _own_ledgers(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempP
     """Give each test ledgers of its own, and never those of this user."""
     folder = tmp_path_factory.getbasetemp() / f"state-{next(_NUMBERS)}"
     monkeypatch.setenv("WORKBENCH_STATE", str(folder))
+
+
+@pytest.fixture
+def without_views() -> Iterator[None]:
+    """Leave the views of bundles empty, for tests that look at none."""
+    from tests.bundles import empty_views
+
+    with empty_views():
+        yield
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of finished runs, views included: a hop and a ring-down. To be read, or copied."""
+    from tests.bundles import carried_out
+
+    folder = tmp_path_factory.mktemp("finished")
+    carried_out(folder, FINISHED, views=True)
+    return folder / "runs"
 
 
 @pytest.fixture

@@ -30,6 +30,8 @@ from workbench.protocol import (
 )
 from workbench.takes import Place
 
+pytestmark = pytest.mark.usefixtures("without_views")
+
 STEPS = "  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"
 TEN_MINUTES = timedelta(minutes=10)
 

@@ -29,7 +29,10 @@ from workbench.protocol import (
 )
 from workbench.tracking import read_take
 
-pytestmark = pytest.mark.xdist_group("alone")  # frames come in real time
+pytestmark = [
+    pytest.mark.xdist_group("alone"),  # frames come in real time
+    pytest.mark.usefixtures("without_views"),
+]
 
 STEPS = "  - run: {mode: hop, speed: 17 rad/s, rest: 0.8 s, duration: 1.2 s}\n"
 FRAME_S = 1 / 120

@@ -149,6 +149,7 @@ def test_the_twin_is_near_and_time_zero_is_shared(hop: Finished) -> None:
     assert bundle.read_series("twin").times[0] < -0.5
 
 
+@pytest.mark.usefixtures("without_views")
 def test_the_same_seed_gives_the_same_take(
     tmp_path: Path, bench: VirtualBench, hop: Finished
 ) -> None:
@@ -246,6 +247,7 @@ def test_a_motor_that_is_not_connected_is_found_in_the_take(tmp_path: Path) -> N
         list(runs(tmp_path, bench))
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - sweep: {mode: clamped, speeds: [14 rad/s, 19 rad/s], rest: 1 s, duration: 1.5 s}\n"
     found = list(runs(tmp_path, bench, steps))
@@ -254,6 +256,7 @@ def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> 
     assert all(abs(b.manifest["real"]["distance_m"]) < 0.001 for b in found)
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
     file = load_bench("virtual").content
     assert file.virtual is not None
@@ -305,6 +308,7 @@ def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -
     assert "decay, T pulled forward with 0.39 N" in told
 
 
+@pytest.mark.usefixtures("without_views")
 def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: VirtualBench) -> None:
     one, two = runs(tmp_path, bench, DECAY.replace("3 s}", "1 s, repeats: 2}"))
     assert one.take().read_bytes() != two.take().read_bytes()
@@ -312,6 +316,7 @@ def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: Vi
     assert abs(zeros[0] - zeros[1]) > 0.01
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_drop_falls_by_what_was_asked(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 3 s}\n"
     (bundle,) = runs(tmp_path, bench, steps)
@@ -337,6 +342,7 @@ def test_a_robot_that_was_never_let_go_is_found_in_the_take(
         list(runs(tmp_path, bench, DECAY))
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_true_robot_of_forty_increments_rings_like_its_twin_of_sixteen(tmp_path: Path) -> None:
     file = load_bench("virtual").content
     assert file.virtual is not None

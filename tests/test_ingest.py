@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from workbench.bench import VirtualBench, load_bench
+from tests.bundles import carried_out
 from workbench.bundle import verify
-from workbench.cli.output import QuietOperator
-from workbench.engine import carry_out
 from workbench.errors import FileFaults, InputError, TakeError
-from workbench.experiment import Experiment
 from workbench.ingest import ingest_sheet
-from workbench.protocol import Protocol, Sheet, load, load_model, load_shape, make_plan
+from workbench.protocol import Sheet, load, load_shape
 
 HEAD = """\
 schema: workbench/sheet-1
@@ -57,18 +54,8 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return measured(tmp_path_factory.mktemp("lab"), run, parameters={})
 
 
-def measured(folder: Path, run: str, **virtual: object) -> Path:
-    path = folder / "p.yaml"
-    path.write_text(f"schema: workbench/protocol-1\ntitle: T\nsteps:\n  - run: {run}\n")
-    bench = load_bench("virtual")
-    assert bench.content.virtual is not None
-    section = bench.content.virtual.model_copy(update=virtual)
-    protocol = load(path, Protocol)
-    plan = make_plan(protocol, bench.content, Decimal("0.01"))
-    model, shape = load_model("thesis", folder), load_shape("thesis-initial", folder)
-    asked = Experiment(protocol, bench, model, shape, plan)
-    device = VirtualBench(bench.content.model_copy(update={"virtual": section}))
-    (bundle,) = carry_out(asked, device, folder / "runs", QuietOperator(), quiet)
+def measured(folder: Path, run: str, **virtual: Any) -> Path:
+    (bundle,) = carried_out(folder, f"  - run: {run}\n", **virtual)
     return bundle.take()
 
 
@@ -78,6 +65,7 @@ def write_sheet(folder: Path, runs: str, head: str = HEAD) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_listed_take_becomes_a_bundle_with_its_twin(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop_17.csv").write_bytes(take.read_bytes())
     sheet = write_sheet(
@@ -92,6 +80,7 @@ def test_a_listed_take_becomes_a_bundle_with_its_twin(tmp_path: Path, take: Path
     assert verify(bundle.path) == []
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_voltage_goes_through_the_sheet_s_calibration(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop.csv").write_bytes(take.read_bytes())
     sheet = write_sheet(
@@ -102,6 +91,7 @@ def test_a_voltage_goes_through_the_sheet_s_calibration(tmp_path: Path, take: Pa
     assert bundle.manifest["role"] == "held_out"
 
 
+@pytest.mark.usefixtures("without_views")
 def test_angles_listed_in_the_sheet_are_a_shape(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop.csv").write_bytes(take.read_bytes())
     angles = load_shape("thesis-initial", tmp_path).content.angles
@@ -168,6 +158,7 @@ def test_a_height_that_the_sheet_leaves_out_is_found_in_the_data(
     assert "mm, found in the data" in bundle.view("report").read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("without_views")
 def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Path) -> None:
     (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
     sheet = write_sheet(
@@ -179,6 +170,7 @@ def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Pat
     assert twin / real == pytest.approx(0.45 / 0.39, abs=0.02)
 
 
+@pytest.mark.usefixtures("without_views")
 def test_the_direction_of_a_pull_is_found_in_the_data(tmp_path: Path, decay: Path) -> None:
     (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
     turned = HEAD.replace("forward: -z", "forward: z")  # the same take, seen from behind

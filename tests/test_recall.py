@@ -13,43 +13,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from workbench.bench import BUILT_IN, load_bench, make_bench
 from workbench.bundle import Bundle, verify
-from workbench.cli.output import QuietOperator
-from workbench.engine import carry_out
 from workbench.errors import InputError
-from workbench.experiment import read_experiment
 from workbench.recall import recall, recall_damaged, recall_whatever, runs_named
 from workbench.review import Comparison, sections, write_recording, write_report
 
-SHORT = """
-schema: workbench/protocol-1
-title: A short hop
-model: thesis
-shape: thesis-initial
-steps:
-  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, ramp: 0.5 s, duration: 3 s}
-  - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s}
-"""
-
-
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of runs: a hop and a ring-down of one experiment."""
-    folder = tmp_path_factory.mktemp("lab")
-    (folder / "short.yaml").write_text(SHORT, encoding="utf-8")
-    bench = load_bench("virtual")
-    device = make_bench(bench.content)
-    experiment = read_experiment(folder / "short.yaml", bench, device.voltage_step)
-    assert bench.path == BUILT_IN
-    list(carry_out(experiment, device, folder / "runs", QuietOperator(), lambda text: None))
-    return folder / "runs"
-
 
 @pytest.fixture
-def hop(lab: Path, tmp_path: Path) -> Bundle:
+def hop(finished: Path, tmp_path: Path) -> Bundle:
     """A copy of the hop, to be broken."""
-    (path,) = lab.glob("*_hop-*")
+    (path,) = finished.glob("*_hop-*")
     return Bundle.open(Path(shutil.copytree(path, tmp_path / "runs" / path.name)))
 
 
@@ -101,8 +74,8 @@ def cut_off(bundle: Bundle) -> Bundle:
     return Bundle.open(bundle.path)
 
 
-def test_every_run_is_shown_again_as_its_report_tells_it(lab: Path, tmp_path: Path) -> None:
-    for path in sorted(lab.iterdir()):
+def test_every_run_is_shown_again_as_its_report_tells_it(finished: Path, tmp_path: Path) -> None:
+    for path in sorted(finished.iterdir()):
         if path.is_dir():
             bundle = Bundle.open(path)
             write_report(recall(bundle), tmp_path / "again.html")
@@ -123,8 +96,8 @@ def test_a_whole_run_is_not_marked(hop: Bundle) -> None:
     assert found.noise["foot_z_m"] == pytest.approx(rest / 1000)
 
 
-def test_the_twin_s_corners_carry_it(lab: Path) -> None:
-    (path,) = lab.glob("*_hop-*")
+def test_the_twin_s_corners_carry_it(finished: Path) -> None:
+    (path,) = finished.glob("*_hop-*")
     twin = Bundle.open(path).read_series("twin")
     corners = np.sum([twin[f"corner_{k}_z_N"] for k in range(4)], axis=0)
     np.testing.assert_allclose(corners, twin["ground_z_N"], atol=1e-9)
@@ -231,19 +204,19 @@ def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
     assert recall_whatever(Bundle.open(hop.path)).mark is None
 
 
-def test_a_protocol_stands_for_its_newest_runs(lab: Path) -> None:
-    every = sorted(path for path in lab.iterdir() if path.is_dir())
+def test_a_protocol_stands_for_its_newest_runs(finished: Path) -> None:
+    every = sorted(path for path in finished.iterdir() if path.is_dir())
     for word in ("short", "short.yaml", "somewhere/short.yaml"):
-        assert [bundle.path for bundle in runs_named([Path(word)], lab)] == every
+        assert [bundle.path for bundle in runs_named([Path(word)], finished)] == every
     identity = Bundle.open(every[0]).manifest["experiment"]
-    assert [bundle.path for bundle in runs_named([Path(identity)], lab)] == every
-    assert [one.path for one in runs_named([Path(every[1].name)], lab)] == [every[1]]
+    assert [bundle.path for bundle in runs_named([Path(identity)], finished)] == every
+    assert [one.path for one in runs_named([Path(every[1].name)], finished)] == [every[1]]
 
 
-def test_the_protocol_s_own_file_stands_for_its_runs_too(lab: Path) -> None:
-    asked = lab.parent / "short.yaml"
+def test_the_protocol_s_own_file_stands_for_its_runs_too(finished: Path) -> None:
+    asked = finished.parent / "short.yaml"
     assert asked.is_file()
-    assert len(runs_named([asked], lab)) == 2
+    assert len(runs_named([asked], finished)) == 2
 
 
 def test_damaged_folders_do_not_hide_an_experiment(hop: Bundle) -> None:
@@ -258,6 +231,6 @@ def test_damaged_folders_do_not_hide_an_experiment(hop: Bundle) -> None:
     assert [bundle.path for bundle in runs_named([Path("short")], root)] == [hop.path]
 
 
-def test_a_name_that_is_none_is_answered_with_the_protocols(lab: Path) -> None:
+def test_a_name_that_is_none_is_answered_with_the_protocols(finished: Path) -> None:
     with pytest.raises(InputError, match=r"shrt: no run.*did you mean 'short'\?"):
-        runs_named([Path("shrt")], lab)
+        runs_named([Path("shrt")], finished)

@@ -18,6 +18,8 @@ from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.hw.simulated import Fault, SimulatedRiden, SimulatedSupply
 
+pytestmark = pytest.mark.usefixtures("without_views")
+
 PROTOCOL = """\
 schema: workbench/protocol-1
 title: Faults

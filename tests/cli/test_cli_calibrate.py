@@ -7,14 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import carried_out
 from tests.conftest import Command
 from workbench.bundle import Bundle
 from workbench.protocol import CalibrationFile, Protocol, load
 
 STEPS = """\
-schema: workbench/protocol-1
-title: Line
-steps:
   - sweep: {mode: clamped, voltages: [3 V, 4.5 V, 2 V, 3.7 V], rest: 1 s, ramp: 0 s, duration: 5 s}
   - run: {mode: clamped, voltage: 1 V, rest: 1 s, ramp: 0 s, duration: 3 s}
 """
@@ -24,14 +22,8 @@ SLOPE, OFFSET = 4.38, -2.87  # of bench-virtual.yaml
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four runs that count and one that is too slow."""
-    from typer.testing import CliRunner
-
-    from workbench.cli.app import app
-
     folder = tmp_path_factory.mktemp("line")
-    (folder / "p.yaml").write_text(STEPS)
-    done = CliRunner().invoke(app, ["run", str(folder / "p.yaml"), "--runs", str(folder / "runs")])
-    assert done.exit_code == 0, done.output
+    carried_out(folder, STEPS)
     return folder / "runs"
 
 

@@ -7,15 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import carried_out
 from tests.conftest import Command
 from workbench.protocol import ModelFile, load
 
 STEPS = """\
-schema: workbench/protocol-1
-title: Short
-model: thesis
-shape: thesis-initial
-steps:
   - run: {mode: decay, pull: 0.8 N, rest: 1 s, duration: 2 s}
   - run: {mode: decay, pull: 0.4 N, rest: 1 s, duration: 2 s}
   - run: {mode: decay, pull: 0.6 N, rest: 1 s, duration: 2 s, role: held_out}
@@ -26,18 +22,8 @@ FALL = "  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 2 s}\n"
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three runs of the beam, one held out."""
-    return bundles(tmp_path_factory.mktemp("beam"), STEPS)
-
-
-def bundles(folder: Path, steps: str) -> Path:
-    """Carry a protocol out on the virtual bench."""
-    from typer.testing import CliRunner
-
-    from workbench.cli.app import app
-
-    (folder / "p.yaml").write_text(steps)
-    done = CliRunner().invoke(app, ["run", str(folder / "p.yaml"), "--runs", str(folder / "runs")])
-    assert done.exit_code == 0, done.output
+    folder = tmp_path_factory.mktemp("beam")
+    carried_out(folder, STEPS)
     return folder / "runs"
 
 
@@ -82,10 +68,10 @@ def test_the_beam_is_found_and_its_report_lies_beside_the_new_model(
 def test_a_fit_of_the_ground_tells_in_its_report_what_the_runs_leave_open(
     workbench: Command, tmp_path: Path
 ) -> None:
-    runs = bundles(tmp_path, STEPS + FALL)
+    carried_out(tmp_path, STEPS + FALL)
     out = tmp_path / "ground.yaml"
     fit = "ground_stiffness,friction_slide"
-    answer = workbench("identify", runs, "--fit", fit, "--out", out)
+    answer = workbench("identify", tmp_path / "runs", "--fit", fit, "--out", out)
     assert answer.code == 0, answer.err
     assert f"report: {out.with_suffix('.html')}" in answer.out
     page = out.with_suffix(".html").read_text(encoding="utf-8")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from rerun.chunk import RrdReader
 
+from tests.bundles import carried_out
 from tests.conftest import ROOT, Command
-from tests.test_ingest import measured
 from workbench.bundle import Bundle, sha256, verify
 from workbench.errors import WorkbenchError
 from workbench.pairing import pair_extended
@@ -24,9 +24,10 @@ DAMPING = 0.05  # [N m s^2/rad^2] that the robot has and the stated model lacks
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A ring-down of a robot that damps more the faster its beam bends."""
     cause = {"hinge_quadratic_damping": {"c": DAMPING}}
-    run = "{mode: decay, pull: 0.8 N, rest: 1 s, duration: 4 s}"
+    run = "  - run: {mode: decay, pull: 0.8 N, rest: 1 s, duration: 4 s}\n"
     folder = tmp_path_factory.mktemp("lab")
-    return measured(folder, run, parameters={}, effects=cause).parent.parent
+    (bundle,) = carried_out(folder, run, views=True, parameters={}, effects=cause)
+    return bundle.path
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from linear_robot import MODES, answer, driven, released
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from tests.bundles import carried_out
 from workbench.errors import InputError
 from workbench.identify import (
     Estimate,
@@ -225,14 +226,11 @@ def test_the_report_of_resonances_has_its_figures_and_verdict(tmp_path: Path) ->
 def test_the_verb_tells_resonances_of_bundles_and_writes_the_report(
     tmp_path: Path, workbench
 ) -> None:
-    protocol = tmp_path / "ring.yaml"
-    protocol.write_text(
-        "schema: workbench/protocol-1\ntitle: Ring and turn\nmodel: thesis\n"
-        "shape: thesis-initial\nsteps:\n"
+    carried_out(
+        tmp_path,
         "  - run: {mode: decay, pull: 0.39 N, rest: 2 s, duration: 5 s}\n"
-        "  - run: {mode: clamped, speed: 7 rad/s, rest: 2 s, duration: 6 s}\n"
+        "  - run: {mode: clamped, speed: 7 rad/s, rest: 2 s, duration: 6 s}\n",
     )
-    assert workbench("run", protocol, "--runs", tmp_path / "runs").code == 0
     page = tmp_path / "found.html"
     found = workbench("resonances", tmp_path / "runs", "--json", "--report", page)
     assert found.code == 0, found.err
