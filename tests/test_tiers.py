@@ -48,13 +48,17 @@ def run(tmp_path: Path) -> list[str]:
         "from tests.tiers import *\nfrom tests.tiers import pytest_collection_modifyitems, "
         "pytest_configure, pytest_runtest_makereport, pytest_runtest_setup\n"
     )
-    return [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", str(tmp_path)]
+    return [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "xdist", str(tmp_path)]
+
+
+BARE = {"PYTHONPATH": str(ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+"""No plugins but those asked for: the others take longer to load than these tests to run."""
 
 
 def outcome(run: list[str], marks: str, *words: str) -> tuple[int, str]:
     folder = Path(run[-1])
     (folder / "test_work.py").write_text(WORK.format(marks=marks))
-    here = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    here = os.environ | BARE | {"COLUMNS": "200"}
     done = subprocess.run([*run, *words], cwd=folder, env=here, capture_output=True, text=True)
     return done.returncode, done.stdout
 
@@ -103,7 +107,7 @@ def test_a_module_or_a_group_stays_on_one_worker(run: list[str], mark: str) -> N
     folder = Path(run[-1])
     for name in ("one", "two"):
         (folder / f"test_{name}.py").write_text(GROUPED + mark)
-    here = os.environ | {"PYTHONPATH": str(ROOT)}
+    here = os.environ | BARE
     words = ["-n", "2", "--dist", "loadgroup", "--no-loadscope-reorder"]
     subprocess.run([*run, *words], cwd=folder, env=here, check=True)
     workers = (folder / "workers.txt").read_text().split()
