@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -236,3 +237,36 @@ def test_a_full_disk_names_what_is_appended(tmp_path: Path, name: str) -> None:
     (bundle.path / name).symlink_to("/dev/full")
     with pytest.raises(RecordError, match=rf"{name}: cannot be written \(No space left"):
         bundle.journal("asked", 0.0) if name == "journal.jsonl" else bundle.wire("{}")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links and pipes")
+def test_a_link_or_pipe_in_place_of_a_file_is_named_and_never_opened(
+    run: Path, tmp_path: Path
+) -> None:
+    elsewhere = Path(shutil.copytree(run, tmp_path / "out" / "elsewhere"))
+    for name in FILES:
+        (run / name).unlink()
+        if name.endswith((".jsonl", ".log")):
+            os.mkfifo(run / name)  # whoever opened it would wait for ever
+        else:
+            (run / name).symlink_to(elsewhere / name)
+    problems = verify(run)
+    assert damaged_files(problems) == frozenset(FILES)
+    assert all("no file of the run; it is not opened" in text for text in problems)
+    with pytest.raises(InputError, match=r"manifest\.json: is a link, and no file of the run"):
+        Bundle.open(run)
+    bundle, lost = Bundle.recover(run)
+    assert "a link" in lost
+    assert (bundle.read_journal(), bundle.read_wire(), bundle.read_guardian()) == ([], [], [])
+    assert not bundle.has_take()
+    assert not bundle.has("track")
+    assert listed(run) == "damaged"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links")
+def test_a_folder_that_is_a_link_is_named_and_not_entered(run: Path, tmp_path: Path) -> None:
+    shutil.move(run / "take", tmp_path / "take")
+    (run / "take").symlink_to(tmp_path / "take")
+    assert "take: a link, and no file of the run; it is not opened" in verify(run)
+    assert "take/take 1.csv: missing" in verify(run)
+    assert not Bundle.open(run).has_take()

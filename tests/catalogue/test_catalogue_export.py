@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import shutil
 import subprocess
+import sys
 import zipfile
 from datetime import timedelta
 from pathlib import Path
@@ -16,6 +18,7 @@ from scipy.io import loadmat
 
 from tests.bundles import NOW, SUPPLY, TRACK, TWIN, make_bundle, remarked
 from workbench.bundle import verify
+from workbench.bundle.inside import printable
 from workbench.catalogue.export import export
 from workbench.catalogue.matlab import as_mat
 from workbench.catalogue.traces import as_csv, column_lines, heading
@@ -186,6 +189,84 @@ def test_a_damaged_run_is_exported_with_what_there_is(runs: list[Path], tmp_path
     assert held == {"simulated.csv", "unfiltered.csv", "supply.csv"}
     kept = loadmat(done.target / "mat" / f"{run.name}.mat", simplify_cells=True)["run"]
     assert "track.parquet" in kept["problems"]
+
+
+needs_links = pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links and pipes")
+
+
+@needs_links
+@pytest.mark.parametrize("name", ["x", "x.zip"])
+def test_a_link_is_not_followed_and_is_told(runs: list[Path], tmp_path: Path, name: str) -> None:
+    run = Path(shutil.copytree(runs[0], tmp_path / runs[0].name))
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "passwd").write_text("root:x:0:0")
+    shutil.copy(runs[0] / "track.parquet", secret / "track.parquet")
+    (run / "take" / "x.csv").symlink_to(secret / "passwd")
+    (run / "folder").symlink_to(secret)
+    (run / "dangling").symlink_to(tmp_path / "gone")
+    os.mkfifo(run / "pipe")
+    for own in ("track.parquet", "remarks.jsonl", "journal.jsonl"):
+        (run / own).unlink(missing_ok=True)
+        (run / own).symlink_to(secret / "track.parquet")
+    done = export([run], tmp_path / name, csv=True, mat=True)
+    links = {"take/x.csv", "folder", "dangling", "track.parquet", "remarks.jsonl", "journal.jsonl"}
+    assert set(done.left_out) == {f"{run.name}/{n}" for n in {*links, "pipe"}}
+    for link in links:
+        told = f"{run.name}: {link}: a link, and no file of the run; it is not opened"
+        assert told in done.problems
+    assert f"{run.name}: pipe: a pipe, and no file of the run; it is not opened" in done.problems
+    held = _held(done.target)
+    assert not [n for n in held if any(n.endswith(link) for link in {*links, "pipe"})]
+    assert not [n for n, data in held.items() if b"root:x" in data]
+    assert f"csv/{run.name}/measured.csv" not in held
+    assert "LEFT OUT" in held["README.txt"].decode()
+
+
+@needs_links
+def test_a_run_that_is_a_link_is_refused(runs: list[Path], tmp_path: Path) -> None:
+    (tmp_path / runs[0].name).symlink_to(runs[0])
+    with pytest.raises(InputError, match="is a link; name the folder that it leads to"):
+        export([tmp_path / runs[0].name], tmp_path / "x.zip", csv=False, mat=False)
+
+
+@needs_links
+@pytest.mark.parametrize(
+    "name",
+    [
+        "..\\evil.txt", "C:evil.txt", "C:\\evil.txt", "\\\\server\\share", "evil.txt:stream", "CON",
+        "nul.txt", "com1", "LPT9.csv", "aux .txt", "evil.", "evil ", "...",
+        "a\nb", "a\x1bb", "a\u202eb", "what?", "take/..\\..\\evil.txt",
+    ],
+)  # fmt: skip
+def test_no_name_of_an_export_leaves_its_folder(
+    runs: list[Path], tmp_path: Path, name: str
+) -> None:
+    run = Path(shutil.copytree(runs[0], tmp_path / runs[0].name))
+    (run / name).write_text("evil")
+    done = export([run], tmp_path / "x.zip", csv=False, mat=False)
+    assert len(done.left_out) == 1
+    assert not [n for n, data in _held(done.target).items() if data == b"evil"]
+    assert any(printable(name) in problem for problem in done.problems)
+
+
+def test_a_run_of_no_portable_name_is_refused(runs: list[Path], tmp_path: Path) -> None:
+    for bad in ("a:b", "CON", "x\\y"):
+        with pytest.raises(InputError, match="rename the folder of the run"):
+            export([tmp_path / bad], tmp_path / "x.zip", csv=False, mat=False)
+
+
+def test_a_run_named_by_dots_has_its_own_name(runs: list[Path], tmp_path: Path) -> None:
+    done = export([runs[0] / "take" / ".."], tmp_path / "x.zip", csv=False, mat=False)
+    assert f"bundles/{runs[0].name}/manifest.json" in _held(done.target)
+
+
+def _held(target: Path) -> dict[str, bytes]:
+    if target.is_dir():
+        files = (p for p in target.rglob("*") if p.is_file())
+        return {p.relative_to(target).as_posix(): p.read_bytes() for p in files}
+    with zipfile.ZipFile(target) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def test_an_export_that_breaks_off_leaves_nothing(

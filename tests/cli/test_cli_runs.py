@@ -124,6 +124,21 @@ def test_diff_tells_what_differs_by_section(workbench: Command, runs: Path) -> N
     assert workbench("runs", "diff", "1", "1").err.strip() == "nothing differs"
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links")
+def test_export_tells_what_it_left_out_and_fails(
+    workbench: Command, runs: Path, tmp_path: Path
+) -> None:
+    (run,) = runs.glob("*hop*")
+    (run / "take" / "x.csv").symlink_to("/etc/passwd")
+    answer = workbench("runs", "export", "1", "--to", tmp_path / "b.zip")
+    assert answer.code == 1
+    assert f"left out: {run.name}/take/x.csv" in answer.err
+    with zipfile.ZipFile(tmp_path / "b.zip") as archive:
+        assert not [name for name in archive.namelist() if name.endswith("x.csv")]
+    again = workbench("runs", "export", "1", "--to", tmp_path / "c.zip", "--json")
+    assert (again.code, again.json["left_out"]) == (1, [f"{run.name}/take/x.csv"])
+
+
 def test_export_packs_and_refuses_to_overwrite(
     workbench: Command, runs: Path, tmp_path: Path
 ) -> None:

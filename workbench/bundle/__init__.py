@@ -26,12 +26,14 @@ that thousands of bundles can be listed at once.
 from workbench.bundle.damage import damaged_files, verify
 from workbench.bundle.finding import bundle_names, find_folder
 from workbench.bundle.folder import Bundle, Document, Series, Status, View
+from workbench.bundle.inside import Contents, contents, foreign, unportable
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
 from workbench.bundle.stamp import Stamp, stamping
 
 __all__ = [
     "Bundle",
+    "Contents",
     "Document",
     "Kind",
     "Remark",
@@ -43,10 +45,13 @@ __all__ = [
     "View",
     "add_remark",
     "bundle_names",
+    "contents",
     "damaged_files",
     "find_folder",
+    "foreign",
     "read_remarks",
     "sha256",
     "stamping",
+    "unportable",
     "verify",
 ]

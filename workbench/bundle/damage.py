@@ -8,6 +8,7 @@ from pathlib import Path
 
 from workbench.bundle.finding import is_run, no_bundle
 from workbench.bundle.folder import Bundle
+from workbench.bundle.inside import contents
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, WIRE
 from workbench.bundle.remarks import faults_of_remarks
 from workbench.bundle.sealing import against_checksums, sealed_files
@@ -45,7 +46,7 @@ def _cut_off(path: Path) -> list[str]:
     off = f"; {bundle.output.told}" if bundle.output_off else ""
     status = bundle.manifest.get("status", "unknown")
     told = f"{CHECKSUMS}: missing; the run was cut off (status {status}){off}"
-    return [told, *([lost] if lost else []), *_torn(path)]
+    return [told, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
 
 
 def _torn(path: Path) -> Iterator[str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from workbench.bundle.finding import find_folder, is_run, no_bundle
+from workbench.bundle.inside import foreign
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE, WIRE
 from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
@@ -75,6 +76,8 @@ class Bundle:
         Raises:
             InputError: when the folder is no bundle.
         """
+        if (what := foreign(path / MANIFEST)) is not None:
+            raise InputError(f"{path / MANIFEST}: is {what}, and no file of the run")
         try:
             manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
@@ -277,8 +280,9 @@ class Bundle:
     def _takes(self) -> list[Path]:
         """Return the exports; a draft that was cut off is none."""
         folder = self.path / TAKE
-        inside = folder.iterdir() if folder.is_dir() else ()
-        return sorted(file for file in inside if not file.name.startswith("."))
+        inside = folder.iterdir() if folder.is_dir() and foreign(folder) is None else ()
+        found = (file for file in inside if foreign(file) is None)
+        return sorted(file for file in found if not file.name.startswith("."))
 
     def take(self) -> Path:
         """Return the raw export.
@@ -312,11 +316,15 @@ class Bundle:
         """
         from workbench.bundle.series import read_parquet
 
-        return read_parquet(self.path / f"{kind}.parquet")
+        path = self.path / f"{kind}.parquet"
+        if (what := foreign(path)) is not None:
+            raise InputError(f"{path}: cannot be read: it is {what}, and no file of the run")
+        return read_parquet(path)
 
     def has(self, kind: Series) -> bool:
         """Tell whether a time series was written."""
-        return (self.path / f"{kind}.parquet").exists()
+        path = self.path / f"{kind}.parquet"
+        return path.exists() and foreign(path) is None
 
     def view(self, kind: View) -> Path:
         """Return the path of a view."""
@@ -353,6 +361,8 @@ def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
         damaged: put an event `damaged` in the place of a line that is none, but for a last one
             that was cut short: what it was to tell was not yet done.
     """
+    if foreign(path) is not None:
+        return [{"event": "damaged", "cause": f"{path.name} is a link"}] if damaged else []
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from workbench.bundle.inside import foreign
 from workbench.bundle.names import MANIFEST, NAMED
 
 __all__ = ["recovered_manifest"]
@@ -30,6 +31,8 @@ def recovered_manifest(folder: Path) -> dict[str, Any]:
         "role": "",
         "versions": {},
     }
+    if foreign(folder / MANIFEST) is not None:
+        return told
     try:
         text = (folder / MANIFEST).read_text(encoding="utf-8", errors="replace")
     except OSError:

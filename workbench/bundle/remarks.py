@@ -14,8 +14,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
+from workbench.bundle.inside import foreign
 from workbench.bundle.names import REMARKS
 from workbench.bundle.writing import told
+from workbench.errors import RecordError
 
 __all__ = [
     "Kind",
@@ -100,6 +102,8 @@ def add_remark(folder: Path, kind: Kind, text: str, who: str, now: datetime) -> 
     facts = {"at": now.isoformat(timespec="seconds"), "who": who, "kind": kind, "text": text}
     line = _written(facts) + "\n"
     path = folder / REMARKS
+    if (what := foreign(path)) is not None:
+        raise RecordError(f"{path}: is {what}, and no file of the run; remove it")
     with told(path), path.open("ab") as file:
         # a line that a crash cut short is closed first, so that only that one is lost
         torn = file.tell() > 0 and not _ends_a_line(path)
@@ -147,6 +151,8 @@ def _written(facts: Mapping[str, str]) -> str:
 
 
 def _lines(folder: Path) -> list[str]:
+    if foreign(folder / REMARKS) is not None:
+        return []
     try:
         text = (folder / REMARKS).read_text(encoding="utf-8", errors="replace")
     except FileNotFoundError:

@@ -6,6 +6,7 @@ import hashlib
 import re
 from pathlib import Path
 
+from workbench.bundle.inside import contents, foreign
 from workbench.bundle.names import CHECKSUMS, REMARKS
 from workbench.bundle.writing import replaced
 
@@ -35,17 +36,23 @@ def seal(folder: Path) -> None:
 
 def against_checksums(path: Path) -> list[str]:
     """Return what differs from the checksums of a bundle that has some, one sentence each."""
+    if foreign(path / CHECKSUMS) is not None:
+        return contents(path).problems
     text = (path / CHECKSUMS).read_bytes().decode("utf-8", errors="replace")
     listed, trusted = text.rpartition(_OWN)[0], _is_as_written(text)
     problems: list[str] = []
     if not trusted:
         problems = [f"{CHECKSUMS}: changed or cut short since the run was finished"]
-    files = dict(sealed_files(path))
+    inside = contents(path)
+    files = dict(_sealed(inside.files))
+    problems += inside.problems
     for line in (listed or text).splitlines():
         entry = _ENTRY.fullmatch(line)
         if entry is None:
             continue  # the list is not as it was written, which has been told
         digest, name = entry.groups()
+        if name in inside.others:
+            continue  # which has been told
         file = files.pop(name, None)
         if file is None:
             problems.append(f"{name}: missing")
@@ -70,6 +77,9 @@ def _digest(text: str) -> str:
 
 def sealed_files(folder: Path) -> list[tuple[str, Path]]:
     """Return name and path of each file that checksums are for, in order."""
-    found = [(f.relative_to(folder).as_posix(), f) for f in folder.rglob("*")]
+    return _sealed(contents(folder).files)
+
+
+def _sealed(files: list[tuple[str, Path]]) -> list[tuple[str, Path]]:
     own = (CHECKSUMS, f".{CHECKSUMS}", REMARKS)
-    return sorted((name, f) for name, f in found if f.is_file() and name not in own)
+    return [(name, file) for name, file in files if name not in own]

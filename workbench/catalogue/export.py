@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from workbench.bundle import Bundle, read_remarks, verify
+from workbench.bundle import Bundle, contents, foreign, read_remarks, unportable, verify
 from workbench.catalogue.entry import Entry, read_entry
 from workbench.catalogue.traces import TRACES, as_csv, column_lines, read_traces
 from workbench.errors import InputError, RecordError
@@ -48,12 +48,14 @@ class Exported:
         files: how many.
         size: of all files before they were packed [byte].
         problems: what is wrong with the bundles, a sentence each, with the run's name.
+        left_out: what lies in a bundle and not in the export, as `RUN/name`.
     """
 
     target: Path
     files: int
     size: int
     problems: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class _Run:
     """A run to be exported, with what can still be read of it."""
 
     folder: Path
+    files: list[tuple[str, Path]]
+    left_out: list[str]
     entry: Entry
     manifest: dict[str, Any]
     traces: dict[str, TimeSeries]
@@ -70,7 +74,9 @@ class _Run:
 def export(folders: Sequence[Path], target: Path, csv: bool, mat: bool) -> Exported:
     """Write runs into a new folder, or a new file where the target ends in `.zip`.
 
-    A damaged run is exported with what there is; the README says what is wrong with it.
+    A damaged run is exported with what there is; the README says what is wrong with it. What is no
+    plain file of the run, such as a link, is left out, and so is a name that would be another place
+    on some system.
 
     Args:
         folders: the bundles; no two of one name.
@@ -82,7 +88,14 @@ def export(folders: Sequence[Path], target: Path, csv: bool, mat: bool) -> Expor
         InputError: when the target exists, or two bundles have one name; nothing is written.
         RecordError: when it cannot be written; then nothing of it stays.
     """
+    folders = [folder if folder.name not in ("", "..") else folder.resolve() for folder in folders]
+    for folder in folders:
+        if foreign(folder) is not None:
+            raise InputError(f"{folder}: is a link; name the folder that it leads to")
     names = [folder.name for folder in folders]
+    for name in names:
+        if (why := unportable(name)) is not None:
+            raise InputError(f"{name}: cannot be exported: {why}; rename the folder of the run")
     twice = {name for name in names if names.count(name) > 1}
     if twice:
         raise InputError(f"two runs are called {min(twice)}; export them apart")
@@ -99,7 +112,8 @@ def export(folders: Sequence[Path], target: Path, csv: bool, mat: bool) -> Expor
             draft.rename(target)
     except OSError as error:
         raise RecordError(f"{target}: cannot be written ({error.strerror or error})") from error
-    return Exported(target, len(sizes), sum(sizes), problems)
+    left_out = tuple(f"{run.folder.name}/{name}" for run in runs for name in run.left_out)
+    return Exported(target, len(sizes), sum(sizes), problems, left_out)
 
 
 def _read(folder: Path) -> _Run:
@@ -107,7 +121,18 @@ def _read(folder: Path) -> _Run:
     entry = read_entry(folder, closed=True)
     bundle, _ = Bundle.recover(folder)
     traces, lost = read_traces(bundle)
-    return _Run(folder, entry, bundle.manifest, traces, problems + lost)
+    inside = contents(folder)
+    barred = {name: why for name, _ in inside.files if (why := unportable(name)) is not None}
+    told = [f"{name}: left out: {why}; rename it" for name, why in barred.items()]
+    return _Run(
+        folder,
+        [(name, file) for name, file in inside.files if name not in barred],
+        [*inside.others, *barred],
+        entry,
+        bundle.manifest,
+        traces,
+        problems + lost + told,
+    )
 
 
 def _contents(runs: Sequence[_Run], csv: bool, mat: bool) -> Iterator[tuple[str, Content]]:
@@ -115,8 +140,8 @@ def _contents(runs: Sequence[_Run], csv: bool, mat: bool) -> Iterator[tuple[str,
     yield "README.txt", _readme(runs, csv, mat).encode()
     yield "runs.csv", _overview(runs)
     for run in runs:
-        for file in sorted(path for path in run.folder.rglob("*") if path.is_file()):
-            yield f"bundles/{run.folder.name}/{file.relative_to(run.folder).as_posix()}", file
+        for name, file in run.files:
+            yield f"bundles/{run.folder.name}/{name}", file
         if csv:
             for name, series in run.traces.items():
                 yield f"csv/{run.folder.name}/{name}.csv", as_csv(series)
@@ -167,6 +192,9 @@ def _readme(runs: Sequence[_Run], csv: bool, mat: bool) -> str:
         for name, _, told in TRACES
         if len(names[name]) > 1
     ]
+    left_out = [f"  {run.folder.name}/{name}" for run in runs for name in run.left_out]
+    if left_out:
+        parts.append("\n".join(["LEFT OUT, as it is no file that can be handed on:", *left_out]))
     damaged = [f"  {run.folder.name}: {text}" for run in runs for text in run.problems]
     if damaged:
         parts.append("\n".join(["DAMAGED OR UNFINISHED; what is there is here:", *damaged]))

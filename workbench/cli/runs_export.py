@@ -26,13 +26,16 @@ def export_runs(
 ) -> None:
     """Pack runs with all that a colleague needs, and a README that says what each column is.
 
-    Nothing is overwritten. The same runs give the same bytes.
+    Nothing is overwritten. The same runs give the same bytes. A link, or a name that would be
+    another place on some system, is left out; then the exit code is 1.
 
     Example: workbench runs export 17 18 --to for-ada.zip --csv --mat
     """
     done = export([find_folder(path, folder) for path in paths], to, csv, mat)
     for problem in done.problems:
         remark_on(f"damaged: {problem}")
+    for name in done.left_out:
+        remark_on(f"left out: {name}")
     if as_json:
         emit(
             {
@@ -40,7 +43,10 @@ def export_runs(
                 "files": done.files,
                 "bytes": done.size,
                 "problems": done.problems,
+                "left_out": done.left_out,
             }
         )
     else:
         print(f"{done.target}: {done.files} files, {done.size / _MEGABYTE:.1f} MB unpacked")
+    if done.left_out:
+        raise typer.Exit(1)

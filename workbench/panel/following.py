@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, foreign
 from workbench.output import OutputState
 from workbench.review.journal import sentence
 
@@ -74,6 +74,8 @@ class Following:
 
     def read_on(self) -> bool:
         """Read what was added; tell whether anything was."""
+        if foreign(self.bundle.journal_log) is not None:
+            return False
         try:
             with self.bundle.journal_log.open("rb") as file:
                 file.seek(self._at)

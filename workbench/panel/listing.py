@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, foreign
 from workbench.errors import InputError
 
 __all__ = ["MOST_ROWS", "Listing"]
@@ -44,9 +44,9 @@ class Listing:
         _, bundle = self._found.get(name, (0, None))
         if bundle is None:
             return None
-        report = bundle.view("report").resolve()
-        inside = report.is_relative_to(self._runs.resolve())  # not so through a link
-        return report if inside and report.is_file() else None
+        report = bundle.view("report")
+        plain = foreign(bundle.path) is None and foreign(report) is None  # no way out by a link
+        return report if plain and report.is_file() else None
 
     def rows(self) -> dict[str, Any]:
         """Return the newest runs, newest first, and how many there are."""
