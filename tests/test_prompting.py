@@ -71,7 +71,7 @@ def test_nobody_types_on_a_bench_without_an_operator(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        ("{name: Far}", "name: string should match pattern"),
+        ("{name: Far}", "name: 'Far' is not allowed; it must be small letters"),
         ("{name: a, low: 1 m}", "low and high belong to a quantity"),
         ("{name: a, quantity: length, low: 2 m, high: 1 m}", "low 2 m is not below high 1 m"),
         ("{name: a, quantity: length, low: 2 s}", "unknown unit 's' in '2 s'; known units: m"),

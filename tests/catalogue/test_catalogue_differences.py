@@ -89,3 +89,14 @@ def test_json_leaves_out_the_side_that_has_none(first: Bundle, tmp_path: Path) -
     other.note({"pull_N": 0.39})
     (only,) = differences(first, other)
     assert only.as_json() == {"section": "asked", "path": "pull_N", "b": 0.39, "unit": "N"}
+
+
+def test_a_file_of_a_bundle_that_holds_too_much_is_told_and_not_expanded(
+    first: Bundle, tmp_path: Path
+) -> None:
+    other = second(tmp_path)
+    lines = ["a0: &a0 [x,x,x,x,x,x,x,x,x]"]
+    lines += [f"a{i}: &a{i} [{','.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 9)]
+    other.write_document("model", "\n".join(lines) + "\n")
+    (found,) = [d for d in differences(first, other) if d.path == "file"]
+    assert "more than 15000 values up to here" in str(found.b)

@@ -10,6 +10,7 @@ import socket
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 import serial
@@ -233,14 +234,14 @@ def test_every_kind_of_file_is_known_by_its_name() -> None:
 def test_what_this_user_may_not_read_is_named(
     workbench: Command, monkeypatch: pytest.MonkeyPatch, words: str, file: str, code: int
 ) -> None:
-    read = Path.read_text
+    opened = Path.open
 
-    def refused(path: Path, *args: str, **kwargs: str) -> str:
+    def refused(path: Path, *args: Any, **kwargs: Any) -> Any:
         if path.name == file:  # rights bind no administrator, as whom tests may run
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-        return read(path, *args, **kwargs)
+        return opened(path, *args, **kwargs)
 
-    monkeypatch.setattr(Path, "read_text", refused)
+    monkeypatch.setattr(Path, "open", refused)
     answer = workbench(*words.split())
     assert answer.code == code  # of a run, what else there is is shown
     assert f"{file}: cannot be read: Permission denied; this user may not" in answer.err

@@ -51,7 +51,7 @@ steps:
         "4:61: duration: -3 s is not allowed; it must be above 0 s, at most 3600 s",
         "5:43: speeds[1]: unknown unit 'radd/s' in '17 radd/s'; known units: rad/s, rpm, Hz; "
         "did you mean 'rad/s'?",
-        "5:55: repeats: must be greater than or equal to 1 (found 0)",
+        "5:55: repeats: 0 is not allowed; it must be at least 1",
         "6:5: steps[2]: a step is exactly one of prompt, pause, run, sweep, staircase, include; "
         "found prompt and run",
         "8:5: unknown key 'foo'; known here: prompt, pause, run, sweep, staircase, include",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, get_args
 
-from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from workbench.bundle import Bundle, Document, foreign, read_remarks
@@ -97,9 +97,16 @@ def _content(bundle: Bundle, kind: Document) -> object:
         if resolved.exists():
             return json.loads(resolved.read_text(encoding="utf-8"))
         given = bundle.document(kind)
-        return YAML(typ="safe", pure=True).load(given) if given.exists() else {}
-    except (ValueError, YAMLError) as error:
+        return _tree(given) if given.exists() else {}
+    except (OSError, ValueError, YAMLError) as error:
         return {"file": f"cannot be read: {' '.join(str(error).split())}"}
+
+
+def _tree(file: Path) -> object:
+    from workbench.protocol.tree import MOST_BYTES, tree_of  # what is resolved needs no YAML
+
+    with file.open(encoding="utf-8") as text:
+        return tree_of(text.read(MOST_BYTES + 1))
 
 
 def _leaves(value: object, path: str = "") -> Iterator[tuple[str, object]]:

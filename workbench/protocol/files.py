@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import difflib
-import types
 import typing
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
-from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from workbench.errors import FileFault, FileFaults, InputError, did_you_mean, what_to_do
+from workbench.errors import FileFault, FileFaults, InputError, what_to_do
+from workbench.protocol.tree import MOST_BYTES, BeyondBounds, tree_of
+from workbench.protocol.wording import Location, faults_of, holds
 
 __all__ = ["Document", "Location", "load", "parse"]
-
-Location = tuple[str | int, ...]
-"""Path to a value of a file: keys and list indices from the top."""
 
 KINDS = ("protocol", "part", "bench", "sheet", "model", "shape", "calibration", "rig")
 """All kinds of files, as their `schema` names them."""
@@ -81,19 +77,23 @@ def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
     try:
         content = schema.model_validate(_plain(tree))
     except ValidationError as error:
-        details = error.errors(include_url=False)
+        found = faults_of(error.errors(include_url=False), schema, tree)
         raise FileFaults(
-            [
-                _fault(path, text, _place(tree, _known(tree, d)), _words(d, schema))
-                for d in _without_echoes(details)
-            ]
+            [_fault(path, text, _place(tree, location), words) for location, words in found]
         ) from None
     return Document(path, content, text, tree)
 
 
 def _read_text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)  # and no more, however long it is
+        if len(data) > MOST_BYTES:
+            raise InputError(
+                f"{path}: more than {MOST_BYTES} bytes, which no file of the workbench has; split "
+                "it, or see that it is the file you mean"
+            )
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; {_instead(path)}") from None
     except UnicodeDecodeError as error:
@@ -117,7 +117,9 @@ def _instead(path: Path) -> str:
 
 def _parse(path: Path, text: str) -> Any:
     try:
-        return YAML(typ="rt").load(text)
+        return tree_of(text)
+    except BeyondBounds as error:
+        raise FileFaults([_fault(path, text, _mark(error.problem_mark), error.problem)]) from None
     except DuplicateKeyError as error:
         mark = error.problem_mark
         message = str(error.problem).split(" with value")[0].replace("found duplicate", "repeated")
@@ -174,129 +176,23 @@ def _plain(node: Any) -> Any:
 
 def _fault(path: Path, text: str, place: tuple[int, int], words: str) -> FileFault:
     line, column = place
-    lines = text.splitlines()
+    lines = _lines(text)
     source = lines[line] if line < len(lines) else ""
     return FileFault(str(path), line + 1, column + 1, words, source)
+
+
+@lru_cache(maxsize=8)
+def _lines(text: str) -> tuple[str, ...]:
+    """Return the lines of a file, which may have many faults."""
+    return tuple(text.splitlines())
 
 
 def _place(tree: Any, location: Location) -> tuple[int, int]:
     """Return line and column, from 0, of the key that leads to a location."""
     place, node = (tree.lc.line, tree.lc.col), tree
     for step in location:
-        if not _holds(node, step):
+        if not holds(node, step):
             break
         place = node.lc.key(step) if isinstance(node, CommentedMap) else node.lc.item(step)
         node = node[step]
     return place
-
-
-def _known(tree: Any, detail: ErrorDetails) -> Location:
-    """Drop from an error's location what is no key of the file (names of union branches)."""
-    kept: list[str | int] = []
-    node = tree
-    for step in detail["loc"]:
-        if _holds(node, step):
-            node = node[step]
-            kept.append(step)
-    return tuple(kept)
-
-
-def _holds(node: Any, step: str | int) -> bool:
-    if isinstance(node, CommentedMap):
-        return step in node
-    return isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node)
-
-
-def _without_echoes(details: Sequence[ErrorDetails]) -> list[ErrorDetails]:
-    """Drop faults that only repeat another: a list short of its faulty items, a misspelt key."""
-    inner = {d["loc"][:i] for d in details for i in range(len(d["loc"]))}
-    details = [d for d in details if d["type"] != "too_short" or d["loc"] not in inner]
-    misspelt = {
-        (d["loc"][:-1], close)
-        for d in details
-        if d["type"] == "extra_forbidden"
-        for close in difflib.get_close_matches(
-            str(d["loc"][-1]), [str(m["loc"][-1]) for m in details if m["type"] == "missing"], n=1
-        )
-    }
-    return [
-        d
-        for d in details
-        if d["type"] != "missing" or (d["loc"][:-1], str(d["loc"][-1])) not in misspelt
-    ]
-
-
-def _words(detail: ErrorDetails, schema: type[BaseModel]) -> str:
-    """Say what is wrong, what is allowed, and what was perhaps meant."""
-    kind, location = detail["type"], detail["loc"]
-    key, value, context = _label(location), detail["input"], detail.get("ctx") or {}
-    where = ".".join(str(step) for step in location[:-1])
-    if kind == "missing":
-        return f"missing key {key!r}" + (f" in {where}" if where else "")
-    if kind == "extra_forbidden":
-        return f"unknown key {key!r}{_guess(key, _keys_at(schema, location[:-1]))}"
-    if kind == "literal_error":
-        allowed = _literals(context["expected"])
-        hint = did_you_mean(str(value), allowed)
-        return f"{key}: {value!r} is not one of {', '.join(allowed)}{hint}"
-    if kind == "value_error":
-        return f"{key}: {context['error']}" if key else str(context["error"])
-    if kind in ("too_short", "too_long"):
-        least, most = context.get("min_length"), context.get("max_length")
-        bound = f"at least {least}" if kind == "too_short" else f"at most {most}"
-        return f"{key}: {context['actual_length']} values, {bound} are needed"
-    message = detail["msg"].replace("Input should", "must")
-    message = message[0].lower() + message[1:]
-    shown = "" if isinstance(value, (dict, list)) else f" (found {value!r})"
-    return f"{key}: {message}{shown}"
-
-
-def _label(location: Location) -> str:
-    """Return the last key; an item of a list goes by the list's key, `speeds[1]`."""
-    if not location:
-        return ""
-    last = location[-1]
-    if not isinstance(last, int):
-        return last
-    parent = location[-2] if len(location) > 1 else "item"
-    return f"{parent}[{last}]"
-
-
-def _literals(expected: str) -> list[str]:
-    return [word.strip().strip("'") for word in expected.replace(" or ", ",").split(",")]
-
-
-def _guess(key: str, allowed: Sequence[str]) -> str:
-    return did_you_mean(key, allowed) or (f"; known here: {', '.join(allowed)}" if allowed else "")
-
-
-def _keys_at(schema: Any, location: Location) -> list[str]:
-    """Return the keys that a schema knows at a location."""
-    for step in location:
-        schema = _inside(schema, step)
-    models = [kind for kind in _branches(schema) if _is_model(kind)]
-    return [field.alias or name for kind in models for name, field in kind.model_fields.items()]
-
-
-def _inside(schema: Any, step: str | int) -> Any:
-    for kind in _branches(schema):
-        if _is_model(kind):
-            for name, field in kind.model_fields.items():
-                if step in (name, field.alias):
-                    return field.annotation
-        arguments = typing.get_args(kind)
-        if arguments and typing.get_origin(kind) in (list, tuple, dict):
-            return arguments[-1] if arguments[-1] is not Ellipsis else arguments[0]
-    return None
-
-
-def _branches(schema: Any) -> list[Any]:
-    if typing.get_origin(schema) is typing.Annotated:
-        return _branches(typing.get_args(schema)[0])
-    if typing.get_origin(schema) in (typing.Union, types.UnionType):
-        return [branch for part in typing.get_args(schema) for branch in _branches(part)]
-    return [schema]
-
-
-def _is_model(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, BaseModel)

@@ -11,6 +11,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from workbench.protocol.quantity import DIMENSIONS, Quantity, parse_quantity
 from workbench.protocol.section import Section
+from workbench.protocol.wording import found_in_words
 
 __all__ = ["Even", "Heights", "Pulls", "Speeds", "Voltages", "levels"]
 
@@ -59,7 +60,7 @@ def _count(even: Even, span: float, quantity: Quantity) -> int:
     if even.count is not None:
         return even.count
     step = Quantity(quantity.dimension, above=0).read(even.step)
-    steps = abs(span) / step
+    steps = min(abs(span) / step, 1e9)
     if not 1 <= round(steps) < _MOST or not math.isclose(steps, round(steps), abs_tol=_WHOLE):
         raise ValueError(
             f"steps of {even.step} do not lead from {even.start} to {even.end}: "
@@ -75,7 +76,9 @@ def _even(given: dict[str, object]) -> Even:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(step) for step in first["loc"])
         words = {"missing": f"a range lacks {key!r}", "extra_forbidden": f"a range has no {key!r}"}
-        told = words.get(first["type"], f"{key} must be {_KINDS[key]}, found {first['input']!r}")
+        told = words.get(
+            first["type"], f"{key} must be {_KINDS[key]}, found {found_in_words(first['input'])}"
+        )
         raise ValueError(f"{told}; write for example {_EXAMPLE}") from None
 
 

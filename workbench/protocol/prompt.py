@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from workbench.errors import did_you_mean
 from workbench.protocol.quantity import DIMENSIONS, Quantity
 from workbench.protocol.section import Section
+from workbench.protocol.wording import found_in_words
 
 __all__ = ["Answer", "Prompt", "PromptOrText", "Question"]
 
@@ -21,6 +22,15 @@ Dimension = Literal[
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 
 
+def _bound(given: object) -> object:
+    if isinstance(given, (int, float)) and not isinstance(given, bool):
+        raise ValueError(f"{given} has no unit; write it with its unit")
+    return given
+
+
+Bound = Annotated[str, BeforeValidator(_bound, json_schema_input_type=str)]
+
+
 class Question(Section):
     """A value that the operator types in; it is kept with the run."""
 
@@ -28,9 +38,9 @@ class Question(Section):
     """Under which the value is kept, such as battery_voltage."""
     quantity: Dimension | None = None
     """The value is a number with a unit of this kind; otherwise it is text."""
-    low: str | None = None
+    low: Bound | None = None
     """Least value that is taken, with its unit."""
-    high: str | None = None
+    high: Bound | None = None
     """Greatest value that is taken, with its unit."""
     one_of: Annotated[tuple[str, ...], Field(min_length=2)] | None = None
     """The only answers that are taken."""
@@ -42,7 +52,7 @@ class Question(Section):
         if self.quantity is None and (self.low is not None or self.high is not None):
             raise ValueError("low and high belong to a quantity; add for example quantity: length")
         if self.quantity is not None:
-            low, high = (self._bound(end) for end in (self.low, self.high))
+            low, high = self._checked("low", self.low), self._checked("high", self.high)
             if low is not None and high is not None and low >= high:
                 raise ValueError(f"low {self.low} is not below high {self.high}")
         return self
@@ -55,7 +65,7 @@ class Question(Section):
         """
         if self.quantity is not None:
             bounds = [self._bound(end) for end in (self.low, self.high)]
-            return Quantity(self.quantity, low=bounds[0], high=bounds[1]).read(typed)
+            return Quantity(self.quantity, low=bounds[0], high=bounds[1]).read(typed, typed=True)
         if not typed:
             raise ValueError("nothing was typed")
         if self.one_of is not None and typed not in self.one_of:
@@ -76,6 +86,12 @@ class Question(Section):
     def _bound(self, end: str | None) -> float | None:
         return None if end is None else Quantity(self.quantity or "").read(end)
 
+    def _checked(self, name: str, end: str | None) -> float | None:
+        try:
+            return self._bound(end)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+
 
 class Prompt(Section):
     """A text for the operator, who confirms it or types a value in."""
@@ -88,6 +104,11 @@ class Prompt(Section):
 
 
 def _prompt(given: object) -> object:
+    if isinstance(given, (int, float, bool)):
+        raise ValueError(
+            f"must be a text or a mapping, found {found_in_words(given)}; put it in quotes, "
+            f"'{found_in_words(given)}'"
+        )
     return {"text": given} if isinstance(given, str) else given
 
 

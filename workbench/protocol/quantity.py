@@ -16,6 +16,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from workbench.errors import did_you_mean
+from workbench.protocol.wording import found_in_words
 
 __all__ = ["DIMENSIONS", "Quantity", "parse_quantity"]
 
@@ -31,7 +32,7 @@ DIMENSIONS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "mN": 1e-3},
     "rate": {"Hz": 1.0},
     "mass": {"kg": 1.0, "g": 1e-3},
-    "temperature": {"degC": 1.0},
+    "temperature": {"degC": 1.0, "°C": 1.0},
     "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9},
 }
 """Dimension -> unit -> factor to SI; temperatures stay in degrees Celsius."""
@@ -39,11 +40,48 @@ DIMENSIONS: dict[str, dict[str, float]] = {
 _USUAL = {"length": "mm", "stress": "MPa"}
 """Units of the robot's size, for examples, where SI is not."""
 
-_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_ALSO: dict[str, dict[str, str]] = {
+    "time": {
+        "s": "s sec secs second seconds sek sekunde sekunden",
+        "ms": "msec millisecond milliseconds millisekunde millisekunden",
+        "min": "min mins minute minutes minuten",
+        "h": "h hr hrs hour hours std stunde stunden",
+    },
+    "speed": {
+        "rpm": "rpm u/min upm 1/min min^-1 min-1 rev/min r/min /min umdrehungen/min",
+        "Hz": "1/s s^-1 s-1 u/s rps rev/s r/s hz hertz",
+        "rad/s": "rad/sec rads rad/sek",
+    },
+    "angle": {"deg": "° degree degrees grad", "rad": "radian radians"},
+    "voltage": {"V": "v volt volts", "mV": "millivolt millivolts"},
+    "current": {"A": "a amp amps ampere amperes", "mA": "milliamp milliamps milliampere"},
+    "length": {
+        "m": "m meter meters metre metres",
+        "cm": "cm centimeter centimeters centimetre centimetres zentimeter",
+        "mm": "mm millimeter millimeters millimetre millimetres",
+    },
+    "force": {"N": "n newton newtons", "mN": "millinewton"},
+    "rate": {"Hz": "hz 1/s fps hertz"},
+    "mass": {"g": "g gr gram grams gramm", "kg": "kg kilo kilogram kilograms kilogramm"},
+    "temperature": {"degC": "c ℃ ºc deg.c grad grad.c gradc celsius degree.c degrees.c"},
+}
+"""Dimension -> unit -> what people write for it; understood where they type, named in files."""
+
+_LONGEST = 100  # characters; a number with a unit has ten
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TEXT = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
+_COMMA = re.compile(r"\s*([+-]?)(\d*),(\d+)\s*((?:[^\d.,\s].*?)?)\s*")
+_CLOCK = re.compile(r"\s*(\d+):([0-5]?\d)(?::([0-5]?\d))?\s*[^\d:]*")
 
 
-def parse_quantity(text: object, dimension: str) -> tuple[float, str]:
+def parse_quantity(text: object, dimension: str, typed: bool = False) -> tuple[float, str]:
     """Return the value in SI and the unit of a text such as `17 rad/s`.
+
+    Args:
+        text: to be read.
+        dimension: key of `DIMENSIONS`.
+        typed: whether somebody typed it who waits for the answer: then `21,5 grad C` is understood
+            too, where it can mean one thing only. A file is for others as well and has one form.
 
     Raises:
         ValueError: with the units that the dimension knows.
@@ -52,23 +90,92 @@ def parse_quantity(text: object, dimension: str) -> tuple[float, str]:
     known, usual = ", ".join(units), _USUAL.get(dimension, next(iter(units)))
     if isinstance(text, (int, float)) and not isinstance(text, bool):
         raise ValueError(f"{text} has no unit; write for example '{text} {usual}'")
-    match = _TEXT.fullmatch(text) if isinstance(text, str) else None
+    if not isinstance(text, str) or len(text) > _LONGEST:
+        raise ValueError(
+            f"{found_in_words(text)} is not a number with a unit; known units: {known}"
+        )
+    text = text.replace("\u2212", "-")  # a minus sign as it is printed
+    if (point := _with_point(text, dimension, typed)) is not None:
+        return parse_quantity(point, dimension, typed)
+    match = _TEXT.fullmatch(text)
     if match is None:
         raise ValueError(f"{text!r} is not a number with a unit; known units: {known}")
     number, unit = match.groups()
     if not unit:
         raise ValueError(f"{number} has no unit; write for example '{number} {usual}'")
+    if typed:
+        unit = _meant(unit, dimension) or unit
     if unit not in units:
-        raise ValueError(f"unknown unit {unit!r} in {text!r}; known units: {known}{_hint(unit)}")
+        raise ValueError(
+            f"unknown unit {unit!r} in {text!r}; known units: {known}{_hint(unit, dimension)}"
+        )
     value = float(number) * units[unit]
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is not a finite number")
     return value, unit
 
 
-def _hint(unit: str) -> str:
-    every = sorted({u for units in DIMENSIONS.values() for u in units})
-    return "" if unit in every else did_you_mean(unit, every, likeness=0.5)
+def _with_point(text: str, dimension: str, typed: bool) -> str | None:
+    """Return a number with a decimal comma, or a time as clocks show it, in the one form.
+
+    None where it is neither.
+
+    Raises:
+        ValueError: where it could mean two things, or stands in a file; says how to write it.
+    """
+    if dimension == "time" and (clock := _CLOCK.fullmatch(text)):
+        first, second, third = clock.groups()
+        count = 60 * int(first) + int(second)
+        if third is None:
+            raise ValueError(
+                f"{text!r} may be hours or minutes; write '{count} min' or '{count} s'"
+            )
+        point = f"{60 * count + int(third)} s"
+        if not typed:
+            raise ValueError(f"{text!r} is not a number with a unit; write '{point}'")
+        return point
+    comma = _COMMA.fullmatch(text)
+    if comma is None:
+        if re.match(r"\s*[+-]?[\d.]*,\d", text):
+            raise ValueError(
+                f"{text!r} has a comma among its digits; write a number with a decimal point "
+                "alone, such as 1234.5"
+            )
+        return None
+    sign, whole, part, unit = comma.groups()
+    unit = _meant(unit, dimension) or unit
+    point = f"{sign}{whole or 0}.{part} {unit}".rstrip()
+    if len(part) == 3 and 1 <= len(whole) <= 3 and whole.strip("0"):
+        other = f"{sign}{whole}{part} {unit}".rstrip()
+        raise ValueError(f"{text!r} may be {whole}.{part} or {whole}{part}; "
+                         f"write '{point}' or '{other}'")  # fmt: skip
+    if not typed:
+        usual = _USUAL.get(dimension, next(iter(DIMENSIONS[dimension])))
+        shown = point if unit else f"{point} {usual}"
+        raise ValueError(f"{text!r} has a decimal comma; write '{shown}'")
+    return point
+
+
+def _meant(unit: str, dimension: str) -> str | None:
+    """Return the unit that is meant by what people write for it; None where that is not known."""
+    plain = ".".join(unit.casefold().replace("°", "grad.").replace(".", " ").split())
+    if unit in DIMENSIONS[dimension]:
+        return unit
+    for known, others in _ALSO.get(dimension, {}).items():
+        if plain in others.split() or unit.casefold() in others.split():
+            return known
+    return None
+
+
+def _hint(unit: str, dimension: str) -> str:
+    """Return which unit was perhaps meant, of those that may stand there and of no others."""
+    others = [name for name, units in DIMENSIONS.items() if unit in units]
+    if others:
+        return f"; {unit} is a unit of {others[0].replace('_', ' ')}"
+    meant = _meant(unit, dimension)
+    if meant is not None:
+        return f"; did you mean {meant!r}?"
+    return did_you_mean(unit, DIMENSIONS[dimension], likeness=0.5)
 
 
 @dataclass(frozen=True)
@@ -87,13 +194,17 @@ class Quantity:
     high: float | None = None
     above: float | None = None
 
-    def read(self, text: object) -> float:
+    def read(self, text: object, typed: bool = False) -> float:
         """Return the SI value.
+
+        Args:
+            text: to be read.
+            typed: as in `parse_quantity`.
 
         Raises:
             ValueError: when the text is no quantity or lies outside the allowed range.
         """
-        value, unit = parse_quantity(text, self.dimension)
+        value, unit = parse_quantity(text, self.dimension, typed)
         too_low = self.low is not None and value < self.low
         too_high = self.high is not None and value > self.high
         at_floor = self.above is not None and value <= self.above
@@ -112,7 +223,7 @@ class Quantity:
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
         """Read text with `read`; a dumped file carries SI floats, not text."""
-        return core_schema.no_info_plain_validator_function(self.read)
+        return core_schema.no_info_plain_validator_function(lambda given: self.read(given))
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
