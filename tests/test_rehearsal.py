@@ -81,3 +81,31 @@ def test_a_table_of_everything_is_printed_for_people(
     assert "at most 1 A, trips at 1.6 A" in text
     assert "register 8 = 250" in text
     assert "pause" in text
+
+
+def test_a_run_that_is_repeated_is_rehearsed_once(tmp_path: Path) -> None:
+    path = tmp_path / "p.yaml"
+    path.write_text(
+        "schema: workbench/protocol-1\ntitle: T\nsteps:\n"
+        "  - run: {mode: hop, voltage: 4 V, duration: 5 s, repeats: 1000}\n"
+    )
+    bench = load_bench("virtual")
+    asked = read_experiment(path, bench, make_bench(bench.content).voltage_step)
+    begun: list[str] = []
+    told = rehearse(asked, begun.append)
+    assert begun == ["rehearse a run (1 of 1000)"]
+    assert [one.run.number for one in told] == list(range(1, 1001))
+    assert told[0].instants == told[-1].instants
+
+
+def test_a_dry_run_tells_runs_and_time_before_it_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "p.yaml").write_text(TEXT)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["workbench", "run", "p.yaml", "--dry-run"])
+    monkeypatch.setattr("workbench.cli.dry_run.rehearse", lambda *args: pytest.fail("told first"))
+    with pytest.raises(pytest.fail.Exception, match="told first"):
+        main()
+    told = " ".join(capsys.readouterr().err.split())
+    assert "2 runs, about 5 min on the bench without the operator's time; 3 prompts" in told

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from datetime import datetime
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,9 @@ from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
-from workbench.errors import InputError
+from workbench.errors import FileFaults, InputError
 from workbench.experiment import Experiment, read_experiment
-from workbench.resume import Course, resume
+from workbench.resume import Course, foresee, resume
 
 TEXT = """\
 schema: workbench/protocol-1
@@ -162,6 +163,116 @@ def test_a_changed_input_cannot_be_resumed(tmp_path: Path) -> None:
     gone = {k: v for k, v in asked.inputs().items() if not k.startswith("model")}
     with pytest.raises(InputError, match=r"model thesis.yaml is gone"):
         resume(first.path, root, gone)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"# a comment\n{TEXT}",
+        TEXT.replace("title: Four runs", "title:   'Four runs'   # said better"),
+        TEXT.replace("rest: 0.5 s", "rest: 500 ms"),
+        TEXT.replace("rest: 0.5 s, ramp: 0.2 s", "ramp: 0.2 s, rest: 0.5 s"),
+    ],
+)
+def test_what_comes_to_the_same_is_the_same(tmp_path: Path, text: str) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    first = next(runs(asked, root))
+    assert resume(first.path, root, experiment(tmp_path, text).inputs()).done == {1}
+
+
+def test_an_experiment_of_which_the_texts_were_kept_goes_on(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    first = next(runs(asked, root))
+    kept = asked.texts() | {"calibration": asked.inputs()["calibration"]}
+    first.note({"inputs": kept})
+    assert resume(first.path, root, asked.inputs(), asked.texts()).done == {1}
+    other = experiment(tmp_path, f"# a comment\n{TEXT}")
+    with pytest.raises(InputError, match=r"protocol p.yaml was changed"):
+        resume(first.path, root, other.inputs(), other.texts())
+
+
+LAB = Path(__file__).parents[1] / "docs" / "examples" / "lab-bench.yaml"
+PORT = "/dev/serial/by-id/usb-1a86_USB_Serial-if00-port0"
+
+
+def lab(folder: Path, *changes: tuple[str, str]) -> Experiment:
+    text = LAB.read_text(encoding="utf-8").partition("  takes:")[0]
+    for given, other in changes:
+        assert given in text
+        text = text.replace(given, other)
+    (folder / "lab.yaml").write_text(text)
+    (folder / "p.yaml").write_text(TEXT)
+    return read_experiment(folder / "p.yaml", load_bench(str(folder / "lab.yaml")), Decimal("0.01"))
+
+
+def begun(root: Path, asked: Experiment, **facts: object) -> Path:
+    """A run of a real bench that was made."""
+    facts = {"experiment": "e", "number": 1, "inputs": asked.inputs(), **facts}
+    bundle = Bundle.create(root, "x", datetime.now(), facts)
+    bundle.finish("complete")
+    return bundle.path
+
+
+OTHER_PORT = (PORT, "/dev/ttyUSB1")
+NUMBERED = ("model: RD6006", "model: RD6006\n  serial: 1234")
+READ = {"supply": {"model": "RD6006", "serial": "00001234", "firmware": "1.41"}}
+
+
+def test_the_same_supply_may_be_reached_in_another_way(tmp_path: Path) -> None:
+    run = begun(tmp_path / "runs", lab(tmp_path, NUMBERED))
+    tcp = (f"{{kind: serial, port: {PORT}, baud: 115200}}",
+           "{kind: rtu-over-tcp, address: '10.0.0.5:5020'}")  # fmt: skip
+    for way in (OTHER_PORT, tcp, ("baud: 115200", "baud: 9600")):
+        assert resume(run, tmp_path, lab(tmp_path, NUMBERED, way).inputs()).done == {1}
+    # what the supply said then will do as well
+    run = begun(tmp_path / "read", lab(tmp_path), **READ)
+    assert resume(run, tmp_path, lab(tmp_path, NUMBERED, OTHER_PORT).inputs()).done == {1}
+
+
+def test_a_supply_that_could_be_another_is_refused(tmp_path: Path) -> None:
+    run = begun(tmp_path / "runs", lab(tmp_path), **READ)
+    with pytest.raises(InputError, match=r"could be another one. Write serial: '00001234' under"):
+        resume(run, tmp_path, lab(tmp_path, OTHER_PORT).inputs())
+    other = ("model: RD6006", "model: RD6006\n  serial: 9")
+    with pytest.raises(
+        InputError, match=r"serial number 00001234, and the bench file names 0000000"
+    ):
+        resume(run, tmp_path, lab(tmp_path, other).inputs())
+    assert resume(run, tmp_path, lab(tmp_path).inputs()).done == {1}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("voltage: 5.5 V,", "voltage: 5.4 V,"), ("slew: 20 V/s", "slew: 19 V/s"),
+        ("model: RD6006", "model: RD6012"), ("up: y", "up: x"), ("slope: 4.4", "slope: 4.3"),
+        ("rotor: Rotor", "rotor: R"), ("name: lab", "name: other"),
+    ],
+)  # fmt: skip
+def test_whatever_changes_what_is_measured_is_refused(
+    tmp_path: Path, change: tuple[str, str]
+) -> None:
+    run = begun(tmp_path / "runs", lab(tmp_path))
+    with pytest.raises(InputError, match=r"(bench lab.yaml|calibration) was changed"):
+        resume(run, tmp_path, lab(tmp_path, change).inputs())
+
+
+def test_a_folder_of_exports_that_is_not_there_is_told_before_the_run(tmp_path: Path) -> None:
+    here = ("bodies:", f"takes: {tmp_path / 'gone'}\n  bodies:")
+    with pytest.raises(FileFaults, match=r"lab.yaml:\d+:3: takes: no such folder: .*gone; make or"):
+        lab(tmp_path, here)
+    (tmp_path / "gone").mkdir()
+    lab(tmp_path, here)
+
+
+def test_what_would_be_resumed_is_foreseen_and_nothing_is_changed(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    first = next(runs(asked, root))
+    name = first.manifest["experiment"]
+    left = Bundle.create(root, "open", datetime.now(), {"experiment": name, "number": 2})
+    course = foresee(first.path, root, asked.inputs())
+    assert (course.done, dict(course.tries)) == ({1}, {1: 1, 2: 1})
+    assert not left.is_closed()
 
 
 def test_a_run_without_an_experiment_is_told(tmp_path: Path) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
+from workbench.errors import FileFaults
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -29,6 +32,9 @@ from workbench.resume import digest
 __all__ = ["Experiment", "read_experiment"]
 
 T = TypeVar("T")
+
+_REACHED = ("kind", "port", "address", "baud", "unit")
+"""Keys of a connection that tell the way to a supply, and not which one it is."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +64,29 @@ class Experiment:
         return self.shape if run.shape is None else self.shapes[run.shape]
 
     def inputs(self) -> dict[str, str]:
-        """Return the name of each file -> sha256 of its text; a resumed run needs the same."""
+        """Return the name of each file -> sha256 of what it comes to; a resumed run needs the same.
+
+        A comment, the order of keys, and how the supply is reached, change nothing that is
+        measured. Which supply it is stands under `supply`, as text: it may be told by other means.
+        """
+        bench = self.bench.content
+        told = {name: digest(_meaning(one)) for name, one in self._files().items()}
+        told["calibration"] = digest(bench.line.model_dump_json())
+        number = bench.supply.serial_number
+        reached = bench.supply.connection.model_dump(mode="json", include=set(_REACHED))
+        which = {"connection": reached} if number is None else {"serial": number}
+        return told | {"supply": json.dumps(which, sort_keys=True)}
+
+    def texts(self) -> dict[str, str]:
+        """Return the name of each file -> sha256 of its text, by which runs went until 2026."""
+        return {name: digest(one.text) for name, one in self._files().items()}
+
+    def _files(self) -> dict[str, Document[Any]]:
         own = {"protocol": self.protocol, "bench": self.bench, "model": self.model}
-        texts = {f"{kind} {one.path.name}": one.text for kind, one in own.items()}
-        texts |= {f"part {part.path.name}": part.text for part in self.parts.values()}
+        files: dict[str, Document[Any]] = {f"{k} {one.path.name}": one for k, one in own.items()}
+        files |= {f"part {part.path.name}": part for part in self.parts.values()}
         shapes = [self.shape, *self.shapes.values()]
-        texts |= {f"shape {one.path.name}": one.text for one in shapes}
-        line = self.bench.content.line
-        texts["calibration"] = line.model_dump_json()
-        return {name: digest(text) for name, text in texts.items()}
+        return files | {f"shape {one.path.name}": one for one in shapes}
 
 
 def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decimal) -> Experiment:
@@ -78,10 +98,12 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
         voltage_step: smallest step of its supply [V].
 
     Raises:
-        InputError: when a file is missing, or a twin of a run cannot be built.
+        InputError: when a file or the folder of exports is missing, or a twin of a run cannot be
+            built.
         FileFaults: with the faults of the first file that has any, or of the plan.
     """
     asked, parts = load_protocol(path)
+    _require_takes(bench)
     own, other = asked.path.parent, bench.path.parent
     model = _first(load_model, (asked.content.model, own), (bench.content.model, other))
     shape = _first(load_shape, (asked.content.shape, own), (bench.content.shape, other))
@@ -95,6 +117,29 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
         modes: list[Mode] = [run.mode for run in plan.runs if made.shape_of(run) is beam]
         check_twin(model.content, beam.content, modes)
     return made
+
+
+def _meaning(document: Document[Any]) -> str:
+    """Return what a file comes to, as text; of a bench without how its devices are reached."""
+    content = document.content.model_dump(mode="json", by_alias=True)
+    if isinstance(document.content, BenchFile):
+        supply, tracking = content["supply"], content["tracking"]
+        for section, keys in (
+            (supply, ("serial",)),
+            (supply["connection"], _REACHED),
+            (tracking, ("takes", "takes_timeout")),
+        ):
+            for key in keys:
+                section.pop(key, None)
+    return json.dumps(content, sort_keys=True)
+
+
+def _require_takes(bench: Document[BenchFile]) -> None:
+    """Refuse a bench whose exports are to appear in a folder that is not there."""
+    takes = bench.content.tracking.takes
+    if bench.content.virtual is None and takes is not None and not os.path.isdir(takes):
+        text = f"takes: no such folder: {Path(takes).absolute()}; make or mount it, or name another"
+        raise FileFaults([bench.fault(("tracking", "takes"), text)])
 
 
 def _first(

@@ -6,6 +6,7 @@ are told are those that really went over the simulated line.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +17,7 @@ from workbench.bundle import Bundle
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.hw import SimulatedClock, written
+from workbench.progress import Stage, counted
 from workbench.protocol import BenchFile, PlannedRun
 from workbench.review.journal import sentence
 from workbench.takes import Place
@@ -85,8 +87,16 @@ class _Silent:
         return default
 
 
-def rehearse(experiment: Experiment) -> tuple[Rehearsed, ...]:
+def rehearse(
+    experiment: Experiment, progress: Callable[[Stage], object] = lambda stage: None
+) -> tuple[Rehearsed, ...]:
     """Carry out an experiment on a simulated supply and return what happened, run by run.
+
+    A run that is repeated is carried out once.
+
+    Args:
+        experiment: plan and files.
+        progress: is told each run as it begins.
 
     Raises:
         WorkbenchError: what a run on the bench would end with, such as a limit that the supply
@@ -94,13 +104,21 @@ def rehearse(experiment: Experiment) -> tuple[Rehearsed, ...]:
     """
     bench = _RehearsalBench(experiment.bench.content)
     told: list[Rehearsed] = []
+    known: dict[PlannedRun, Rehearsed] = {}
+    runs = experiment.plan.runs
     with TemporaryDirectory(prefix="rehearsal-") as folder:
-        for run in experiment.plan.runs:
+        for place, run in enumerate(runs, start=1):
+            alike = replace(run, number=0, repeat=0)
+            if alike in known:
+                told.append(replace(known[alike], run=run))
+                continue
+            progress(counted("rehearse a run", place, len(runs)))
             alone = replace(experiment, plan=replace(experiment.plan, items=(run,)))
             begin = bench.clock.now()
             (bundle,) = carry_out(alone, bench, Path(folder), _Silent(), lambda text: None)
             busy = bench.clock.now() - begin
-            told.append(Rehearsed(run, busy, _instants(bundle, bench, begin)))
+            known[alike] = Rehearsed(run, busy, _instants(bundle, bench, begin))
+            told.append(known[alike])
     return tuple(told)
 
 

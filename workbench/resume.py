@@ -7,6 +7,7 @@ that was cut off at any instant goes on from what is on disk.
 from __future__ import annotations
 
 import hashlib
+import json
 import secrets
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -20,8 +21,9 @@ from workbench.bundle import Bundle
 from workbench.desk import holder
 from workbench.errors import InputError
 
-__all__ = ["Course", "begin", "digest", "resume"]
+__all__ = ["Course", "begin", "digest", "foresee", "resume"]
 
+_SUPPLY = "supply"  # the input that tells which supply it is
 _CUT = "the program ended without a word here: it was killed, or the computer stopped"
 
 
@@ -31,7 +33,7 @@ class Course:
 
     Args:
         id: of the experiment, the same in all its bundles.
-        inputs: name of each input -> sha256 of its text.
+        inputs: name of each input -> sha256 of what it comes to.
         done: numbers of the runs that are complete.
         tries: number of a run -> how often it was begun.
         root: folder of its bundles, None where it has none yet.
@@ -62,7 +64,9 @@ def begin(inputs: Mapping[str, str], now: datetime) -> Course:
     return Course(f"{now:%Y%m%d-%H%M%S}-{secrets.token_hex(2)}", inputs)
 
 
-def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
+def resume(
+    run: Path, root: Path, inputs: Mapping[str, str], texts: Mapping[str, str] | None = None
+) -> Course:
     """Return the course of the experiment that a bundle belongs to.
 
     Bundles that were cut off are closed as failed, with all that they hold.
@@ -71,11 +75,31 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
         run: any bundle of the experiment, by path or name.
         root: folder of all bundles.
         inputs: of the experiment that shall go on, as in `Course`.
+        texts: sha256 of each file as it is written, for experiments that were begun when that
+            counted.
 
     Raises:
         InputError: when it is no bundle of an experiment, an input is another than then, or
             another process still carries the experiment out.
     """
+    course, begun = _find(run, root, inputs, texts or {})
+    for bundle in begun:
+        if not bundle.is_closed():
+            bundle.finish("failed", error=bundle.manifest.get("error", _CUT))
+    return course
+
+
+def foresee(
+    run: Path, root: Path, inputs: Mapping[str, str], texts: Mapping[str, str] | None = None
+) -> Course:
+    """Return what `resume` would, and change nothing; arguments and errors as there."""
+    return _find(run, root, inputs, texts or {})[0]
+
+
+def _find(
+    run: Path, root: Path, inputs: Mapping[str, str], texts: Mapping[str, str]
+) -> tuple[Course, list[Bundle]]:
+    """Return the course of an experiment and its bundles, once it is known that it may go on."""
     one = Bundle.find(run, root)
     name = one.manifest.get("experiment")
     if name is None:
@@ -83,19 +107,17 @@ def resume(run: Path, root: Path, inputs: Mapping[str, str]) -> Course:
             f"{one.path}: belongs to no experiment, so there is nothing to resume; start anew "
             "without --resume"
         )
-    _require_same(one, inputs)
+    _require_same(one, inputs, texts)
     begun = [b for b in _readable(one.path.parent) if b.manifest.get("experiment") == name]
     _require_free(one.path.parent, name, begun[-1])
-    for bundle in begun:
-        if not bundle.is_closed():
-            bundle.finish("failed", error=bundle.manifest.get("error", _CUT))
-    return Course(
+    course = Course(
         id=name,
         inputs=inputs,
         done=frozenset(b.manifest["number"] for b in begun if b.manifest["status"] == "complete"),
         tries=Counter(bundle.manifest["number"] for bundle in begun),
         root=one.path.parent,
     )
+    return course, begun
 
 
 def _readable(root: Path) -> Iterator[Bundle]:
@@ -116,14 +138,40 @@ def _require_free(root: Path, experiment: str, newest: Bundle) -> None:
         )
 
 
-def _require_same(bundle: Bundle, inputs: Mapping[str, str]) -> None:
+def _require_same(bundle: Bundle, inputs: Mapping[str, str], texts: Mapping[str, str]) -> None:
+    """Refuse inputs that come to something else than those of a bundle."""
     then = bundle.manifest["inputs"]
-    changed = [name for name in inputs if name in then and then[name] != inputs[name]]
-    other = sorted(set(then) ^ set(inputs))
-    if changed or other:
-        told = [f"{name} was changed" for name in changed]
-        told += [f"{name} is {'new' if name in inputs else 'gone'}" for name in other]
+    changed = [
+        name
+        for name in inputs
+        if name in then and name != _SUPPLY and then[name] not in (inputs[name], texts.get(name))
+    ]
+    other = sorted((set(then) ^ set(inputs)) - {_SUPPLY})
+    told = [f"{name} was changed" for name in changed]
+    told += [f"{name} is {'new' if name in inputs else 'gone'}" for name in other]
+    if told:
         raise InputError(
             f"{bundle.path} cannot be resumed: {', '.join(told)}. Put it back as it was, or start "
             "anew without --resume"
         )
+    if _SUPPLY in then:
+        _require_same_supply(bundle, then[_SUPPLY], inputs[_SUPPLY])
+
+
+def _require_same_supply(bundle: Bundle, then: str, now: str) -> None:
+    """Refuse a supply that is reached in another way, unless its serial number is the same."""
+    named = json.loads(now).get("serial")
+    was = json.loads(then).get("serial") or (bundle.manifest.get("supply") or {}).get("serial")
+    if now == then or (named is not None and named == was):
+        return
+    if named is not None and was is not None:
+        raise InputError(
+            f"{bundle.path} cannot be resumed: its supply has the serial number {was}, and the "
+            f"bench file names {named}. Use that supply, or start anew without --resume"
+        )
+    number = f"serial: '{was}'" if was else "its serial number"
+    raise InputError(
+        f"{bundle.path} cannot be resumed: its supply is reached in another way now and could be "
+        f"another one. Write {number} under `supply` of the bench file, put the connection back as "
+        "it was, or start anew without --resume"
+    )

@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import datetime
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,10 @@ import typer.main
 from typer.testing import CliRunner
 
 from tests.conftest import Command
+from workbench.bench import load_bench
+from workbench.bundle import Bundle
 from workbench.cli.app import app
+from workbench.experiment import read_experiment
 
 PROTOCOL = """\
 schema: workbench/protocol-1
@@ -318,3 +323,28 @@ def test_a_signal_in_a_real_time_run_ends_with_130_and_the_output_off(
     assert "the output is off, confirmed" in err
     (journal,) = (tmp_path / "r").glob("*/journal.jsonl")
     assert '"event": "output_off", "confirmed": true' in journal.read_text()
+
+
+def test_a_dry_run_of_a_resume_tells_what_is_skipped_and_made(
+    workbench: Command, protocol: Path, tmp_path: Path
+) -> None:
+    protocol.write_text(PROTOCOL.replace("duration: 2 s", "duration: 1 s, repeats: 3"))
+    assert "repeats: 3" in protocol.read_text()
+    bench = load_bench("virtual")
+    asked = read_experiment(protocol, bench, Decimal("0.01"))
+    facts = {"experiment": "e", "inputs": asked.inputs()}
+    for number, status in ((1, "complete"), (2, "failed")):
+        made = Bundle.create(tmp_path / "r", "x", datetime.now(), facts | {"number": number})
+        made.note({"status": status})
+    words = ("run", protocol, "--dry-run", "--resume", made.path, "--runs", tmp_path / "r")
+    answer = workbench(*words)
+    told = "e: skipped would be run 1, made runs 2 to 3; begun before and made again: run 2"
+    assert told in " ".join(answer.err.split())
+    assert "2 runs, about" in answer.err
+    assert not made.is_closed()
+    found = workbench(*words, "--json").json
+    assert found["resume"] == {
+        "experiment": "e", "skipped": [1],
+        "made": [{"number": 2, "attempt": 2}, {"number": 3, "attempt": 1}],
+    }  # fmt: skip
+    assert [run["number"] for run in found["runs"]] == [2, 3]

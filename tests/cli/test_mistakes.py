@@ -82,6 +82,7 @@ MISTAKES = [
     Mistake(
         "run hop.yaml --bench no-line.yaml", "names it as its calibration", "workbench calibrate"
     ),
+    Mistake("run hop.yaml --bench no-takes.yaml --dry-run", "no such folder", "make or mount it"),
     Mistake("run hop.yaml --bench lab.yaml", "there is no such port", "is the cable in", 3),
     Mistake("supply read --bench lab.yaml", "there is no such port", "Ports present", 3),
     Mistake("supply read --bench file-port.yaml", "the port does not open", "holding it", 3),
@@ -155,6 +156,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "backwards.yaml": PROTOCOL.replace("2 s", "-2 s"),
         "misspelt.yaml": PROTOCOL.replace("speed", "sped"),
         "lab.yaml": lab,
+        "no-takes.yaml": lab.replace("takes: exports", "takes: export"),
         "odd-supply.yaml": lab.replace("RD6006", "RD9999"),
         "no-line.yaml": f"{lab[: lab.index('calibration:')]}calibration: day.yaml\n"
         f"{lab[lab.index('tracking:') :]}",
@@ -168,6 +170,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     }
     for name, text in texts.items():
         (here / name).write_text(text, encoding="utf-8")
+    (here / "exports").mkdir()
     (here / "binary.yaml").write_bytes(b"\xff\xfe\x00")
     failed = Bundle(here / "runs" / "hop-run")
     (failed.path / "take").mkdir(parents=True)

@@ -149,3 +149,31 @@ def test_an_unknown_shape_names_those_that_exist(tmp_path: Path) -> None:
         InputError, match=r"no shape named 'thesis-inital'; did you mean 'thesis-initial'\?; built"
     ):
         load_shape("thesis-inital", tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("connection", "words"),
+    [
+        ("{kind: tcp, address: 10.0.0.5}", "address: '10.0.0.5' is not host:port with a port from"),
+        ("{kind: rtu-over-tcp, address: lab-supply}", "address: 'lab-supply' is not host:port"),
+        ("{kind: tcp, address: '10.0.0.5:'}", "is not host:port"),
+        ("{kind: tcp, address: ':5025'}", "is not host:port"),
+        ("{kind: tcp, address: '10.0.0.5:99999'}", "a port from 1 to 65535"),
+        ("{kind: tcp, address: '10.0.0.5:scpi'}", "is not host:port"),
+        ("{kind: tcp, address: 'tcp://10.0.0.5:5025'}", "is not host:port"),
+        ("{kind: serial, port: COM3, address: '10.0.0.5:5025'}", "kind: serial has no address"),
+        ("{kind: tcp, port: COM3, address: '10.0.0.5:5025'}", "kind: tcp has no port; remove it"),
+        ("{kind: rtu-over-tcp, port: A, address: 'a:5'}", "kind: rtu-over-tcp has no port"),
+        ("{kind: simulated, port: COM3}", "kind: simulated has no port; remove it"),
+        ("{kind: tcp}", "kind: tcp needs an address, host:port"),
+    ],
+)  # fmt: skip
+def test_a_supply_that_cannot_be_reached_as_it_is_written_is_told(
+    tmp_path: Path, root: Path, connection: str, words: str
+) -> None:
+    text = (root / "docs" / "examples" / "lab-bench.yaml").read_text(encoding="utf-8")
+    head, _, tail = text.partition("  connection:")
+    text = f"{head}  connection: {connection}\n{tail.partition(chr(10))[2]}"
+    (found,) = faults(tmp_path, text, BenchFile)
+    assert found.startswith("7:3: connection: ")
+    assert words in found

@@ -41,6 +41,7 @@ def test_a_picture_and_a_shape_are_found_beside_the_file_that_names_them(tmp_pat
         "  - run: {mode: hop, voltage: 4 V, shape: bent.yaml}\n"
     )
     write(tmp_path, "parts/clamp.yaml", text)
+    write(tmp_path, "parts/clamp.png", "")
     plan = plan_of(write(tmp_path, "p.yaml", f"{HEAD}  - include: parts/clamp.yaml\n"))
     prompt, run = plan.items[0], plan.runs[0]
     assert isinstance(prompt, PlannedPrompt)
@@ -74,3 +75,49 @@ def test_a_protocol_is_no_part(tmp_path: Path) -> None:
     write(tmp_path, "p2.yaml", f"{HEAD}  - prompt: x\n")
     with pytest.raises(FileFaults, match="this is a protocol, and a part is needed here"):
         load_protocol(path)
+
+
+@pytest.mark.parametrize(
+    ("step", "place"),
+    [
+        ("prompt: {text: x, picture: NAME}", "3:23"),
+        ("run: {mode: hop, voltage: 4 V, before: [{text: x, picture: NAME}]}", "3:55"),
+        ("run: {mode: hop, voltage: 4 V, after: [a, {text: x, picture: NAME}]}", "3:57"),
+        ("sweep: {mode: hop, voltages: [4 V], after: [{text: x, picture: NAME}]}", "3:59"),
+        ("staircase: {mode: hop, voltages: [4 V], dwell: 2 s, before: [{text: x, picture: NAME}]}",
+         "3:76"),
+    ],
+)  # fmt: skip
+def test_a_picture_that_is_not_there_is_told_where_it_is_named(
+    tmp_path: Path, step: str, place: str
+) -> None:
+    write(tmp_path, "clamp.png", "")
+    (tmp_path / "folder").mkdir()
+    path = write(tmp_path, "p.yaml", f"{HEAD}  - include: part.yaml\n")
+    for name, words in (
+        ("clamps.png", "no such picture: .*clamps.png; did you mean 'clamp.png'"),
+        ("folder", "a folder, no picture: .*folder"),
+        ("gone/x.png", "no such picture: .*x.png"),
+        ("z" * 300, "no such picture"),
+    ):
+        write(tmp_path, "part.yaml", f"{PART}  - {step.replace('NAME', name)}\n")
+        with pytest.raises(FileFaults, match=rf"part\.yaml:{place}: {words}"):
+            load_protocol(path)
+
+
+def test_parts_inside_parts_have_an_end(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", f"{HEAD}  - include: a0.yaml\n")
+    for i in range(30):
+        write(tmp_path, f"a{i}.yaml", f"{PART}  - include: a{i + 1}.yaml\n")
+    write(tmp_path, "a30.yaml", f"{PART}  - prompt: x\n")
+    with pytest.raises(FileFaults, match="more than 20 parts inside each other"):
+        load_protocol(path)
+
+
+def test_parts_that_include_parts_many_times_are_refused_at_once(tmp_path: Path) -> None:
+    path = write(tmp_path, "p.yaml", HEAD + "  - include: a0.yaml\n" * 10)
+    for i in range(12):
+        write(tmp_path, f"a{i}.yaml", PART + f"  - include: a{i + 1}.yaml\n" * 10)
+    write(tmp_path, "a12.yaml", f"{PART}  - prompt: x\n")
+    with pytest.raises(FileFaults, match="20001 steps up to here, and a protocol may have at most"):
+        plan_of(path)

@@ -1,3 +1,4 @@
+import time
 from decimal import Decimal
 from pathlib import Path
 
@@ -215,3 +216,75 @@ def test_limits_and_calibration_that_the_protocol_names_hold(tmp_path: Path) -> 
     with pytest.raises(FileFaults, match=r"3:1: bench 'virtual' has calibration 'thesis-5\.7'"):
         plan_of(tmp_path, run, head="calibration: march\n")
     plan_of(tmp_path, run, head="calibration: thesis-5.7\n")
+
+
+@pytest.mark.parametrize(
+    ("steps", "words"),
+    [
+        ("  - sweep: {mode: hop, voltages: {from: 2 V, to: 4 V, count: 900}, repeats: 1000}\n",
+         "4:5: 900000 runs up to here, and a protocol may have at most 2000; use fewer values"),
+        ("  - run: {mode: hop, voltage: 4 V, repeats: 1000, duration: 1 h}\n",
+         "4:5: 1001 h on the bench up to here, and a protocol may take at most 168 h; use fewer"),
+        ("  - run: {mode: hop, voltage: 4 V, repeats: 1000, duration: 1 s}\n" * 3,
+         "6:5: 3000 runs up to here"),
+        ("  - pause: 24 h\n" * 8, "11:5: 192 h on the bench up to here"),
+        ("  - sweep: {mode: decay, pulls: {from: 0.1 N, to: 1 N, count: 3}, repeats: 1000}\n",
+         "4:5: 3000 runs"),
+        ("  - staircase: {mode: hop, voltages: {from: 2 V, to: 4 V, count: 1000}, dwell: 1 h}\n",
+         "4:5: 1001 h on the bench|4:5: 1000 h on the bench"),
+        ("  - staircase: {mode: hop, voltages: {from: 2 V, to: 4 V, count: 1000}, dwell: 70 s, "
+         "step_ramp: 60 s, down: true}\n",
+         "4:5: ramps of 1199400 voltages in one run, and there may be at most 10000; use fewer"),
+    ],
+)  # fmt: skip
+def test_a_plan_that_nobody_can_mean_is_refused_at_once(
+    tmp_path: Path, steps: str, words: str
+) -> None:
+    began = time.process_time()
+    with pytest.raises(FileFaults, match=words):
+        plan_of(tmp_path, steps)
+    assert time.process_time() - began < 1
+
+
+def test_the_largest_plan_is_laid_out(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, "  - run: {mode: hop, voltage: 4 V, repeats: 1000}\n" * 2)
+    assert len(plan.runs) == 2000
+
+
+def test_limits_of_a_protocol_that_are_looser_than_the_bench_s_are_refused(
+    tmp_path: Path,
+) -> None:
+    run = "  - run: {mode: hop, voltage: 4 V}\n"
+    with pytest.raises(
+        FileFaults, match=r"p\.yaml:3:10: voltage 9 V is above the limit of bench 'virtual', 5\.5 V"
+    ):
+        plan_of(tmp_path, run, "limits: {voltage: 9 V}\n")
+    with pytest.raises(FileFaults, match=r"speed 99 rad/s is above the limit .* 21\.3 rad/s"):
+        plan_of(tmp_path, run, "limits: {speed: 99 rad/s}\n")
+    plan_of(tmp_path, run, "limits: {voltage: 5.5 V, speed: 21.3 rad/s, current: 1.5 A}\n")
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        "  - prompt: {text: x, value: {name: a}}\n  - prompt: {text: y, value: {name: a}}\n"
+        "  - run: {mode: hop, voltage: 4 V}\n",
+        "  - prompt: {text: x, value: {name: a}}\n"
+        "  - run: {mode: hop, voltage: 4 V, after: [{text: y, value: {name: a}}]}\n",
+        "  - run: {mode: hop, voltage: 4 V, before: [{text: x, value: {name: a}}], "
+        "after: [{text: y, value: {name: a}}]}\n",
+        "  - run: {mode: hop, voltage: 4 V, after: [{text: y, value: {name: a}}]}\n"
+        "  - prompt: {text: x, value: {name: a}}\n",
+    ],
+)
+def test_two_values_of_a_run_have_two_names(tmp_path: Path, steps: str) -> None:
+    with pytest.raises(FileFaults, match="name: 'a' is asked for twice at one run") as caught:
+        plan_of(tmp_path, steps)
+    assert len(caught.value.faults) == 1
+    assert "name: a" in caught.value.faults[0].source
+
+
+def test_each_run_may_ask_for_the_same_value(tmp_path: Path) -> None:
+    asked = "after: [{text: y, value: {name: a}}]"
+    plan = plan_of(tmp_path, f"  - run: {{mode: hop, voltage: 4 V, repeats: 2, {asked}}}\n" * 2)
+    assert len(plan.runs) == 4

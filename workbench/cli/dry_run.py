@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from workbench.cli.output import emit, show_table, tell
@@ -17,16 +19,32 @@ from workbench.protocol import (
     PlannedRun,
 )
 from workbench.rehearsal import Rehearsed, rehearse
+from workbench.resume import Course
 
 __all__ = ["show_dry_run"]
 
 
-def show_dry_run(experiment: Experiment, as_json: bool) -> None:
-    """Rehearse an experiment and print it."""
-    tell(f"rehearse {len(experiment.plan.runs)} runs on a simulated supply")
-    told = rehearse(experiment)
+def show_dry_run(experiment: Experiment, as_json: bool, course: Course | None = None) -> None:
+    """Rehearse an experiment and print it.
+
+    Args:
+        experiment: plan and files.
+        as_json: whether one object is wanted.
+        course: of an experiment that would be resumed; what is done of it is left out.
+    """
+    if course is not None:
+        tell(_resumed(experiment, course))
+        experiment = replace(experiment, plan=experiment.plan.without(course.done))
+    plan = experiment.plan
+    tell(
+        f"{len(plan.runs)} runs, {_minutes(plan.seconds)} on the bench without the operator's "
+        f"time; {plan.prompts} prompts"
+    )
+    tell(f"rehearse {len(plan.runs)} runs on a simulated supply")
+    told = rehearse(experiment, tell.update)
     if as_json:
-        emit(_object(experiment, told))
+        resumed = None if course is None else _course(experiment, course)
+        emit(_object(experiment, told) | {"resume": resumed})
         return
     plan, seconds = experiment.plan, _seconds(experiment, told)
     show_table(
@@ -44,6 +62,38 @@ def show_dry_run(experiment: Experiment, as_json: bool) -> None:
         )
 
 
+def _resumed(experiment: Experiment, course: Course) -> str:
+    """Return what going on would skip and make."""
+    left = experiment.plan.without(course.done).runs
+    again = [run.number for run in left if course.tries.get(run.number, 0)]
+    words = f"experiment {course.id}: skipped would be {_numbers(course.done)}, made "
+    words += _numbers(run.number for run in left)
+    return words + (f"; begun before and made again: {_numbers(again)}" if again else "")
+
+
+def _numbers(numbers: Iterable[int]) -> str:
+    """Return runs by number, `runs 1 to 3, 7`."""
+    parts: list[list[int]] = []
+    for number in sorted(numbers):
+        if parts and parts[-1][-1] == number - 1:
+            parts[-1] = [parts[-1][0], number]
+        else:
+            parts.append([number])
+    if not parts:
+        return "none"
+    several = len(parts) > 1 or len(parts[0]) > 1
+    return f"run{'s' * several} " + ", ".join(" to ".join(map(str, part)) for part in parts)
+
+
+def _course(left: Experiment, course: Course) -> dict[str, Any]:
+    """Return the object of what going on would skip and make."""
+    made = [
+        {"number": run.number, "attempt": course.tries.get(run.number, 0) + 1}
+        for run in left.plan.runs
+    ]
+    return {"experiment": course.id, "skipped": sorted(course.done), "made": made}
+
+
 def _seconds(experiment: Experiment, told: tuple[Rehearsed, ...]) -> float:
     """Return the bench time with its pauses [s]; pauses lie between the rehearsed runs."""
     plan = experiment.plan
@@ -52,7 +102,9 @@ def _seconds(experiment: Experiment, told: tuple[Rehearsed, ...]) -> float:
 
 
 def _minutes(seconds: float) -> str:
-    return f"about {seconds:.0f} s" if seconds < 120 else f"about {seconds / 60:.0f} min"
+    if seconds < 120:
+        return f"about {seconds:.0f} s"
+    return f"about {seconds / 60:.0f} min" if seconds < 7200 else f"about {seconds / 3600:.1f} h"
 
 
 def _limits(experiment: Experiment) -> list[tuple[str, str]]:

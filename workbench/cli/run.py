@@ -19,6 +19,7 @@ from workbench.cli.output import (
     tell,
 )
 from workbench.experiment import read_experiment
+from workbench.resume import foresee
 from workbench.resume import resume as go_on
 
 __all__ = ["run"]
@@ -49,7 +50,8 @@ def run(
     again ends, with the output off, and `workbench ingest TAKE --into RUN` adds the take later.
 
     An experiment that was cut off goes on with `--resume` and any of its runs: what is complete is
-    skipped, the run that broke off is repeated, and what it holds stays.
+    skipped, the run that broke off is repeated, and what it holds stays. With `--dry-run` that is
+    told and not done.
 
     Example: workbench run protocols/hop-17.yaml --bench virtual
 
@@ -58,12 +60,13 @@ def run(
     lab = load_bench(bench)
     device = make_bench(lab.content)
     experiment = read_experiment(protocol, lab, device.voltage_step)
+    find = foresee if dry_run else go_on
+    course = None if resume is None else find(resume, runs, experiment.inputs(), experiment.texts())
     if dry_run:
         from workbench.cli.dry_run import show_dry_run
 
-        show_dry_run(experiment, as_json)
+        show_dry_run(experiment, as_json, course)
         return
-    course = None if resume is None else go_on(resume, runs, experiment.inputs())
     if course is not None:
         runs = course.root or runs
         left = len(experiment.plan.without(course.done).runs)

@@ -12,6 +12,7 @@ from workbench.protocol.model import UNITS
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 from workbench.protocol.tracking import Bodies, ExportAxes, Marker
+from workbench.protocol.wording import shortened
 
 __all__ = [
     "BenchFile",
@@ -54,7 +55,23 @@ class Connection(Section):
             raise ValueError("kind: serial needs a port")
         if self.kind in ("tcp", "rtu-over-tcp") and self.address is None:
             raise ValueError(f"kind: {self.kind} needs an address, host:port")
+        self._refuse_other_way()
         return self
+
+    def _refuse_other_way(self) -> None:
+        """Refuse a key of another kind, and an address that cannot be reached as it is written."""
+        of_kind = {"serial": "port", "tcp": "address", "rtu-over-tcp": "address"}
+        for key in ("port", "address"):
+            if getattr(self, key) is not None and key != of_kind.get(self.kind):
+                raise ValueError(f"kind: {self.kind} has no {key}; remove it, or name another kind")
+        if self.address is not None:
+            host, colon, port = self.address.rpartition(":")
+            whole = port.isascii() and port.isdecimal()
+            if not (colon and host and whole and 1 <= int(port[:6]) <= 65535) or "/" in host:
+                raise ValueError(
+                    f"address: {shortened(self.address)!r} is not host:port with a port from 1 to "
+                    "65535, such as 192.168.1.20:5025"
+                )
 
 
 class SupplyLimits(Section):

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from workbench.errors import FileFault, FileFaults
-from workbench.protocol.experiment import Part, Protocol
+from workbench.errors import FileFault, FileFaults, did_you_mean
+from workbench.protocol.experiment import Part, Protocol, Step
 from workbench.protocol.files import Document, load
+from workbench.protocol.prompt import Prompt
+from workbench.protocol.wording import Location
 
 __all__ = ["Parts", "load_protocol", "part_of"]
 
 Parts = Mapping[Path, Document[Part]]
 """Resolved path -> what stands there."""
 
+_DEEPEST = 20  # parts inside each other
+
 
 def load_protocol(path: Path) -> tuple[Document[Protocol], Parts]:
-    """Read a protocol and all parts that it includes, at any depth.
+    """Read a protocol and all parts that it includes, and see that their pictures are there.
 
     Raises:
         InputError: when there is no such protocol.
-        FileFaults: with all faults of the first file that has any; a part that is missing or
-            includes itself is a fault of the line that names it.
+        FileFaults: with all faults of the first file that has any; a part or picture that is
+            missing, and a part that includes itself, is a fault of the line that names it.
     """
     protocol = load(path, Protocol)
     parts: dict[Path, Document[Part]] = {}
@@ -34,12 +39,39 @@ def part_of(document: Document[Protocol] | Document[Part], name: str) -> Path:
     return (document.path.parent / name).resolve()
 
 
+def _missing_pictures(document: Document[Protocol] | Document[Part]) -> Iterator[FileFault]:
+    """Yield a fault for each prompt whose picture is not there, or is no file."""
+    for location, prompt in _prompts(document.content.steps):
+        if prompt.picture is None:
+            continue
+        place = document.path.parent / prompt.picture
+        if not os.path.isfile(place):  # a name may be too long for `Path.is_file`
+            wrong = "a folder, no picture" if os.path.isdir(place) else "no such picture"
+            folder = place.parent
+            near = os.listdir(folder) if os.path.isdir(folder) else []
+            near = [name for name in near if Path(name).suffix == place.suffix]
+            hint = did_you_mean(place.name, near)
+            yield document.fault((*location, "picture"), f"{wrong}: {place}{hint}")
+
+
+def _prompts(steps: Sequence[Step]) -> Iterator[tuple[Location, Prompt]]:
+    """Yield each prompt of some steps, and where it stands."""
+    for i, step in enumerate(steps):
+        if step.prompt is not None:
+            yield ("steps", i, "prompt"), step.prompt
+        for name in ("run", "sweep", "staircase"):
+            condition = getattr(step, name)
+            for key in ("before", "after"):
+                for k, prompt in enumerate(getattr(condition, key, ())):
+                    yield ("steps", i, name, key, k), prompt
+
+
 def _collect(
     document: Document[Protocol] | Document[Part],
     above: tuple[Path, ...],
     parts: dict[Path, Document[Part]],
 ) -> None:
-    faults: list[FileFault] = []
+    faults = list(_missing_pictures(document))
     for i, step in enumerate(document.content.steps):
         if step.include is None:
             continue
@@ -51,7 +83,10 @@ def _collect(
             continue
         if place in parts:
             continue
-        if not place.is_file():
+        if len(above) > _DEEPEST:
+            faults.append(document.fault(location, f"more than {_DEEPEST} parts inside each other"))
+            continue
+        if not os.path.isfile(place):
             faults.append(document.fault(location, f"no such file: {place}"))
             continue
         parts[place] = load(place, Part)

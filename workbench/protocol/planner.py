@@ -6,6 +6,7 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Decimal
+from typing import NoReturn
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
@@ -18,7 +19,7 @@ from workbench.protocol.experiment import (
     Step,
     Sweep,
 )
-from workbench.protocol.files import Document, Location
+from workbench.protocol.files import Document
 from workbench.protocol.parts import Parts, part_of
 from workbench.protocol.plan import (
     Item,
@@ -31,10 +32,20 @@ from workbench.protocol.plan import (
     PlannedRun,
 )
 from workbench.protocol.prompt import Prompt
-from workbench.protocol.ramps import Ramps
+from workbench.protocol.ramps import RAMP_STEP_S, Ramps
 from workbench.protocol.release import PlannedRelease, drop, pull
+from workbench.protocol.wording import Location
 
-__all__ = ["make_plan"]
+__all__ = ["MOST_RUNS", "MOST_S", "MOST_STEPS", "make_plan"]
+
+MOST_RUNS = 2000
+"""Of a protocol: more than anybody measures before looking at the first of them."""
+MOST_S = 7 * 24 * 3600.0
+"""Longest time of a protocol on the bench, prompts not counted [s]."""
+MOST_STEPS = 20_000
+"""Steps of a protocol, those of its parts counted as often as they are included."""
+_ROUNDING = 1e-6  # of limits that are written to six digits
+_MOST_VOLTAGES = 10_000  # in one run: a thousand seconds of ramps
 
 
 def make_plan(
@@ -55,12 +66,14 @@ def make_plan(
         FileFaults: with every run that the bench or its calibration does not allow.
     """
     planner = _Planner(protocol, bench, voltage_step, parts or {})
-    items = planner.lay_out(protocol)
+    items = _owned(planner.lay_out(protocol))
+    planner.require_limits()
+    planner.require_names(items)
     current = planner.current_limit()
     planner.require_calibration()
     if planner.faults:
         raise FileFaults(planner.faults)
-    return Plan(protocol.content.title, tuple(_numbered(_owned(items))), current)
+    return Plan(protocol.content.title, tuple(_numbered(items)), current)
 
 
 def _owned(items: list[Item]) -> list[Item]:
@@ -108,6 +121,10 @@ class _Planner:
         self.ramps = Ramps(bench.line.lowest, voltage_step, bench.supply.limits.slew)
         self.voltage_step = voltage_step
         self.faults: list[FileFault] = []
+        self._told: set[FileFault] = set()
+        self._steps = self._runs = 0
+        self._seconds = 0.0
+        self._asked: dict[int, _Place] = {}  # id of a planned prompt -> where it stands
 
     def lay_out(self, document: Document[Protocol] | Document[Part]) -> list[Item]:
         """Return what the steps of a file come to, its parts included."""
@@ -133,9 +150,82 @@ class _Planner:
             text = f"bench {self.bench.name!r} has calibration {line.id!r}, not {asked!r}"
             self._fault(_Place(self.protocol, ("calibration",)), text)
 
+    def require_limits(self) -> None:
+        """Refuse limits of the protocol that are looser than the bench's: they would limit nothing.
+
+        A bench has no limit of the speed of its own, but one of the voltage that gives it.
+        """
+        own, bench, line = self.protocol.content.limits, self.bench, self.bench.line
+        volts = bench.supply.limits.voltage
+        fastest = line.slope * min(volts, line.highest) + line.offset
+        for key, asked, limit, unit in (
+            ("voltage", own.voltage, volts, "V"),
+            ("speed", own.speed, fastest, "rad/s"),
+        ):
+            if asked is not None and asked > limit + _ROUNDING:
+                self._fault(
+                    _Place(self.protocol, ("limits", key)),
+                    f"{key} {asked:g} {unit} is above the limit of bench {bench.name!r}, "
+                    f"{limit:g} {unit}; limits of a protocol may only be tighter",
+                )
+
+    def require_names(self, items: Sequence[Item]) -> None:
+        """Refuse two values of one name at one run, whose later answer would replace the first."""
+        names: dict[str, PlannedPrompt] = {}
+        for item in items:
+            prompts = (item,) if isinstance(item, PlannedPrompt) else ()
+            if isinstance(item, PlannedRun):
+                prompts = (*item.before, *item.after)
+            for prompt in prompts:
+                name = "" if prompt.question is None else prompt.question.name
+                if name in names and (place := self._asked.get(id(prompt))) is not None:
+                    self._fault(
+                        place.to("value", "name"),
+                        f"name: {name!r} is asked for twice at one run; each value of a run needs "
+                        "a name of its own",
+                    )
+                elif name:
+                    names[name] = prompt
+            if isinstance(item, PlannedRun):
+                names = {}
+
+    def _grow(self, place: _Place, runs: int = 0, seconds: float = 0.0) -> None:
+        """Count what a step comes to, before it is laid out, and give up where that is too much."""
+        self._runs, self._seconds = self._runs + runs, self._seconds + seconds
+        for count, most, what in (
+            (self._runs, MOST_RUNS, "runs"),
+            (self._steps, MOST_STEPS, "steps"),
+        ):
+            if count > most:
+                self._give_up(
+                    place,
+                    f"{count} {what} up to here, and a protocol may have at most {most}; use fewer "
+                    "values or repeats, or make several protocols of it",
+                )
+        if self._seconds > MOST_S:
+            self._give_up(
+                place,
+                f"{self._seconds / 3600:.0f} h on the bench up to here, and a protocol may take at "
+                f"most {MOST_S / 3600:.0f} h; use fewer repeats or shorter times, or make several "
+                "protocols of it",
+            )
+
+    def _give_up(self, place: _Place, text: str) -> NoReturn:
+        self._fault(place, text)
+        raise FileFaults(self.faults)
+
+    def _prompt(self, prompt: Prompt, place: _Place) -> PlannedPrompt:
+        folder = place.document.path.parent
+        picture = None if prompt.picture is None else folder / prompt.picture
+        planned = PlannedPrompt(prompt.text, picture, prompt.value)
+        self._asked[id(planned)] = place
+        return planned
+
     def _step(self, step: Step, place: _Place) -> list[Item]:
+        self._steps += 1
+        self._grow(place, seconds=0.0 if step.pause is None else step.pause.time)
         if step.prompt is not None:
-            return [_prompt(step.prompt, place)]
+            return [self._prompt(step.prompt, place.to("prompt"))]
         if step.pause is not None:
             return [PlannedPause(step.pause.time, step.pause.why or "pause")]
         if step.run is not None:
@@ -147,11 +237,12 @@ class _Planner:
         return self.lay_out(self.parts[part_of(place.document, step.include or "")])
 
     def _run(self, run: Run, place: _Place) -> list[PlannedRun]:
+        self._grow(place, run.repeats, run.repeats * (run.rest + run.duration))
         action = self._action(run, place)
         if action is None:
             return []
         return [
-            _planned(run, action, run.duration, repeat, place)
+            self._planned(run, action, run.duration, repeat, place)
             for repeat in range(1, run.repeats + 1)
         ]
 
@@ -166,22 +257,36 @@ class _Planner:
         return self._drive(run, run.duration, level, place)
 
     def _sweep(self, sweep: Sweep, place: _Place) -> list[PlannedRun]:
+        several = (sweep.speeds, sweep.voltages, sweep.pulls, sweep.heights)
+        runs = sweep.repeats * sum(len(values) for values in several if values is not None)
+        self._grow(place, runs, runs * (sweep.rest + sweep.duration))
         actions: list[PlannedDrive | PlannedRelease | None] = [
             self._drive(sweep, sweep.duration, level, place) for level in self._levels(sweep, place)
         ]
         actions += [pull(force) for force in sweep.pulls or ()]
         actions += [drop(height) for height in sweep.heights or ()]
-        runs = [
-            _planned(sweep, action, sweep.duration, repeat, place)
+        planned = [
+            self._planned(sweep, action, sweep.duration, repeat, place)
             for repeat in range(1, sweep.repeats + 1)
             for action in actions
             if action is not None
         ]
         if sweep.order == "random":
-            random.Random(sweep.seed).shuffle(runs)
-        return runs
+            random.Random(sweep.seed).shuffle(planned)
+        return planned
 
     def _staircase(self, stairs: Staircase, place: _Place) -> list[PlannedRun]:
+        count = len(stairs.speeds or stairs.voltages or ())
+        count += count - 1 if stairs.down else 0
+        seconds = stairs.repeats * (stairs.rest + stairs.dwell * count)
+        self._grow(place, stairs.repeats, seconds)
+        voltages = round(count * stairs.step_ramp / RAMP_STEP_S)
+        if voltages > _MOST_VOLTAGES:
+            self._give_up(
+                place,
+                f"ramps of {voltages} voltages in one run, and there may be at most "
+                f"{_MOST_VOLTAGES}; use fewer levels or a shorter step_ramp",
+            )
         found = [level for level in self._levels(stairs, place) if level is not None]
         found += found[-2::-1] if stairs.down else []
         self._require_ramp(stairs, stairs.dwell, "dwell", place)
@@ -191,7 +296,7 @@ class _Planner:
         drive = PlannedDrive(levels, self.ramps.through(levels, stairs.ramp, stairs.step_ramp))
         duration = stairs.dwell * len(levels)
         return [
-            _planned(stairs, drive, duration, repeat, place)
+            self._planned(stairs, drive, duration, repeat, place)
             for repeat in range(1, stairs.repeats + 1)
         ]
 
@@ -244,36 +349,32 @@ class _Planner:
             text = f"ramp {condition.ramp:g} s is not shorter than {name} {whole:g} s"
             self._fault(place.to("ramp"), text)
 
+    def _planned(
+        self,
+        condition: Condition,
+        action: PlannedDrive | PlannedRelease,
+        duration: float,
+        repeat: int,
+        place: _Place,
+    ) -> PlannedRun:
+        beside = place.document.path.parent
+        before = enumerate(condition.before)
+        after = enumerate(condition.after)
+        return PlannedRun(
+            number=0,
+            mode=condition.mode,
+            action=action,
+            rest=condition.rest,
+            duration=duration,
+            role=condition.role,
+            repeat=repeat,
+            shape=None if condition.shape is None else Named(condition.shape, beside),
+            before=tuple(self._prompt(one, place.to("before", i)) for i, one in before),
+            after=tuple(self._prompt(one, place.to("after", i)) for i, one in after),
+        )
+
     def _fault(self, place: _Place, text: str) -> None:
         fault = place.fault(text)
-        if fault not in self.faults:
+        if fault not in self._told:
+            self._told.add(fault)
             self.faults.append(fault)
-
-
-def _prompt(prompt: Prompt, place: _Place) -> PlannedPrompt:
-    folder = place.document.path.parent
-    picture = None if prompt.picture is None else folder / prompt.picture
-    return PlannedPrompt(prompt.text, picture, prompt.value)
-
-
-def _planned(
-    condition: Condition,
-    action: PlannedDrive | PlannedRelease,
-    duration: float,
-    repeat: int,
-    place: _Place,
-) -> PlannedRun:
-    return PlannedRun(
-        number=0,
-        mode=condition.mode,
-        action=action,
-        rest=condition.rest,
-        duration=duration,
-        role=condition.role,
-        repeat=repeat,
-        shape=None
-        if condition.shape is None
-        else Named(condition.shape, place.document.path.parent),
-        before=tuple(_prompt(one, place) for one in condition.before),
-        after=tuple(_prompt(one, place) for one in condition.after),
-    )
