@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from workbench.hw import MODELS, Model
-from workbench.hw.models import FAMILIES, Family, ModbusModel
+from workbench.hw.models import FAMILIES, Family, ModbusModel, Rating, ScpiModel
 from workbench.hw.simulated import Fault
 
 HEAD = """# Supplies
@@ -22,6 +22,9 @@ resets are held back at the link.
 `on a lost link` says what the supply itself does when computer and cable are gone. Where that is
 nothing, the guardian switches off when the program dies; when the computer dies nobody does: keep
 its trip levels low and a switch within reach.
+
+`channel: 2` beside the connection in a bench file drives the second output of a supply that has
+several; without it channel 1 is driven.
 
 The tables were compiled from published drivers and manuals, in the column `source`. No real supply
 has been connected yet.
@@ -45,6 +48,12 @@ TRUTH = """
   a reading are ordered so that no two neighbours' answers look alike, the state is asked for twice,
   and bytes in between that nobody asked for refuse the whole reading. What no software can notice
   is a digit that turns into another digit on the wire.
+- Of a supply with several channels every command and every question names its channel, or selects
+  it in the same message: what somebody selects at the front or over a second link changes nothing.
+- The output's flag counts when the supply that is known by model and serial number answers behind
+  it, and nothing came in between that nobody asked for.
+- A model is known by an id that a manual or a maintained client names, one by one. A supply that
+  answers with another one is refused, as one that never answers `*IDN?` is (a 72-13360 does not).
 - A setpoint is read back and has to be the value that was asked for, rounded to the nearest step.
 - `benchmarks/wire.py` counts what comes of it: 100,000 register reads and 25,000 readings over a
   wire that disturbs a quarter of all answers, and not one wrong reading accepted.
@@ -82,11 +91,24 @@ def _table(rows: list[Model]) -> list[str]:
         name = model.name + "".join(f", {other}" for other in model.also)
         known = model.identity if isinstance(model, ModbusModel) else f"`{_cell(model.identity)}`"
         steps = f"{model.voltage_step_V} V, {', '.join(map(str, model.current_steps_A))} A"
-        cells = [name, known, f"{model.voltage_max_V} V, {model.current_max_A} A", steps]
+        cells = [name, known, _up_to(model), steps]
         lines.append(
             "| " + " | ".join([*cells, str(model.baud), model.on_lost_link, model.source]) + " |"
         )
     return lines
+
+
+def _up_to(model: Model) -> str:
+    """Return what a model can be set to, by channel where there are several."""
+    if not isinstance(model, ScpiModel) or model.channels == 1:
+        return f"{model.voltage_max_V} V, {model.current_max_A} A"
+    numbers: dict[Rating, list[int]] = {}
+    for number, rating in enumerate(model.ratings, 1):
+        numbers.setdefault(rating, []).append(number)
+    return "; ".join(
+        f"channel {', '.join(map(str, which))}: {volts} V, {amps} A"
+        for (volts, amps), which in numbers.items()
+    )
 
 
 def _cell(text: str) -> str:

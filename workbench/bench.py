@@ -36,7 +36,7 @@ from workbench.hw.guardian import (
     Records,
     open_guarded,
 )
-from workbench.hw.models import ModbusModel
+from workbench.hw.models import ModbusModel, ScpiModel
 from workbench.hw.simulated import draw_current, serve, simulated
 from workbench.output import Ledger, ledgers
 from workbench.protocol import (
@@ -233,7 +233,7 @@ class RealBench(Bench):
             raise InputError(f"bench {self.file.name!r} has no real supply")
         address = place.port if kind == "serial" else place.address
         baud = place.baud or _model(self.file).baud
-        return Connection(kind, address or "", baud=baud, unit=place.unit)
+        return Connection(kind, address or "", baud=baud, unit=place.unit, channel=place.channel)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -292,6 +292,7 @@ class SimulatedBench(Bench):
             clock=self.clock,
             load=draw_current,
             serial=serial if isinstance(serial, int) else None,
+            channel=file.supply.connection.channel,
         )
 
     @contextmanager
@@ -302,7 +303,8 @@ class SimulatedBench(Bench):
         """
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            connection = Connection("rtu-over-tcp" if modbus else "tcp", address)
+            kind = "rtu-over-tcp" if modbus else "tcp"
+            connection = Connection(kind, address, channel=self.file.supply.connection.channel)
             with open_supply(
                 connection, clock=self.clock, wire_log=bundle.wire, family=family
             ) as supply:
@@ -380,15 +382,20 @@ def _model(file: BenchFile) -> Model:
     """Return the row of the supply that a bench file names.
 
     Raises:
-        InputError: when there is none, or it is of another family than the file says.
+        InputError: when there is none, or it is of another family than the file says, or has no
+            such channel.
     """
-    section = file.supply
+    section, channel = file.supply, file.supply.connection.channel
     model = model_named(section.model)
     if section.family not in (None, model.family):
         raise InputError(
             f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
             f"not {section.family}"
         )
+    if isinstance(model, ScpiModel):
+        return model.on_channel(channel)
+    if channel != 1:
+        raise InputError(f"bench {file.name!r}: {model.name} has one channel, not {channel}")
     return model
 
 

@@ -288,7 +288,10 @@ def test_verify_ends_with_1_when_a_file_changed(
 def test_schema_and_doctor_and_models_answer(workbench: Command) -> None:
     assert json.loads(workbench("schema", "bench").out)["title"] == "BenchFile"
     assert workbench("doctor", "--json").json["ok"] is True
-    assert workbench("supply", "models", "--json").json["models"][0]["name"] == "RD6006"
+    models = workbench("supply", "models", "--json").json["models"]
+    assert (models[0]["name"], models[0]["ids"]) == ("RD6006", [60061, 60062])
+    channels = next(model["channels"] for model in models if model["name"] == "DP832")
+    assert [own["voltage_max_V"] for own in channels] == [30, 30, 5]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to one process")

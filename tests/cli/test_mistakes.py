@@ -79,6 +79,8 @@ MISTAKES = [
     Mistake("run hop.yaml --bench lab", "no bench named 'lab'", "a path must end in .yaml"),
     Mistake("run hop.yaml --bench hop.yaml", "this is a protocol", "a bench is needed here"),
     Mistake("run hop.yaml --bench odd-supply.yaml", "no supply model 'RD9999'", "there are RD6006"),
+    Mistake("run hop.yaml --bench channel.yaml", "HMP4040 has no channel 5", "there are 1 to 4"),
+    Mistake("run hop.yaml --bench one-channel.yaml", "RD6006 has one channel, not 2", ""),
     Mistake(
         "run hop.yaml --bench no-line.yaml", "names it as its calibration", "workbench calibrate"
     ),
@@ -158,6 +160,8 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "lab.yaml": lab,
         "no-takes.yaml": lab.replace("takes: exports", "takes: export"),
         "odd-supply.yaml": lab.replace("RD6006", "RD9999"),
+        "channel.yaml": lab.replace("RD6006", "HMP4040").replace("{kind:", "{channel: 5, kind:"),
+        "one-channel.yaml": lab.replace("{kind:", "{channel: 2, kind:"),
         "no-line.yaml": f"{lab[: lab.index('calibration:')]}calibration: day.yaml\n"
         f"{lab[lab.index('tracking:') :]}",
         "file-port.yaml": re.sub(r"port: \S+,", "port: take.csv,", lab),

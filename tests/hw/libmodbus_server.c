@@ -10,7 +10,7 @@ int main(int count, char **words) {
     modbus_mapping_t *map = modbus_mapping_new(0, 0, 120, 0);
     modbus_t *link = modbus_new_tcp("127.0.0.1", count > 1 ? atoi(words[1]) : 1502);
     if (map == NULL || link == NULL) return 1;
-    map->tab_registers[0] = 60060;
+    map->tab_registers[0] = 60061;
     map->tab_registers[2] = 4711;
     map->tab_registers[3] = 141;
     map->tab_registers[14] = 6500;

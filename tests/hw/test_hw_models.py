@@ -54,10 +54,10 @@ def test_ids_do_not_overlap() -> None:
 @pytest.mark.parametrize(
     ("model_id", "name"),
     [
-        (60060, "RD6006"),
+        (60061, "RD6006"),
         (60062, "RD6006"),
-        (60064, "RD6006"),
         (60065, "RD6006P"),
+        (60066, "RK6006"),
         (60121, "RD6012"),
         (60125, "RD6012P"),
         (60181, "RD6018"),
@@ -75,9 +75,11 @@ def test_the_p_models_count_ten_times_finer() -> None:
         assert plain.voltage_step_V == 10 * fine.voltage_step_V
 
 
-def test_an_unknown_id_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(HardwareError, match=r"id 60066 is not known.*RD6006 60060-60064, RD6006P"):
-        model_with_id("riden", 60066)
+@pytest.mark.parametrize("model_id", [60060, 60063, 60067, 60122, 60128, 60185, 60249, 60302])
+def test_an_id_that_no_source_names_is_refused_with_the_known_ones(model_id: int) -> None:
+    words = rf"id {model_id} is not known.*RD6006 60061, 60062; RD6006P 60065; RK6006 60066"
+    with pytest.raises(HardwareError, match=words):
+        model_with_id("riden", model_id)
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones() -> None:

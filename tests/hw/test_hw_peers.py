@@ -134,7 +134,7 @@ def test_mbpoll_reads_and_writes_the_simulated_supply(device: SimulatedRiden) ->
     with serve(device, framing="tcp") as address:
         port = int(address.rpartition(":")[2])
         assert mbpoll(port, 8, count=4) == {8: 435, 9: 1000, 10: 435, 11: 218}
-        assert mbpoll(port, 0)[0] == 60060
+        assert mbpoll(port, 0)[0] == 60061
         mbpoll(port, 8, value=450)
         assert device.read(10, 1) == [450]
 
@@ -179,7 +179,7 @@ def test_mbpoll_reads_the_simulated_supply_over_a_serial_port(device: SimulatedR
     with serve_terminal(device) as port:
         flags = f"-m rtu -b 115200 -P none -a 1 -t 4 -0 -1 -r 0 -c 4 {port}".split()
         done = subprocess.run([tool, *flags], capture_output=True, text=True, timeout=10)
-    assert re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.M)[0] == "60060", done.stderr
+    assert re.findall(r"^\[\d+\]:\s+(\d+)", done.stdout, re.M)[0] == "60061", done.stderr
 
 
 @needs_pty

@@ -27,7 +27,7 @@ from workbench.hw.models.riden import RIDEN
 from workbench.hw.simulated import Fault, SimulatedRiden, serve
 
 WHO = "01 03 00 00 00 04 44 09"
-RD6006 = "01 03 08 ea 9c 00 bc 61 4e 00 8d a9 bc"
+RD6006 = "01 03 08 ea 9d 00 bc 61 4e 00 8d b9 7c"
 STATE = "01 03 00 08 00 0d 05 cd"
 RUNNING = (
     "01 03 1a 01 b3 03 e8 01 b2 01 5e 00 00 00 98 19 64 00 00 00 00 00 00 00 01 00 00 00 00 2c 00"
@@ -220,7 +220,7 @@ def test_another_device_after_a_new_connection_is_not_taken_for_the_first(
     other = SimulatedRiden(clock=clock, serial=7)
     other.write(18, [1])
     with serve(other, port=int(address.rpartition(":")[2])):
-        with pytest.raises(HardwareError, match=r"serial 00000007, before 60060 serial 12345678"):
+        with pytest.raises(HardwareError, match=r"serial 00000007, before 60061 serial 12345678"):
             supply._apply_output(False)
         assert not supply.off()
         supply.close()

@@ -120,7 +120,7 @@ def test_a_connection_that_ends_is_lost_until_it_is_opened(
 ) -> None:
     with serve(device) as address:
         link = open_link(Connection("rtu-over-tcp", address, timeout_s=QUICK_S))
-        assert link.read(0, 1) == [60060]
+        assert link.read(0, 1) == [60061]
     with pytest.raises(HardwareError, match="the connection was lost"):
         link.read(0, 1)
     assert not link.connected
@@ -128,7 +128,7 @@ def test_a_connection_that_ends_is_lost_until_it_is_opened(
         link.read(0, 1)
     with serve(device, port=link.connection.host_and_port[1]):
         link.open()
-        assert link.read(0, 1) == [60060]
+        assert link.read(0, 1) == [60061]
 
 
 def test_a_late_reply_never_becomes_the_answer_to_another_question(
@@ -208,7 +208,7 @@ def test_only_the_right_unit_answers_over_modbus_tcp(
     with serve(device, framing="tcp") as address:
         link = open_link(Connection("tcp", address, unit=unit, timeout_s=QUICK_S))
         if unit == device.unit:
-            assert link.read(0, 1) == [60060]
+            assert link.read(0, 1) == [60061]
         else:
             with pytest.raises(HardwareError, match=r"no answer.*unit id 7"):
                 link.read(0, 1)

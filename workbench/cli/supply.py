@@ -26,7 +26,7 @@ from workbench.hw import (
     model_named,
     open_supply,
 )
-from workbench.hw.models import FAMILIES, Family, ModbusModel
+from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
 from workbench.output import BY_HAND, MAY_BE_ON, Ledger
@@ -77,8 +77,12 @@ def _facts(model: Model) -> dict[str, object]:
         "source": model.source,
     }
     if isinstance(model, ModbusModel):
-        return facts | {"first_id": model.ids[0], "last_id": model.ids[-1]}
-    return facts | {"pattern": model.identity}
+        return facts | {"ids": list(model.ids)}
+    facts |= {"pattern": model.identity}
+    if not isinstance(model, ScpiModel):
+        return facts
+    ratings = [rating._asdict() for rating in model.ratings]
+    return facts | {"channels": [{k: float(v) for k, v in own.items()} for own in ratings]}
 
 
 @supply.command()

@@ -31,7 +31,7 @@ class Connection:
         timeout_s: how long an answer may take; under 0.5 s RD firmware 1.42 fails.
         gap_s: least time between an answer and the next command; None keeps what the family needs.
         echo: whether the adapter sends back what it is sent, as some for RS485 do.
-        channel: of a supply with several.
+        channel: which of a supply's outputs is driven.
 
     Raises:
         InputError: when a TCP address is not `host:port`.

@@ -14,7 +14,7 @@ from workbench.hw.line import Line
 from workbench.hw.models import KORAD, KoradModel, model_answering
 from workbench.hw.setting import NOT_REPORTED, told_mode
 from workbench.hw.supply import Identity, Reading
-from workbench.hw.text import TextSupply
+from workbench.hw.text import TextSupply, introduced
 
 __all__ = ["GAP_S", "MAY_SEND", "TERMINATOR", "KoradSupply"]
 
@@ -24,7 +24,7 @@ MAY_SEND = re.compile(
     r"\*IDN\?|STATUS\?|[VI](SET|OUT)1\?|VSET1:\d\d\.\d\d|ISET1:\d\.\d{3}|OUT[01]|OVP1|OCP1"
 )
 VOLTS = re.compile(rb"\d\d\.\d\d")
-AMPS = re.compile(rb"\d\.\d{3}(?P<stray>[^\d.])?")  # some firmware adds a byte
+AMPS = re.compile(rb"\d\.\d{3}(?P<stray>.)?", re.DOTALL)  # some firmware adds a byte, any
 STATUS = re.compile(rb".", re.DOTALL)
 OUTPUT_BIT = 6
 
@@ -44,7 +44,7 @@ class KoradSupply(TextSupply):
     """
 
     def __init__(self, line: Line, clock: Clock) -> None:
-        model, found = model_answering(KORAD, line.identify())
+        model, found = model_answering(KORAD, introduced(line))
         line.set_gap(model.gap_s)
         self._bits: KoradModel = model
         serial = found["serial"] or NOT_REPORTED
@@ -52,8 +52,9 @@ class KoradSupply(TextSupply):
 
     def _reading(self) -> Reading:
         status = self._status(again=False)
-        volts, amps = self._ask("VOUT1?", VOLTS), self._ask("IOUT1?", AMPS)
-        set_volts, limit = self._ask("VSET1?", VOLTS), self._ask("ISET1?", AMPS)
+        # behind ISET1? a byte may come late that looks like a status: volts are asked for next
+        limit, volts = self._ask("ISET1?", AMPS), self._ask("VOUT1?", VOLTS)
+        amps, set_volts = self._ask("IOUT1?", AMPS), self._ask("VSET1?", VOLTS)
         again = self._status(again=False)  # any byte is a status: only agreement tells
         if again != status:
             raise HardwareError(

@@ -246,14 +246,18 @@ class Line:
             raise self._fault(what, NEVER_SILENT)
         raise self._fault(what, f"it does not answer {WHO} as it did at first; is it another one?")
 
+    selection = ""
+    """Goes out before every command but `*IDN?`, in one message with it: no hand comes between."""
+
     def _send(self, command: str, what: str) -> None:
-        if not self._may_send.fullmatch(command):
+        said = [self.selection, command] if self.selection and command != WHO else [command]
+        if not all(self._may_send.fullmatch(one) for one in said):
             raise SafetyStop(
                 f"{self.connection.address}: command {command!r} is none of those that may be "
                 "sent; calibration, recalls and resets lie among the others; nothing was sent"
             )
         self._clock.sleep(self._gap_s - (self._clock.now() - self._free_at))
-        data = command.encode("ascii") + self._terminator
+        data = b"".join(one.encode("ascii") + self._terminator for one in said)
         self._health.begin()
         with _Losing(self, what) as channel:
             self._drop_waiting(channel, what)

@@ -9,10 +9,10 @@ from decimal import Decimal
 from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.line import Line
-from workbench.hw.models import SCPI, Protection, ScpiModel, model_answering
+from workbench.hw.models import SCPI, Protection, model_answering
 from workbench.hw.setting import NOT_REPORTED, told_mode
 from workbench.hw.supply import Identity, Reading
-from workbench.hw.text import TextSupply
+from workbench.hw.text import TextSupply, introduced
 
 __all__ = ["GAP_S", "MAY_SEND", "TERMINATOR", "ScpiSupply"]
 
@@ -20,12 +20,14 @@ TERMINATOR = b"\n"
 GAP_S = 0.02
 NUMBER = re.compile(rb"[+-]?\d+\.\d*([eE][+-]?\d+)?")  # with a point: no switch looks like it
 SWITCH = re.compile(rb"0|1|ON|OFF|YES|NO")
+BITS = re.compile(rb"0x[0-9a-fA-F]{1,8}")
 TRUE = (b"1", b"ON", b"YES")
 ANY = re.compile(rb"[\x20-\x7e]*")
 
 
 def _may_send() -> re.Pattern[str]:
-    commands = frozenset().union(*(model.dialect.commands for model in SCPI))
+    rows = [model.on_channel(n) for model in SCPI for n in range(1, model.channels + 1)]
+    commands = frozenset().union(*(row.dialect.commands for row in rows))
     number = r"\d+(\.\d+)?"
     return re.compile("|".join(re.escape(c).replace(r"\{\}", number) for c in sorted(commands)))
 
@@ -34,28 +36,37 @@ MAY_SEND = _may_send()
 
 
 class ScpiSupply(TextSupply):
-    """One supply that speaks SCPI in the dialect of its row.
+    """One channel of a supply that speaks SCPI in the dialect of its row.
 
     Args:
-        line: an open line to it.
+        line: an open line to it; its connection names the channel.
         clock: see `Supply`.
 
     Raises:
         HardwareError: when it does not answer, or as an unknown model.
+        InputError: when it has no such channel.
     """
 
     def __init__(self, line: Line, clock: Clock) -> None:
-        model, found = model_answering(SCPI, line.identify())
-        self._row: ScpiModel = model
+        model, found = model_answering(SCPI, introduced(line))
+        self._channel = line.connection.channel
+        self._row = model.on_channel(self._channel)
+        self._dialect = self._row.dialect
         serial, firmware = found["serial"] or NOT_REPORTED, found["firmware"] or NOT_REPORTED
-        super().__init__(line, clock, model, Identity(model.name, serial, firmware))
-        for command in model.dialect.start:
+        super().__init__(line, clock, self._row, Identity(model.name, serial, firmware))
+        if model.channels > 1:
+            self.name = f"channel {self._channel} of {self.name}"
+        line.set_gap(model.gap_s)
+        line.selection = self._dialect.select
+        for command in self._dialect.start:
             line.tell(command)
 
     def _reading(self) -> Reading:
-        output = self._output(again=False)
-        volts, amps = self._number("MEAS:VOLT?", output), self._number("MEAS:CURR?", output)
-        set_volts, limit = self._number("VOLT?", output), self._number("CURR?", output)
+        said, output = self._dialect, self._output(again=False)
+        volts = self._number(said.measured_voltage, output)
+        amps = self._number(said.measured_current, output)
+        set_volts = self._number(said.voltage_ask, output)
+        limit = self._number(said.current_ask, output)
         protection: Protection = "none" if output else self._tripped()  # a trip switches off
         self._line.ask_who()  # an answer too many ends up here
         step = self._model.current_steps_A[0]
@@ -71,23 +82,27 @@ class ScpiSupply(TextSupply):
         )
 
     def _tripped(self) -> Protection:
-        for protection, question in self._row.dialect.tripped:
+        for protection, question in self._dialect.tripped:
             if self._line.ask(question, SWITCH, again=False) in TRUE:
                 return protection
-            self._line.ask("CURR?", NUMBER, again=False)  # see `_number`
+            self._line.ask(self._dialect.current_ask, NUMBER, again=False)  # see `_number`
         return "none"
 
     def _apply_voltage(self, volts: Decimal) -> Decimal:
-        return self._set("VOLT {}", "VOLT?", NUMBER, volts, "V")
+        said = self._dialect
+        return self._set(said.voltage, said.voltage_ask, NUMBER, volts, "V")
 
     def _apply_current_limit(self, amps: Decimal) -> Decimal:
-        return self._set("CURR {}", "CURR?", NUMBER, amps, "A")
+        said = self._dialect
+        return self._set(said.current, said.current_ask, NUMBER, amps, "A")
 
     def _apply_protection(
         self, over_voltage: Decimal, over_current: Decimal
     ) -> tuple[Decimal, Decimal]:
-        own = self._row.dialect
-        volts = self._set(own.over_voltage, own.over_voltage_ask, NUMBER, over_voltage, "V")
+        own = self._dialect
+        volts = self.limits.voltage_max_V  # it does not trip
+        if own.over_voltage:
+            volts = self._set(own.over_voltage, own.over_voltage_ask, NUMBER, over_voltage, "V")
         amps = self.limits.current_max_A  # it trips at the current limit
         if own.over_current:
             amps = self._set(own.over_current, own.over_current_ask, NUMBER, over_current, "A")
@@ -101,11 +116,15 @@ class ScpiSupply(TextSupply):
         return volts, amps
 
     def _switch(self, on: bool) -> None:
-        for command in self._row.dialect.on if on else self._row.dialect.off:
+        for command in self._dialect.on if on else self._dialect.off:
             self._line.tell(command, urgent=not on)
 
     def _output(self, *, again: bool = True) -> bool:
-        return self._line.ask("OUTP?", SWITCH, again=again) in TRUE
+        said = self._dialect
+        if not said.output_bits:
+            return self._line.ask(said.output_ask, SWITCH, again=again) in TRUE
+        word = int(self._line.ask(said.output_ask, BITS, again=again), 16)
+        return bool(word >> said.output_bits[self._channel - 1] & 1)
 
     def _number(self, question: str, output: bool) -> Decimal:
         """Ask for a number, and then for the output's switch, which has to be as before.
@@ -115,13 +134,14 @@ class ScpiSupply(TextSupply):
         told = Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
         if self._output(again=False) != output:
             raise HardwareError(
-                f"{self.name}: OUTP? answered {output:d} and then {not output:d} within one "
-                "reading; somebody is at its front panel, or the line is disturbed"
+                f"{self.name}: {self._dialect.output_ask} answered {output:d} and then "
+                f"{not output:d} within one reading; somebody is at its front panel, or the line "
+                "is disturbed"
             )
         return told
 
     def _complaint(self) -> str:
         with suppress(HardwareError):
-            told = self._line.ask(self._row.dialect.complaint, ANY).decode("ascii")
+            told = self._line.ask(self._dialect.complaint, ANY).decode("ascii")
             return f"; its own error: {told}"
         return ""

@@ -13,12 +13,29 @@ from decimal import Decimal
 from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
-from workbench.hw.line import Line
+from workbench.hw.line import WHO, Line
 from workbench.hw.models import Model, rounded
 from workbench.hw.setting import read_back, refuse_beyond, reopen
 from workbench.hw.supply import Identity, Reading, Supply
 
-__all__ = ["TextSupply"]
+__all__ = ["TextSupply", "introduced"]
+
+
+def introduced(line: Line) -> str:
+    """Ask who is there for the first time.
+
+    Raises:
+        HardwareError: when nothing answers; it tells what that may mean.
+    """
+    try:
+        return line.identify()
+    except HardwareError as error:
+        if not line.connected:
+            raise
+        raise HardwareError(
+            f"{error} It may also be a model that is not known here, as some never answer {WHO}; "
+            "or its family is another one: SCPI ends its lines, Korad does not"
+        ) from error
 
 
 class TextSupply(Supply):
@@ -91,7 +108,9 @@ class TextSupply(Supply):
         if not on:
             reopen(self._line, self.identify)
         self._switch(on)
-        found = read_back(lambda: self._output(again=on), on, self.clock)
+        with self._line.in_order():  # the flag counts only as that of this very supply
+            found = read_back(lambda: self._output(again=on), on, self.clock)
+            self._line.ask_who()
         if found != on:
             raise HardwareError(
                 f"{self.name}: output asked {'on' if on else 'off'}, it says that it is "

@@ -18,7 +18,8 @@ def written(data: bytes) -> str | None:
     """
     if len(data) > 3 and FramerRTU.check_CRC(data[:-2], int.from_bytes(data[-2:], "big")):
         return _registers(data[:-2])
-    text = data.decode("ascii", errors="replace").strip()
+    lines = data.decode("ascii", errors="replace").split("\n")
+    text = "; ".join(line.strip() for line in lines if line.strip())
     return None if "?" in text or not text else text
 
 

@@ -48,6 +48,8 @@ class Connection(Section):
     """Serial speed; that of the model when it leaves the factory when left out."""
     unit: Annotated[int, Field(ge=1, le=247)] = 1
     """Modbus unit id."""
+    channel: Annotated[int, Field(ge=1)] = 1
+    """Which output the motor hangs on, where a supply has several."""
 
     @model_validator(mode="after")
     def _complete(self) -> Connection:

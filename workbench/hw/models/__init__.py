@@ -22,6 +22,7 @@ from workbench.hw.models.model import (
     ModbusModel,
     Model,
     Protection,
+    Rating,
     Registers,
     ScpiModel,
     TextModel,
@@ -47,6 +48,7 @@ __all__ = [
     "ModbusModel",
     "Model",
     "Protection",
+    "Rating",
     "Registers",
     "ScpiModel",
     "TextModel",
@@ -75,7 +77,7 @@ def model_with_id(family: Family, model_id: int) -> ModbusModel:
     for model in rows:
         if model_id in model.ids:
             return model
-    known = ", ".join(f"{model.name} {model.identity}" for model in rows)
+    known = "; ".join(f"{model.name} {model.identity}" for model in rows)
     raise HardwareError(
         f"model id {model_id} is not known, so its scales are not either and nothing was set; "
         f"known {family} ids: {known}"

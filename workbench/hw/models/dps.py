@@ -37,7 +37,7 @@ def _row(name: str, model_id: int, volts: int, amps: int, amp_step: Decimal) -> 
     return ModbusModel(
         name=name,
         family="dps",
-        ids=range(model_id, model_id + 1),
+        ids=(model_id,),
         voltage_max_V=Decimal(volts),
         current_max_A=Decimal(amps),
         voltage_step_V=CENTI,

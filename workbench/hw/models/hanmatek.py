@@ -47,7 +47,7 @@ def _row(name: str, spec: int, amps: int, *also: str) -> ModbusModel:
         name=name,
         also=also,
         family="hanmatek",
-        ids=range(spec, spec + 1),
+        ids=(spec,),
         voltage_max_V=Decimal(30),
         current_max_A=Decimal(amps),
         voltage_step_V=Decimal("0.01"),

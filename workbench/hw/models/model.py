@@ -6,12 +6,13 @@ the nearest whole number of steps, a tie goes to the even one. Nothing truncates
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import ROUND_HALF_EVEN, Decimal
-from typing import Literal
+from typing import Any, Literal, NamedTuple, get_args
+
+from workbench.errors import InputError
 
 __all__ = [
-    "STANDARD",
     "Block",
     "Dialect",
     "Family",
@@ -19,6 +20,7 @@ __all__ = [
     "ModbusModel",
     "Model",
     "Protection",
+    "Rating",
     "Registers",
     "ScpiModel",
     "TextModel",
@@ -30,6 +32,7 @@ __all__ = [
 Family = Literal["riden", "dps", "hanmatek", "korad", "scpi"]
 Protection = Literal["none", "OVP", "OCP", "OPP", "OTP", "SCP"]
 
+PROTECTIONS: tuple[Protection, ...] = get_args(Protection)
 STAYS_ON = "none: the output stays as it is"
 
 
@@ -144,18 +147,17 @@ class ModbusModel(Model):
     """A model that is known by a number in a register.
 
     Args:
-        ids: values of its model register.
+        ids: values of its model register, each named by a manual or a maintained client.
         registers: where it keeps its things.
     """
 
-    ids: range
+    ids: tuple[int, ...]
     registers: Registers = field(repr=False)
 
     @property
     def identity(self) -> str:
-        """The ids, first to last."""
-        first, last = self.ids[0], self.ids[-1]
-        return str(first) if first == last else f"{first}-{last}"
+        """The ids."""
+        return ", ".join(map(str, self.ids))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,13 +194,24 @@ class KoradModel(TextModel):
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
-    """What a maker's SCPI says for what the standard leaves open; `{}` stands for the number.
+    """What a maker's SCPI says; `{}` stands for the number, `{channel}` for the channel's.
 
     Args:
         start: sent once after opening.
         on: switches the output on.
         off: switches it off.
-        over_voltage: sets the trip level.
+        select: selects the channel; goes out before every command, in one message with it. Empty
+            where the commands themselves name their channel, or where there is one only.
+        voltage: sets it.
+        voltage_ask: asks for the setpoint.
+        current: sets the current limit.
+        current_ask: asks for it.
+        measured_voltage: asks for it.
+        measured_current: asks for it.
+        output_ask: asks whether the output is on.
+        output_bits: bits of its hexadecimal answer that say so, by channel; empty where it answers
+            with 0 or 1.
+        over_voltage: sets the trip level; empty where there is none.
         over_voltage_ask: asks for it.
         over_current: sets the trip level; empty where it trips at the current limit.
         over_current_ask: asks for it.
@@ -210,36 +223,97 @@ class Dialect:
     start: tuple[str, ...]
     on: tuple[str, ...]
     off: tuple[str, ...]
-    over_voltage: str
-    over_voltage_ask: str
+    select: str = ""
+    voltage: str = "VOLT {}"
+    voltage_ask: str = "VOLT?"
+    current: str = "CURR {}"
+    current_ask: str = "CURR?"
+    measured_voltage: str = "MEAS:VOLT?"
+    measured_current: str = "MEAS:CURR?"
+    output_ask: str = "OUTP?"
+    output_bits: tuple[int, ...] = ()
+    over_voltage: str = ""
+    over_voltage_ask: str = ""
     over_current: str = ""
     over_current_ask: str = ""
     enable: tuple[tuple[str, str], ...] = ()
     tripped: tuple[tuple[Protection, str], ...] = ()
     complaint: str = "SYST:ERR?"
 
+    def on_channel(self, channel: int) -> Dialect:
+        """Return what is said to one channel."""
+        return replace(self, **{name: _filled(part, channel) for name, part in vars(self).items()})
+
     @property
     def commands(self) -> frozenset[str]:
         """All that may ever be sent, with `{}` for a number: nothing that calibrates or recalls."""
-        own = (self.over_voltage, self.over_voltage_ask, self.over_current, self.over_current_ask)
-        asked = [query for _, query in (*self.enable, *self.tripped)]
-        switched = [command for command, _ in self.enable]
-        every = (*self.start, *self.on, *self.off, *own, *asked, *switched, self.complaint)
-        return frozenset({*STANDARD, *every} - {""})
+        return frozenset({"*IDN?", *_said(tuple(vars(self).values()))} - {"", *PROTECTIONS})
 
 
-STANDARD = ("*IDN?", "VOLT {}", "VOLT?", "CURR {}", "CURR?", "MEAS:VOLT?", "MEAS:CURR?", "OUTP?")
+def _filled(part: Any, channel: int) -> Any:
+    if isinstance(part, tuple):
+        return tuple(_filled(one, channel) for one in part)
+    return part.replace("{channel}", str(channel)) if isinstance(part, str) else part
+
+
+def _said(part: object) -> list[str]:
+    if isinstance(part, tuple):
+        return [text for one in part for text in _said(one)]
+    return [part] if isinstance(part, str) else []
+
+
+class Rating(NamedTuple):
+    """What a channel can be set to.
+
+    Args:
+        voltage_max_V: highest voltage.
+        current_max_A: highest current.
+    """
+
+    voltage_max_V: Decimal
+    current_max_A: Decimal
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScpiModel(TextModel):
-    """A model that speaks SCPI.
+    """A model that speaks SCPI; the limits above are those of its channel 1.
 
     Args:
-        dialect: what its maker says for what the standard leaves open.
+        dialect: what its maker says.
+        more: what channels 2 and up can be set to.
+        gap_s: least time between two commands.
     """
 
     dialect: Dialect = field(repr=False)
+    more: tuple[Rating, ...] = ()
+    gap_s: float = 0.02
+
+    @property
+    def ratings(self) -> tuple[Rating, ...]:
+        """What each channel can be set to, from channel 1 on."""
+        return Rating(self.voltage_max_V, self.current_max_A), *self.more
+
+    @property
+    def channels(self) -> int:
+        """How many there are that can be driven."""
+        return len(self.ratings)
+
+    def on_channel(self, channel: int) -> ScpiModel:
+        """Return the model as its channel is: with the limits and the commands of that one.
+
+        Raises:
+            InputError: when there is no such channel.
+        """
+        if not 1 <= channel <= self.channels:
+            raise InputError(
+                f"{self.name} has no channel {channel} that can be driven; "
+                + ("its only one is 1" if self.channels == 1 else f"there are 1 to {self.channels}")
+            )
+        volts, amps = self.ratings[channel - 1]
+        dialect = self.dialect.on_channel(channel)
+        if self.channels == 1:
+            dialect = replace(dialect, select="")
+        return replace(self, voltage_max_V=volts, current_max_A=amps, dialect=dialect)
 
 
 def to_word(value: Decimal, step: Decimal) -> int:

@@ -1,9 +1,21 @@
 """Riden RD60xx: ids, scales and registers.
 
-Ids, scales and addresses: Baldanos/rd6006, ShayBox/Riden, riden-dongle and libsigrok rdtech-dps
-agree on those used here (instruments survey 1.2). PyPI rd60xx 0.1.0 lists 1 mV for the plain
-models: it is wrong. The survey gives RD6024 as "60241 and up"; the last digit is the variant, so
-up to 60249.
+An id is here when a maintained client or a tool that was run on the supply names it, one by one:
+
+- 60061, 60062: libsigrok rdtech-dps; 60062 also rfinnie/rdserialtool, wildekek/rdtech-esphome and
+  tjko/riden-flashtool;
+- 60065, 60121, 60181: libsigrok, rdtech-esphome, riden-flashtool;
+- 60066: riden-flashtool (tested with an RK6006-BT) and tshaddack/rd60 (tested, 10 mV and 1 mA);
+- 60125, 60241: libsigrok, riden-flashtool;
+- 60301: riden-flashtool, morgendagen/riden-dongle (issue 43: right on an RD6030).
+
+The ranges of ShayBox/Riden and riden-dongle (60120-60124, 60180-60189, 60241 and up) name no id: an
+RK6012 that answers 60122 counts its current ten times finer than the RD6012 of that range, and no
+source that could be read tells the id of the RD6018P, which counts in other steps than an RD6018.
+
+Scales and addresses: Baldanos/rd6006, ShayBox/Riden, riden-dongle and libsigrok rdtech-dps agree on
+those used here (instruments survey 1.2). PyPI rd60xx 0.1.0 lists 1 mV for the plain models: it is
+wrong.
 """
 
 from __future__ import annotations
@@ -40,7 +52,14 @@ LONG_READ = "a read of more than 20 registers fails silently"
 RANGE = "register 20 changes the current's scale: it is read with every reading"
 
 
-def _row(name: str, ids: range, amps: int, volt_step: Decimal, *amp_steps: Decimal) -> ModbusModel:
+def _row(
+    name: str,
+    ids: tuple[int, ...],
+    amps: int,
+    volt_step: Decimal,
+    *amp_steps: Decimal,
+    source: str = SOURCE,
+) -> ModbusModel:
     return ModbusModel(
         name=name,
         family="riden",
@@ -52,16 +71,17 @@ def _row(name: str, ids: range, amps: int, volt_step: Decimal, *amp_steps: Decim
         registers=RIDEN_REGISTERS,
         baud=115200,
         quirks=(LONG_READ, RANGE) if len(amp_steps) > 1 else (LONG_READ,),
-        source=SOURCE,
+        source=source,
     )
 
 
 RIDEN = (
-    _row("RD6006", range(60060, 60065), 6, CENTI, MILLI),
-    _row("RD6006P", range(60065, 60066), 6, MILLI, TENTH_MILLI),
-    _row("RD6012", range(60120, 60125), 12, CENTI, CENTI),
-    _row("RD6012P", range(60125, 60130), 12, MILLI, TENTH_MILLI, MILLI),  # ranges 6 A, 12 A
-    _row("RD6018", range(60180, 60190), 18, CENTI, CENTI),
-    _row("RD6024", range(60241, 60250), 24, CENTI, CENTI),
-    _row("RD6030", range(60301, 60302), 30, CENTI, CENTI),
+    _row("RD6006", (60061, 60062), 6, CENTI, MILLI),
+    _row("RD6006P", (60065,), 6, MILLI, TENTH_MILLI),
+    _row("RK6006", (60066,), 6, CENTI, MILLI, source="tshaddack/rd60, riden-flashtool"),
+    _row("RD6012", (60121,), 12, CENTI, CENTI),
+    _row("RD6012P", (60125,), 12, MILLI, TENTH_MILLI, MILLI),  # ranges 6 A, 12 A
+    _row("RD6018", (60181,), 18, CENTI, CENTI),
+    _row("RD6024", (60241,), 24, CENTI, CENTI),
+    _row("RD6030", (60301,), 30, CENTI, CENTI, source="riden-dongle, riden-flashtool"),
 )

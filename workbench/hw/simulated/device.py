@@ -183,6 +183,9 @@ class SimulatedSupply(ABC):
             self.faults.on(fault, times, code, delay_s)
             self.update()
 
+    def select_next_channel(self) -> None:  # noqa: B027  most have one only
+        """Select the next channel at the front, where there are several."""
+
     def mend(self) -> None:
         """Switch the fault off; what it did to the output stays until it is switched."""
         with self.lock:
@@ -240,6 +243,8 @@ class SimulatedSupply(ABC):
                 self.change(on=True, protection="none")
             case Fault.PANEL_VOLTAGE:
                 self.change(set_voltage=now.set_voltage + PANEL_STEP_V)
+            case Fault.PANEL_CHANNEL:
+                self.select_next_channel()
             case Fault.POWER_CYCLE:
                 self.output = self.at_power_up()
                 self.update()

@@ -25,7 +25,12 @@ DEVICES: dict[Family, Callable[..., SimulatedSupply]] = {
 
 
 def simulated(
-    model: str, *, clock: Clock, load: Load = no_load, serial: int | None = None
+    model: str,
+    *,
+    clock: Clock,
+    load: Load = no_load,
+    serial: int | None = None,
+    channel: int = 1,
 ) -> SimulatedSupply:
     """Return a simulated supply of a model.
 
@@ -34,10 +39,12 @@ def simulated(
         clock: stamps its history.
         load: what hangs on the output.
         serial: serial number of a Riden, the only ones here that may differ.
+        channel: the one that the load hangs on, where there are several.
 
     Raises:
         InputError: when there is no such model.
     """
     family = model_named(model).family
     own = {} if serial is None or family != "riden" else {"serial": serial}
+    own |= {"channel": channel} if family == "scpi" else {}
     return DEVICES[family](model=model, clock=clock, load=load, **own)

@@ -21,8 +21,9 @@ class Fault(StrEnum):
     `frozen-reading` shows for ever what it measured last, `times-ten` and `a-tenth` drive that
     multiple of the setpoint.
 
-    Once: `panel-off`, `panel-on` and `panel-voltage` are a person at its front panel, `ovp-trip`
-    and `ocp-trip` its protections, `power-cycle` its mains switch. `unplugged` lasts until mended.
+    Once: `panel-off`, `panel-on`, `panel-voltage` and `panel-channel` (which selects the next one,
+    where there are several) are a person at its front panel, `ovp-trip` and `ocp-trip` its
+    protections, `power-cycle` its mains switch. `unplugged` lasts until mended.
     """
 
     SILENT = "silent"
@@ -43,6 +44,7 @@ class Fault(StrEnum):
     PANEL_OFF = "panel-off"
     PANEL_ON = "panel-on"
     PANEL_VOLTAGE = "panel-voltage"
+    PANEL_CHANNEL = "panel-channel"
     OVP_TRIP = "ovp-trip"
     OCP_TRIP = "ocp-trip"
     POWER_CYCLE = "power-cycle"
@@ -53,6 +55,7 @@ EVENTS = frozenset(
         Fault.PANEL_OFF,
         Fault.PANEL_ON,
         Fault.PANEL_VOLTAGE,
+        Fault.PANEL_CHANNEL,
         Fault.OVP_TRIP,
         Fault.OCP_TRIP,
         Fault.POWER_CYCLE,
