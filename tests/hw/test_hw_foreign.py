@@ -1,0 +1,184 @@
+"""Each driver against a stub that shares no table with it: what was asked is at the terminals."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+from foreign import (
+    E36312A,
+    Dp832,
+    Dps5005,
+    Foreign,
+    Hm305p,
+    Hmp4040,
+    Ka3005p,
+    Rd6006,
+    Spd3303xE,
+    Spe6103,
+    served,
+)
+
+from workbench.errors import HardwareError, SafetyStop
+from workbench.hw import (
+    Connection,
+    Limits,
+    SimulatedClock,
+    Supply,
+    model_named,
+    open_supply,
+    prepare,
+    switch_on,
+    watch,
+)
+from workbench.hw.models import ModbusModel
+
+LOW = Limits(Decimal("4.5"), Decimal("0.9"), Decimal("4.9"), Decimal("0.95"))
+QUICK_S = 0.1
+
+Make = Callable[[], Foreign]
+
+STUBS: dict[str, tuple[str, Make]] = {
+    "RD6006": ("RD6006", Rd6006),
+    "RD6006 of 2020": ("RD6006", lambda: Rd6006(60061)),
+    "RD6006P": ("RD6006P", lambda: Rd6006(60065, 1000, 10000)),
+    "RK6006": ("RK6006", lambda: Rd6006(60066)),
+    "RD6012": ("RD6012", lambda: Rd6006(60121, 100, 100)),
+    "RD6012P": ("RD6012P", lambda: Rd6006(60125, 1000, 10000)),
+    "RD6018": ("RD6018", lambda: Rd6006(60181, 100, 100)),
+    "RD6024": ("RD6024", lambda: Rd6006(60241, 100, 100)),
+    "RD6030": ("RD6030", lambda: Rd6006(60301, 100, 100)),
+    "DPS5005": ("DPS5005", Dps5005),
+    "HM305P": ("HM305P", Hm305p),
+    "KA3005P": ("KA3005P", Ka3005p),
+    "72-2540, stray digit": ("72-2540", lambda: Ka3005p(b"TENMA72-2540V2.0", b"7")),
+    "72-2540, stray letter": ("72-2540", lambda: Ka3005p(b"TENMA 72-2540 V2.1", b"K")),
+    "HMP4040": ("HMP4040", Hmp4040),
+    "E36312A": ("E36312A", E36312A),
+    "DP832": ("DP832", Dp832),
+    "SPE6103": ("SPE6103", Spe6103),
+    "SPD3303X-E": ("SPD3303X-E", Spd3303xE),
+}
+SEVERAL = ("HMP4040", "E36312A", "DP832", "SPD3303X-E")
+
+
+@contextmanager
+def opened(
+    stub: Foreign, model: str, clock: SimulatedClock, channel: int = 1, wait_s: float = 0.5
+) -> Iterator[Supply]:
+    row = model_named(model)
+    kind = "rtu-over-tcp" if isinstance(row, ModbusModel) else "tcp"
+    with served(stub) as address:
+        place = Connection(kind, address, timeout_s=wait_s, channel=channel)
+        supply = open_supply(place, clock=clock, wire_log=lambda line: None, family=row.family)
+        try:
+            yield supply
+        finally:
+            supply.close()
+
+
+@pytest.mark.parametrize("name", STUBS)
+def test_what_is_asked_is_at_the_terminals(clock: SimulatedClock, name: str) -> None:
+    model, make = STUBS[name]
+    stub = make()
+    with opened(stub, model, clock) as supply:
+        ready = prepare(supply, LOW, model=model)
+        assert ready.identity.model == model
+        reading = switch_on(supply, Decimal("2.93"))
+        now = stub.terminals()
+        assert (now.live, now.drawn) == pytest.approx((2.93, 0.293))
+        assert now.amps == pytest.approx(0.9)
+        assert reading.voltage_V == pytest.approx(2.93, abs=0.0005)
+        assert reading.current_A == pytest.approx(0.293, abs=0.0051)
+        supply.set_voltage(Decimal("4.35"))
+        assert stub.terminals().live == pytest.approx(4.35)
+        assert watch(supply).set_voltage_V == 4.35
+        stub.put(4.4, on=True)
+        with pytest.raises(SafetyStop, match=r"setpoint is 4\.4 V.*the output is off, confirmed"):
+            watch(supply)
+        assert (stub.terminals().on, stub.terminals().live) == (False, 0)
+        assert supply.terminals_dead()
+
+
+@pytest.mark.parametrize("model", SEVERAL)
+@pytest.mark.parametrize("channel", [1, 2])
+def test_whatever_is_selected_meanwhile_the_chosen_channel_is_meant(
+    clock: SimulatedClock, model: str, channel: int
+) -> None:
+    stub = STUBS[model][1]()
+    assert isinstance(stub, (Hmp4040, E36312A, Dp832, Spd3303xE))
+    other = stub.channels[3 - channel]
+    other.volts, other.on = 3.3, True
+    with opened(stub, model, clock, channel) as supply:
+        stub.selected = 3 - channel
+        assert not prepare(supply, LOW, model=model).found.output
+        stub.selected = 3 - channel
+        assert switch_on(supply, Decimal("2.93")).voltage_V == 2.93
+        stub.selected = 3 - channel
+        assert watch(supply).voltage_V == 2.93
+        stub.selected = 3 - channel
+        assert supply.off()
+        assert stub.channels[channel].live == 0
+        assert other.live == 3.3
+    assert stub.errors == []
+
+
+@pytest.mark.parametrize(
+    ("model", "make", "words"),
+    [
+        ("RD6018", lambda: Rd6006(60185, 1000, 1000), "model id 60185 is not known.*RD6018 60181"),
+        ("RD6012", lambda: Rd6006(60122, 100, 1000), "model id 60122 is not known"),
+        ("DPS5005", lambda: Dps5005(5099), "model id 5099 is not known"),
+        ("HM305P", lambda: Hm305p(0x333), "decimals 0x0333 are not those of a known Hanmatek"),
+        ("KA3005P", lambda: Ka3005p(b"KORAD KA9000P V1.0"), "is no known model"),
+    ],
+)
+def test_one_that_counts_in_other_steps_is_refused(
+    clock: SimulatedClock, model: str, make: Make, words: str
+) -> None:
+    stub = make()
+    with pytest.raises(HardwareError, match=words), opened(stub, model, clock):
+        pass
+    assert not stub.terminals().on
+
+
+@pytest.mark.parametrize("measured", [1000.0, 10.0])
+def test_a_set_and_a_measured_scale_that_differ_stop_it(
+    clock: SimulatedClock, measured: float
+) -> None:
+    stub = Rd6006(measured_per_volt=measured)
+    with opened(stub, "RD6006", clock) as supply:
+        prepare(supply, LOW, model="RD6006")
+        match = "a factor of ten: scaling fault, its model or its scale.*is off, confirmed"
+        with pytest.raises(SafetyStop, match=match):
+            switch_on(supply, Decimal("1.2"))
+    assert not stub.terminals().on
+
+
+def test_one_that_never_tells_its_name_is_hinted_at(clock: SimulatedClock) -> None:
+    match = r"no answer within 0\.1 s.*as some never answer \*IDN\?; or its family is another one"
+    with (
+        pytest.raises(HardwareError, match=match),
+        opened(Ka3005p(b""), "KA3005P", clock, wait_s=QUICK_S),
+    ):
+        pass
+
+
+def test_the_stubs_share_nothing_with_the_product() -> None:
+    source = Path(__file__).with_name("foreign.py").read_text(encoding="utf-8")
+    names = [
+        name
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        for name in (
+            [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else [alias.name for alias in node.names]
+        )
+    ]
+    assert names
+    assert not [name for name in names if name.partition(".")[0] in ("workbench", "pymodbus")]
