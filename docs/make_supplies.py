@@ -55,8 +55,8 @@ TRUTH = """
 - A model is known by an id that a manual or a maintained client names, one by one. A supply that
   answers with another one is refused, as one that never answers `*IDN?` is (a 72-13360 does not).
 - A setpoint is read back and has to be the value that was asked for, rounded to the nearest step.
-- `benchmarks/wire.py` counts what comes of it: 100,000 register reads and 25,000 readings over a
-  wire that disturbs a quarter of all answers, and not one wrong reading accepted.
+- `benchmarks/wire.py` counts what comes of it: 100,000 disturbed exchanges a family, with stubs
+  that share no table with the drivers, and not one wrong reading or false off accepted.
 """
 
 FAULTS = """## Simulated supplies and their faults

@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("tracking", ["1800 frames", "ours / peer, time", "memory to read / file", "row.csv"]),
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
-        ("wire", ["registers of an RD6006", "readings of a E36312A", "wrong  processor s"]),
+        ("wire", ["readings of a ", "72-2540", "HMP4040", "wrong  processor s"]),
         ("replay", ["followed  replayed", "root mean square error [mm]", "13.2"]),
         ("hop_windows", ["foot_cg forward 0.0165, 1 hops", "from rest, 2 s", "windows of 0.72 s"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),

@@ -87,6 +87,9 @@ class Foreign(ABC):
     def put(self, volts: float, on: bool) -> None:
         """Turn channel 1 by hand."""
 
+    def meddle(self) -> None:  # noqa: B027  most have one channel
+        """Select channel 2 and drive it, where there is one."""
+
 
 def crc(data: bytes) -> bytes:
     """Return Modbus' checksum, low byte first."""
@@ -308,6 +311,11 @@ class _Lines(Foreign):
 
     def put(self, volts: float, on: bool) -> None:
         self.channels[1].volts, self.channels[1].on = volts, on
+
+    def meddle(self) -> None:
+        if self.count > 1:
+            self.selected = 2
+            self.channels[2].volts, self.channels[2].on = 9.9, True
 
     def receive(self, data: bytes) -> list[bytes]:
         *lines, self._waiting = (self._waiting + data).split(b"\n")

@@ -29,12 +29,15 @@ from workbench.hw import (
     Limits,
     SimulatedClock,
     Supply,
+    korad,
     model_named,
     open_supply,
     prepare,
     switch_on,
     watch,
 )
+from workbench.hw.korad import KoradSupply
+from workbench.hw.line import Line
 from workbench.hw.models import ModbusModel
 
 LOW = Limits(Decimal("4.5"), Decimal("0.9"), Decimal("4.9"), Decimal("0.95"))
@@ -157,6 +160,57 @@ def test_a_set_and_a_measured_scale_that_differ_stop_it(
         with pytest.raises(SafetyStop, match=match):
             switch_on(supply, Decimal("1.2"))
     assert not stub.terminals().on
+
+
+class LateStray:
+    """A channel to a Korad whose byte behind `ISET1?` comes when `STATUS?` is asked next."""
+
+    def __init__(self, stub: Ka3005p) -> None:
+        self._stub, self._stray, self._held = stub, stub.stray, b""
+        stub.stray = b""
+        self._coming: list[bytes] = []
+
+    def send(self, data: bytes) -> None:
+        if data == b"STATUS?" and self._held:
+            self._coming.append(self._held)
+            self._held = b""
+        self._coming += self._stub.receive(data)
+        if data == b"ISET1?":
+            self._held = self._stray
+
+    def receive(self, seconds: float) -> bytes:
+        return self._coming.pop(0) if self._coming else b""
+
+    def close(self) -> None:
+        self._coming.clear()
+
+
+class Stuck(Ka3005p):
+    """A Korad that stays on."""
+
+    def receive(self, data: bytes) -> list[bytes]:
+        return [] if data == b"OUT0" else super().receive(data)
+
+
+def test_a_stray_byte_that_comes_late_is_no_state(clock: SimulatedClock) -> None:
+    stub = Stuck(b"TENMA72-2540V2.0", b"1")  # read as a status it says off
+    line = Line(
+        Connection("tcp", "127.0.0.1:1"),
+        terminator=korad.TERMINATOR,
+        may_send=korad.MAY_SEND,
+        gap_s=korad.GAP_S,
+        clock=clock,
+        wire_log=lambda line: None,
+        opened=lambda connection: LateStray(stub),
+    )
+    supply = KoradSupply(line, clock)
+    stub.put(2.93, on=True)
+    assert line.ask("ISET1?", korad.AMPS) == b"1.000"
+    with pytest.raises(HardwareError, match=r"b'.' came that nobody asked for|no answer to it"):
+        supply._apply_output(False)
+    stub.put(2.93, on=True)
+    with pytest.raises(HardwareError, match="within one reading"):
+        supply.measure()
 
 
 def test_one_that_never_tells_its_name_is_hinted_at(clock: SimulatedClock) -> None:
