@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import collections
-import inspect
 import random
 import sys
 import time
@@ -51,7 +50,7 @@ from workbench.hw.scpi import ScpiSupply
 from workbench.hw.supply import Reading, Supply
 from workbench.hw.transport import Transport
 
-__all__ = ["STUBS", "DisturbedWire", "Score", "opens", "read_supply"]
+__all__ = ["STUBS", "DisturbedWire", "Score", "read_supply"]
 
 FAULTS = 100_000
 SHARES = (0.05, 0.1, 0.25)  # of exchanges that are disturbed, in turn
@@ -181,11 +180,6 @@ class DisturbedWire:
                 self._deliver(data)
 
 
-def opens(family: str) -> bool:
-    """Tell whether the family's link takes a channel that is given to it."""
-    return family not in MODBUS or "opened" in inspect.signature(Transport).parameters
-
-
 def read_supply(model: str, faults: int, seed: int = SEED) -> Score:
     """Take readings of a stub until so many exchanges were disturbed."""
     family, make = STUBS[model]
@@ -233,7 +227,8 @@ def _opened(family: str, clock: SimulatedClock, wire: DisturbedWire) -> Supply:
             clock=clock,
             wire_log=lambda line: None,
             mark=(own.identity.start, own.identity.count),
-            opened=lambda connection: wire,  # pyright: ignore[reportCallIssue]
+            opened=lambda connection: wire,
+            now=clock.now,
         )
         return driver(link, clock)
     speaks, text = (korad_driver, KoradSupply) if family == "korad" else (scpi_driver, ScpiSupply)
@@ -262,9 +257,6 @@ def main() -> None:
     print("readings of a     faults  exchanges  accepted   refused  wrong  processor s")
     for name in rows:
         family = STUBS[name][0]
-        if not opens(family):
-            print(f"{name:15} its link takes no channel")
-            continue
         began = time.process_time()
         score = read_supply(name, FAULTS // every[family] // (50 if given.quick else 1))
         spent = time.process_time() - began

@@ -94,14 +94,32 @@ def test_a_real_bench_is_guarded_and_its_bundle_holds_the_guardian_s_record(
     # off when prepared, at the drive's end and at the block's end
     seen_off = ["off", "terminals"]
     ends = [*seen_off, "off", "left"]
-    assert names == ["guarding", "taken", *seen_off, "armed", "output_on", *ends]
+    checked = ["output_on", *seen_off]  # the scale, as this supply is new here
+    assert names == ["guarding", "taken", *seen_off, "armed", *checked, "output_on", *ends]
     assert bundle.manifest["output_off"] == bundle.output_off == "confirmed"
     assert [e["event"] for e in bundle.read_journal()][-2:] == ["output_off", "failed"]
     assert "01 06 00 08 01 c4" in bundle.wire_log.read_text()  # 4.52 V, written by the guardian
     assert verify(bundle.path) == []
     assert len(bundle.read_series("supply")) > 3
     volts = [v for _, v in device.history if v > 0]
-    assert volts == [1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
+    assert volts == [0.5, 1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
+    with pytest.raises(InputError, match=NO_TAKE):
+        run(tmp_path, device, {})  # the second time it is known
+    again = [v for _, v in device.history if v > 0][len(volts) :]
+    assert again == volts[1:]
+
+
+@pytest.mark.parametrize("fault", [Fault.TIMES_TEN, Fault.A_TENTH])
+def test_a_supply_of_another_scale_is_stopped_at_half_a_volt(
+    tmp_path: Path, device: Device, fault: Fault
+) -> None:
+    device.fail(fault)
+    words = r"(5|0\.05) V where 0\.5 V was set, a factor of ten: scaling fault.*confirmed"
+    with pytest.raises(SafetyStop, match=words):
+        run(tmp_path, device, {})
+    assert max(volts for _, volts in device.history) <= 5
+    assert newest(tmp_path).output.state == "off"
+    assert "output_on" not in [event["event"] for event in newest(tmp_path).read_journal()]
 
 
 def test_a_trip_latches_until_somebody_has_looked(

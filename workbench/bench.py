@@ -21,6 +21,7 @@ from workbench.errors import InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
+    Identity,
     Limits,
     Model,
     SimulatedClock,
@@ -37,6 +38,7 @@ from workbench.hw.guardian import (
     open_guarded,
 )
 from workbench.hw.models import ModbusModel, ScpiModel
+from workbench.hw.ports import find_supply
 from workbench.hw.simulated import draw_current, serve, simulated
 from workbench.output import Ledger, ledgers
 from workbench.protocol import (
@@ -134,6 +136,10 @@ class Bench(ABC):
         """Return the ledgers that may be of its supply; none where there is nothing to harm."""
         return []
 
+    def ledger_of(self, identity: Identity) -> Ledger | None:
+        """Return the ledger of a supply that is open; None where there is nothing to harm."""
+        return None
+
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
         """Return when the cameras record."""
@@ -208,7 +214,7 @@ class RealBench(Bench):
             records: where a guardian writes.
             wire_log: takes what goes over the wire where there is no guardian.
         """
-        connection, clock, family = self._connection, self.clock, _model(self.file).family
+        connection, clock, family = self._found(), self.clock, _model(self.file).family
         if isinstance(clock, LeaseClock):
             return open_guarded(
                 connection,
@@ -223,7 +229,11 @@ class RealBench(Bench):
         """Return the ledgers that may be of its supply: by serial number, or by where it was."""
         section, place = self.file.supply, self._connection.place
         key = Ledger.key_of(_model(self.file).name, section.serial_number, place)
-        return [one for one in ledgers() if one.key == key or one.place == place]
+        return [one for one in ledgers() if one.key == key or (place and one.place == place)]
+
+    def ledger_of(self, identity: Identity) -> Ledger:
+        """Return the ledger of the supply that is open."""
+        return Ledger(Ledger.key_of(identity.model, identity.known_serial, self._connection.place))
 
     @property
     def _connection(self) -> Connection:
@@ -232,8 +242,24 @@ class RealBench(Bench):
         if kind == "simulated":  # the schema allows it only beside a section `virtual`
             raise InputError(f"bench {self.file.name!r} has no real supply")
         address = place.port if kind == "serial" else place.address
-        baud = place.baud or _model(self.file).baud
-        return Connection(kind, address or "", baud=baud, unit=place.unit, channel=place.channel)
+        return Connection(
+            kind,
+            address or "",
+            baud=place.baud or _model(self.file).baud,
+            unit=place.unit,
+            timeout_s=place.timeout,
+            gap_s=place.gap,
+            echo=place.echo,
+            channel=place.channel,
+        )
+
+    def _found(self) -> Connection:
+        """Return where the supply is; one without a port in the file is looked for."""
+        place, section = self._connection, self.file.supply
+        if place.address or section.serial_number is None:
+            return place
+        model = _model(self.file)
+        return find_supply(place, model.family, model.name, section.serial_number)
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.

@@ -17,7 +17,7 @@ from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
-from workbench.hw import Reading, Supply, prepare, switch_on, watch
+from workbench.hw import Reading, Supply, check_scale, prepare, switch_on, watch
 from workbench.operator_name import operator_name
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
@@ -299,6 +299,12 @@ class _Conductor:
         )
         self.bundle.note({"supply": ready.identity._asdict()})
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
+        ledger = self.bench.ledger_of(ready.identity)
+        if ledger is not None and not ledger.knows_scale(ready.identity.firmware):
+            self.progress("check the supply's scale with 0.5 V")
+            seen = check_scale(supply)
+            self._journal("scale", set_voltage_V=seen.set_voltage_V, voltage_V=seen.voltage_V)
+            ledger.write("scale", firmware=ready.identity.firmware, voltage_V=seen.voltage_V)
 
     def _drive(self, supply: Supply, drive: PlannedDrive) -> None:
         clock = self.bench.clock

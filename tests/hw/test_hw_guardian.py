@@ -187,9 +187,9 @@ def test_a_guardian_that_dies_or_hangs_is_noticed_and_replaced_to_switch_off(
     noticed: list[float] = []
     another = supply._off_through_another
 
-    def note() -> bool:
+    def note() -> None:
         noticed.append(time.monotonic())
-        return another()
+        another()
 
     supply._off_through_another = note  # type: ignore[method-assign]
     killed = time.monotonic()

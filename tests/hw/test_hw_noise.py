@@ -27,18 +27,7 @@ def _wire() -> ModuleType:
 
 
 wire = _wire()
-each_stub = pytest.mark.parametrize(
-    "model",
-    [
-        pytest.param(
-            name,
-            marks=pytest.mark.skipif(
-                not wire.opens(family), reason="the Modbus link takes no channel yet"
-            ),
-        )
-        for name, (family, _) in wire.STUBS.items()
-    ],
-)
+each_stub = pytest.mark.parametrize("model", wire.STUBS)
 
 
 def none_is_wrong(model: str, faults: int) -> None:

@@ -20,7 +20,7 @@ from workbench.hw.clock import Clock, SimulatedClock, SystemClock
 from workbench.hw.connect import open_supply
 from workbench.hw.connection import Connection
 from workbench.hw.models import MODELS, Model, model_named
-from workbench.hw.safety import Prepared, prepare, switch_on, watch
+from workbench.hw.safety import Prepared, check_scale, prepare, switch_on, watch
 from workbench.hw.supply import Identity, Limits, Reading, Supply
 from workbench.hw.wirelog import WireLog
 from workbench.hw.words import written
@@ -38,6 +38,7 @@ __all__ = [
     "Supply",
     "SystemClock",
     "WireLog",
+    "check_scale",
     "model_named",
     "open_supply",
     "prepare",

@@ -62,7 +62,8 @@ class Connection:
     def place(self) -> str:
         """The address as it resolves: one name for `localhost` and 127.0.0.1, a link and a port."""
         if self.kind == "serial":
-            return os.path.realpath(self.address) if os.name == "posix" else self.address
+            known = self.address and os.name == "posix"
+            return os.path.realpath(self.address) if known else self.address
         host, port = self.host_and_port
         with suppress(OSError):
             host = str(resolved(host, port)[1][0])

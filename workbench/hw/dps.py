@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from workbench.hw.modbus import ModbusSupply, Told, Words
 from workbench.hw.models import DPS_REGISTERS, Protection
-from workbench.hw.setting import NOT_REPORTED
+from workbench.hw.supply import NOT_REPORTED
 
 __all__ = ["DpsSupply"]
 

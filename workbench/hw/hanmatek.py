@@ -6,7 +6,7 @@ from workbench.errors import HardwareError
 from workbench.hw.modbus import ModbusSupply, Told, Words
 from workbench.hw.models import HANMATEK_REGISTERS, Protection
 from workbench.hw.models.hanmatek import CLASS, DECIMALS
-from workbench.hw.setting import NOT_REPORTED
+from workbench.hw.supply import NOT_REPORTED
 
 __all__ = ["HanmatekSupply"]
 

@@ -12,8 +12,8 @@ from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.line import Line
 from workbench.hw.models import KORAD, KoradModel, model_answering
-from workbench.hw.setting import NOT_REPORTED, told_mode
-from workbench.hw.supply import Identity, Reading
+from workbench.hw.setting import told_mode
+from workbench.hw.supply import NOT_REPORTED, Identity, Reading
 from workbench.hw.text import TextSupply, introduced
 
 __all__ = ["GAP_S", "MAY_SEND", "TERMINATOR", "KoradSupply"]

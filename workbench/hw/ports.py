@@ -1,16 +1,21 @@
-"""Where a supply may be after its cable came back: ports of this computer, the likeliest first."""
+"""At which port a supply is: before it is opened, and after its cable came back."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from serial.tools.list_ports import comports
 
+from workbench.errors import HardwareError
+from workbench.hw.clock import SystemClock
+from workbench.hw.connect import open_supply
 from workbench.hw.connection import Connection
+from workbench.hw.supply import Identity
 
-__all__ = ["Adapter"]
+__all__ = ["Adapter", "find_supply"]
 
 
 @dataclass(frozen=True)
@@ -43,3 +48,39 @@ class Adapter:
             maker = None if port.vid is None else (port.vid, port.pid)
             if os.path.realpath(port.device) != connection.place and maker == self.maker:
                 yield replace(connection, address=port.device)
+
+
+def find_supply(connection: Connection, family: str, model: str, serial: str) -> Connection:
+    """Ask at each serial port who is there, and return the one where the supply is.
+
+    Args:
+        connection: how it is reached, but for the port.
+        family: which driver to use.
+        model: of the supply.
+        serial: its serial number.
+
+    Raises:
+        HardwareError: when it is at no port; the message says who is.
+    """
+    met: list[str] = []
+    for port in comports():
+        place = replace(connection, address=port.device)
+        who = _who(place, family)
+        if who is not None and (who.model, who.serial) == (model, serial):
+            return place
+        met.append(port.device if who is None else f"{port.device} ({who.model} {who.serial})")
+    raise HardwareError(
+        f"no {model} with serial number {serial} at any port; is the cable in, the supply on, and "
+        f"no other program holding the port? Ports asked: {', '.join(met) or 'none'}"
+    )
+
+
+def _who(place: Connection, family: str) -> Identity | None:
+    """Return who answers at a place, and change nothing there."""
+    with suppress(HardwareError):
+        supply = open_supply(place, clock=SystemClock(), wire_log=lambda line: None, family=family)
+        try:
+            return supply.identify()
+        finally:
+            supply.close()
+    return None

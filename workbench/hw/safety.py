@@ -12,8 +12,9 @@ from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.models import model_named
 from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 
-__all__ = ["Prepared", "prepare", "switch_on", "watch"]
+__all__ = ["Prepared", "check_scale", "prepare", "switch_on", "watch"]
 
+HARMLESS_V = Decimal("0.5")  # the motor turns from 0.66 V on: 4.4 U - 2.9 rad/s
 RISE_S, POLL_S = 1.0, 0.05
 SETTLED_S = 0.2  # a tenth of the setpoint for so long is no rising voltage
 TOLERANCE_V, TOLERANCE_SHARE = 0.05, 0.02
@@ -90,6 +91,21 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
         if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, applied)):
             raise _stop(supply, _wrong_voltage(applied, reading))
         supply.clock.sleep(POLL_S)
+
+
+def check_scale(supply: Supply) -> Reading:
+    """Drive a harmless voltage for a moment, see it at the terminals, and switch off again.
+
+    A supply that counts in other steps than its model says shows it here, and not with the motor
+    turning. What it measures in the same wrong steps cannot be told without a meter.
+
+    Raises:
+        SafetyStop: when it does not arrive, or is off by a factor of ten; the output was switched
+            off.
+    """
+    reading = switch_on(supply, HARMLESS_V)
+    _require_dead(supply)
+    return reading
 
 
 def watch(supply: Supply) -> Reading:

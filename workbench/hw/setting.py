@@ -11,9 +11,8 @@ from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.supply import Mode
 
-__all__ = ["NOT_REPORTED", "read_back", "refuse_beyond", "reopen", "told_mode"]
+__all__ = ["read_back", "refuse_beyond", "reopen", "told_mode"]
 
-NOT_REPORTED = "not reported"  # serial number or firmware of a supply that does not tell
 READ_BACKS = 3  # a setpoint may show a moment after its acknowledgement
 READ_BACK_PAUSE_S = 0.05
 SAG_V = 0.05  # a voltage this far below its setpoint is held down by something

@@ -14,7 +14,7 @@ from workbench.hw.connection import Connection
 from workbench.hw.models import Protection
 from workbench.output import BY_HAND, MAY_BE_ON
 
-__all__ = ["Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
+__all__ = ["NOT_REPORTED", "Identity", "Limits", "Mode", "Reading", "Setpoint", "Supply"]
 
 Mode = Literal["CV", "CC"]
 
@@ -26,12 +26,21 @@ DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a whil
 DECAY_POLL_S = 0.05
 
 
+NOT_REPORTED = "not reported"
+"""Serial number or firmware of a supply that does not tell."""
+
+
 class Identity(NamedTuple):
     """Who a supply says it is."""
 
     model: str
     serial: str
     firmware: str
+
+    @property
+    def known_serial(self) -> str | None:
+        """The serial number; None where the supply tells none."""
+        return None if self.serial == NOT_REPORTED else self.serial
 
 
 @dataclass(frozen=True)

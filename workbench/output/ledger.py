@@ -150,6 +150,13 @@ class Ledger:
             stop = Standing(wall, _ended(known), known)
         return stop and Standing(stop.wall, stop.reason, known, place)
 
+    def knows_scale(self, firmware: str) -> bool:
+        """Tell whether the supply's scale was checked lately, with the firmware that it has."""
+        return any(
+            event["event"] == "scale" and event.get("firmware") == firmware
+            for event in self.events()
+        )
+
     def acknowledge(self, name: str) -> Standing:
         """Sign for what stands, so that the supply may be driven again; return what stood.
 

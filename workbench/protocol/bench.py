@@ -41,7 +41,8 @@ class Connection(Section):
     """`tcp` is Modbus TCP, or a raw socket for supplies that speak text; `simulated` starts a
     device that answers the same bytes."""
     port: str | None = None
-    """Serial port, best under /dev/serial/by-id, or COM3."""
+    """Serial port, best under /dev/serial/by-id, or COM3. When left out, the supply is looked for
+    at each port, by its serial number."""
     address: str | None = None
     """host:port of a TCP connection."""
     baud: Annotated[int, Field(ge=1200, le=921600)] | None = None
@@ -50,11 +51,15 @@ class Connection(Section):
     """Modbus unit id."""
     channel: Annotated[int, Field(ge=1)] = 1
     """Which output the motor hangs on, where a supply has several."""
+    timeout: Annotated[float, Quantity("time", low=0.1, high=5)] = 0.5
+    """How long an answer may take; firmware 1.42 of a Riden needs 0.5 s."""
+    gap: Annotated[float, Quantity("time", low=0, high=2)] | None = None
+    """Least time between an answer and the next command; what the family needs when left out."""
+    echo: bool = False
+    """Whether the adapter sends back what it is sent, as some for RS485 do."""
 
     @model_validator(mode="after")
     def _complete(self) -> Connection:
-        if self.kind == "serial" and self.port is None:
-            raise ValueError("kind: serial needs a port")
         if self.kind in ("tcp", "rtu-over-tcp") and self.address is None:
             raise ValueError(f"kind: {self.kind} needs an address, host:port")
         self._refuse_other_way()
@@ -112,6 +117,15 @@ class SupplySection(Section):
     with zeros to eight digits, as a Riden shows it."""
     connection: Connection
     limits: SupplyLimits
+
+    @model_validator(mode="after")
+    def _findable(self) -> SupplySection:
+        place = self.connection
+        if place.kind == "serial" and place.port is None and self.serial is None:
+            raise ValueError(
+                "connection: kind: serial needs a port, or the supply's serial number to find it by"
+            )
+        return self
 
     @property
     def serial_number(self) -> str | None:

@@ -24,6 +24,8 @@ def sentence(event: Mapping[str, Any]) -> str:
             return f"operator {answer}{_where(event)}: {text}"
         case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
             return f"{model} {serial} prepared: limits set, output off"
+        case {"event": "scale", "set_voltage_V": asked, "voltage_V": measured}:
+            return f"scale checked: {asked:g} V set, {measured:g} V measured"
         case {"event": "cameras"}:
             return "cameras record"
         case {"event": "output_on", "volts": volts}:

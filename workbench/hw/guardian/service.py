@@ -32,7 +32,6 @@ from workbench.hw.guardian.messages import Task, fault_of
 from workbench.hw.guardian.records import Recorder
 from workbench.hw.health import Health
 from workbench.hw.ports import Adapter
-from workbench.hw.setting import NOT_REPORTED
 from workbench.hw.supply import Identity, Limits, Supply
 from workbench.loopback import HERE, Line, Message
 from workbench.output import BY_HAND, MAY_BE_ON, Ledger
@@ -221,8 +220,8 @@ class Guardian:
         self._identity = identity
         place = self._recorder.place = self._task.connection.place
         if identity is not None:
-            serial = None if identity.serial == NOT_REPORTED else identity.serial
-            self._recorder.ledger = Ledger(Ledger.key_of(identity.model, serial, place))
+            key = Ledger.key_of(identity.model, identity.known_serial, place)
+            self._recorder.ledger = Ledger(key)
 
     @property
     def _name(self) -> str:
