@@ -283,3 +283,54 @@ def test_no_thread_renews_in_the_background(tmp_path: Path, device: Device) -> N
         run(tmp_path, device, {"voltage": look})
     assert not [name for name in seen if "renew" in name or "lease" in name]
     assert not device.on()
+
+
+def test_a_voltage_is_driven_by_hand_within_the_limits_and_switched_off(
+    tmp_path: Path, device: Device, workbench: Command
+) -> None:
+    lab = lab_file(tmp_path, device)
+    answer = workbench("supply", "set", "2,5 V", "--bench", lab, "--for", "0.5 s", "--json")
+    assert answer.code == 0, answer.err
+    assert answer.json["voltage_V"] == 2.5
+    assert answer.json["output"] is False
+    assert max(volts for _, volts in device.history) == 2.5
+    assert not device.on()
+    assert [ledger.standing() for ledger in ledgers()] == [None]
+    beyond = workbench("supply", "set", "9 V", "--bench", lab)
+    assert beyond.code == 2
+    assert "voltage 9 V is outside the bench's limits, above 0 to 5.5 V" in beyond.err
+    without = workbench("supply", "set", "3", "--bench", lab)
+    assert without.code == 2
+    assert "3 has no unit; write for example '3 V'" in without.err
+
+
+def test_a_voltage_driven_by_hand_stops_as_a_run_does(
+    tmp_path: Path, device: Device, workbench: Command
+) -> None:
+    lab = lab_file(tmp_path, device)
+    threading.Timer(2.0, lambda: device.fail(Fault.PANEL_VOLTAGE)).start()
+    answer = workbench("supply", "set", "2 V", "--bench", lab)
+    assert answer.code == 4
+    assert "somebody changed it at the panel" in answer.err
+    assert not device.on()
+    again = workbench("supply", "set", "2 V", "--bench", lab)
+    assert again.code == 4
+    assert "is latched since" in again.err
+
+
+def test_supply_off_stops_whoever_drives(
+    tmp_path: Path, device: Device, workbench: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = Client(tmp_path, device)
+    client.heard_until("output_on")
+    wait_for(lambda: device.volts > 1)
+    monkeypatch.setenv("WORKBENCH_STATE", str(client.state))
+    second = workbench("supply", "set", "2 V", "--bench", tmp_path / "lab.yaml")
+    assert second.code == 3
+    assert "another program is driving it; nothing was set" in second.err
+    assert device.volts > 1
+    answer = workbench("supply", "off", "--bench", tmp_path / "lab.yaml")
+    assert (answer.code, answer.out) == (0, "output off, confirmed\n"), answer.err
+    assert not device.on()
+    assert client.end() == 4
+    assert "somebody asked for it with `workbench supply off`" in client.err.read_text()

@@ -206,13 +206,18 @@ class RealBench(Bench):
             yield supply
 
     def open_supply(
-        self, records: Records = NO_RECORDS, wire_log: WireLog = lambda line: None
+        self,
+        records: Records = NO_RECORDS,
+        wire_log: WireLog = lambda line: None,
+        *,
+        force: bool = False,
     ) -> Supply:
         """Open the supply without a promise about its output, to look at it by hand.
 
         Args:
             records: where a guardian writes.
             wire_log: takes what goes over the wire where there is no guardian.
+            force: let it switch off even what another program drives.
         """
         connection, clock, family = self._found(), self.clock, _model(self.file).family
         if isinstance(clock, LeaseClock):
@@ -222,6 +227,7 @@ class RealBench(Bench):
                 records=records,
                 family=family,
                 keep_trying_s=self.keep_trying_s,
+                force=force,
             )
         return open_supply(connection, clock=clock, wire_log=wire_log, family=family)
 

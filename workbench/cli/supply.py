@@ -16,6 +16,12 @@ from serial.tools.list_ports import comports
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, emit, people, show_table
+from workbench.cli.supply_set import (
+    AmpsOption,
+    SecondsOption,
+    VoltsArgument,
+    drive_by_hand,
+)
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
     MODELS,
@@ -154,6 +160,23 @@ def read(bench: BenchOption, as_json: JsonFlag = False) -> None:
         show_table(bench, ["", ""], [[key, str(value)] for key, value in found.items()])
 
 
+@supply.command(name="set")
+def drive(
+    volts: VoltsArgument,
+    bench: BenchOption,
+    amps: AmpsOption = "",
+    seconds: SecondsOption = "",
+    as_json: JsonFlag = False,
+) -> None:
+    """Drive a voltage by hand, within the bench's limits and watched as a run is.
+
+    The output is off again at the end, at Ctrl-C, and when this program dies.
+
+    Example: workbench supply set "2.5 V" --bench lab.yaml --for "10 s"
+    """
+    drive_by_hand(_real(bench), volts, amps, seconds, as_json)
+
+
 @supply.command()
 def off(bench: BenchOption) -> None:
     """Switch the output off and confirm it, whoever drives it.
@@ -164,7 +187,7 @@ def off(bench: BenchOption) -> None:
     """
     for ledger in _real(bench).ledgers():
         _stop_who_drives(ledger)
-    with _opened(bench) as device:
+    with _opened(bench, force=True) as device:
         confirmed = device.off()
         dead = confirmed and device.terminals_dead()
     if not dead:
@@ -267,9 +290,9 @@ def _real(bench: str) -> RealBench:
 
 
 @contextmanager
-def _opened(bench: str) -> Iterator[Supply]:
+def _opened(bench: str, *, force: bool = False) -> Iterator[Supply]:
     """Open a real bench's supply without touching its output."""
-    found = _real(bench).open_supply()
+    found = _real(bench).open_supply(force=force)
     try:
         yield found
     finally:

@@ -11,7 +11,13 @@ from typing import Any
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
 from workbench.hw.guardian.lease import SILENT_S, UNSET_SILENT_S, LeaseClock
-from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records, Task
+from workbench.hw.guardian.messages import (
+    KEEP_TRYING_S,
+    NO_RECORDS,
+    Records,
+    SupplyBusyError,
+    Task,
+)
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
 from workbench.hw.supply import DECAY_S, Identity, Limits, Reading, Setpoint, Supply
 from workbench.output import BY_HAND, MAY_BE_ON
@@ -31,6 +37,7 @@ def open_guarded(
     records: Records = NO_RECORDS,
     family: str = "riden",
     keep_trying_s: float = KEEP_TRYING_S,
+    force: bool = False,
 ) -> GuardedSupply:
     """Start a guardian and let it open the supply at a place; nothing is changed yet.
 
@@ -40,12 +47,13 @@ def open_guarded(
         records: where the guardian writes.
         family: which driver to use.
         keep_trying_s: how long it tries to switch off a supply that does not confirm it [s].
+        force: switch off even what another program drives.
 
     Raises:
         InputError: when there is no such family.
         HardwareError: when it cannot be reached, does not answer, or is of an unknown model.
     """
-    task = Task(connection, family, records, keep_trying_s=keep_trying_s)
+    task = Task(connection, family, records, keep_trying_s=keep_trying_s, force=force)
     return GuardedSupply(task, clock)
 
 
@@ -102,28 +110,25 @@ class GuardedSupply(Supply):
     def arm(self, limits: Limits) -> None:
         """Write the limits through the guardian, which holds to them whatever a client asks."""
         self._limits = None
-        self._owned = True
-        self._ask("arm", *(str(value) for value in vars(limits).values()))
+        self._own("arm", *(str(value) for value in vars(limits).values()))
         self._limits = limits
         self.setpoint = Setpoint(Decimal(0), self.clock.now())
 
     def ramp_down(self) -> None:
         """Lower a running output to 0 V in small steps."""
-        self._owned = True
-        self._ask("ramp_down")
+        self._own("ramp_down")
 
     def off(self) -> bool:
         """Switch off; True when read back as off. A guardian that could not goes on trying.
 
         Never raises; a Ctrl-C meanwhile costs one try.
         """
-        self._owned = True
         for _ in range(2):
             with suppress(Exception, KeyboardInterrupt):
                 if self._gone is not None:
                     seconds, self._patience_s = self._patience_s, 0.0
                     return self._guardian.verdict(seconds)
-                if self._ask("off"):
+                if self._own("off"):
                     self._lease.rest()
                     return True
         return self._gone is not None and self._guardian.off
@@ -163,7 +168,13 @@ class GuardedSupply(Supply):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Switch off and close; a safety stop latches. Raises as `Supply.__exit__`."""
+        """Switch off and close; a safety stop latches. Raises as `Supply.__exit__`.
+
+        A supply that was only looked at, or that another program drives, stays as it is.
+        """
+        if not self._owned:
+            self.close()
+            return
         if isinstance(error, SafetyStop) and self._gone is None and self._owned:
             with suppress(WorkbenchError):
                 self._ask("latch", str(error))
@@ -182,10 +193,9 @@ class GuardedSupply(Supply):
         return Decimal(volts), Decimal(amps)
 
     def _apply_output(self, on: bool) -> None:
-        self._owned = True
         if on:
             self._lease.hold(self._renew)
-        self._ask("set_output", on)
+        self._own("set_output", on)
         if not on:
             self._lease.rest()
 
@@ -194,6 +204,15 @@ class GuardedSupply(Supply):
             self._guardian.renew(seconds)
         except (GuardianLost, GuardianTripped) as end:
             raise self._ended(end) from None
+
+    def _own(self, call: str, *arguments: str | bool) -> Any:
+        """Ask for more than to look. Raises as `_ask`."""
+        before, self._owned = self._owned, True
+        try:
+            return self._ask(call, *arguments)
+        except SupplyBusyError:
+            self._owned = before
+            raise
 
     def _ask(self, call: str, *arguments: str | bool) -> Any:
         if self._gone is not None:

@@ -24,13 +24,26 @@ from workbench.errors import HardwareError, InputError, SafetyStop, WorkbenchErr
 from workbench.hw.connection import Connection
 from workbench.loopback import Message
 
-__all__ = ["KEEP_TRYING_S", "NO_RECORDS", "Records", "Task", "error_of", "fault_of"]
+__all__ = [
+    "KEEP_TRYING_S",
+    "NO_RECORDS",
+    "Records",
+    "SupplyBusyError",
+    "Task",
+    "error_of",
+    "fault_of",
+]
 
 KEEP_TRYING_S = 90.0
 """How long a guardian tries to switch off [s], whether or not its client lives."""
 
+
+class SupplyBusyError(HardwareError):
+    """Another program drives the supply; nothing was set."""
+
+
 _ERRORS: dict[str, type[WorkbenchError]] = {
-    kind.__name__: kind for kind in (HardwareError, InputError, SafetyStop)
+    kind.__name__: kind for kind in (SupplyBusyError, HardwareError, InputError, SafetyStop)
 }
 
 
@@ -62,6 +75,7 @@ class Task:
             else. Empty when there was none.
         identity: whom that one guarded: model, serial number and firmware.
         keep_trying_s: how long to try to switch off [s].
+        force: switch off even what another program drives.
     """
 
     connection: Connection
@@ -70,6 +84,7 @@ class Task:
     after: str = ""
     identity: tuple[str, ...] = ()
     keep_trying_s: float = KEEP_TRYING_S
+    force: bool = False
 
     def to_json(self) -> str:
         """Return it as one line."""
@@ -83,6 +98,7 @@ class Task:
                 "after": self.after,
                 "identity": self.identity,
                 "keep_trying_s": self.keep_trying_s,
+                "force": self.force,
             }
         )
 
@@ -98,6 +114,7 @@ class Task:
             found["after"],
             tuple(found["identity"]),
             found["keep_trying_s"],
+            found["force"],
         )
 
 

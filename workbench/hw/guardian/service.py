@@ -28,7 +28,7 @@ from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.clock import SystemClock
 from workbench.hw.connect import open_supply
 from workbench.hw.guardian.lease import LEASE_S, Lease
-from workbench.hw.guardian.messages import Task, fault_of
+from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
 from workbench.hw.guardian.records import Recorder
 from workbench.hw.health import Health
 from workbench.hw.ports import Adapter
@@ -189,7 +189,7 @@ class Guardian:
         except _Tripped:
             return
         except HardwareError as error:
-            if self._recorder.output.live:
+            if self._recorder.output.live and not isinstance(error, SupplyBusyError):
                 self.trip(str(error))
                 return
             answer = fault_of(error)
@@ -242,14 +242,15 @@ class Guardian:
         """The open supply, which is not left from here on without its output off.
 
         Raises:
-            HardwareError: when another program drives it.
+            SupplyBusyError: when another program drives it.
         """
         supply = self.supply
-        if not self._owned and not self._take():
-            raise HardwareError(
+        if not self._owned and not self._take() and not self._task.force:
+            raise SupplyBusyError(
                 f"{supply.name}: another program is driving it; nothing was set. Wait for its "
                 "end, or stop it with `workbench supply off`"
             )
+        self._owned = True
         return supply
 
     def _take(self, seconds: float = 0.0) -> bool:
@@ -300,13 +301,12 @@ class Guardian:
 
     def off(self) -> bool:
         """Switch off and tell whether it was read back; when not, go on by itself."""
-        if not self._owned and not self._take():
-            self._owned = True  # off is never refused, whoever drives it
+        supply = self.own
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
             try:
                 self._clock.sleep(AGAIN_S * attempt)
-                self.supply.try_off()
+                supply.try_off()
             except WorkbenchError as fault:
                 error = error or fault
                 continue
