@@ -215,9 +215,10 @@ def test_what_was_not_recorded_is_left_out(comparison: Comparison, tmp_path: Pat
 
 
 def test_a_robot_that_was_never_seen_is_not_drawn(comparison: Comparison, tmp_path: Path) -> None:
-    real = comparison.real
+    real = comparison.real.between(-1.0, 1.0)
     unseen = TimeSeries(real.times, real.values, real.names, np.zeros_like(real.valid))
-    write_recording(replace(comparison, real=unseen), tmp_path / "blind.rrd")
+    twin = comparison.twin.between(-1.0, 1.0)
+    write_recording(replace(comparison, real=unseen, twin=twin), tmp_path / "blind.rrd")
     chunks = RrdReader(tmp_path / "blind.rrd").stream().to_chunks()
     assert not any(scalars(chunks, "/plots/foot_x/real"))
     assert rrd("verify", tmp_path / "blind.rrd").returncode == 0

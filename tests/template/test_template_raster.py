@@ -37,13 +37,13 @@ SHEETS = [
 ]
 
 
-@pytest.fixture(params=SHEETS, ids=lambda p: f"{p[0]}{'-mirrored' if p[1] else ''}")
+@pytest.fixture(scope="module", params=SHEETS, ids=lambda p: f"{p[0]}{'-mirrored' if p[1] else ''}")
 def printed(
-    request: pytest.FixtureRequest, sheet: MakeSheet, tmp_path: Path
+    request: pytest.FixtureRequest, sheet: MakeSheet, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Sheet, list[Array]]:
     name, mirror, roll_width = request.param
     template = sheet(name, mirror, roll_width)
-    return template, pages(pdf_pages(template), tmp_path)
+    return template, pages(pdf_pages(template), tmp_path_factory.mktemp("printed"))
 
 
 def expected(template: Sheet, parts: int = 16) -> tuple[Array, Array]:
