@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
@@ -70,7 +70,7 @@ class Studio:
         assert text == "Start recording in the tracking software."
         self.start, self.began = self.lab.clock.now(), datetime.now()
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         self.told.append(text)
         if text.startswith("Stop recording"):
             self.stop = self.lab.clock.now()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ class Typist(QuietOperator):
     def tell(self, text: str) -> None:
         self.heard.append(text)
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         self.heard.append(text)
         return self.typed.pop(0)
 

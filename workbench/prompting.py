@@ -59,7 +59,7 @@ def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
     for _ in range(_TRIES):
         _show_picture(operator, prompt)
         try:
-            answer = question.read(operator.ask(asked, ""))
+            answer = question.read(operator.ask(asked, "", question.one_of or ()))
             return Answered(prompt, answer, operator.answered_at)
         except ValueError as error:
             operator.tell(f"not taken: {error}")

@@ -6,7 +6,7 @@ are told are those that really went over the simulated line.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -83,7 +83,7 @@ class _Silent:
 
     def confirm(self, text: str) -> None: ...
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         return default
 
 

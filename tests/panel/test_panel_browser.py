@@ -42,6 +42,41 @@ HELD = """
     }
   };
 """
+MUTED = """
+  // what the server sends is lost while `muted` is true, as on a line that is stuck
+  window.muted = false;
+  window.EventSource = class extends EventSource {
+    addEventListener(name, take) {
+      super.addEventListener(name, (event) => { if (!window.muted) take(event); });
+    }
+  };
+"""
+HEARD = """
+  // sounds and messages are counted, not made
+  window.tones = 0;
+  window.messages = [];
+  window.AudioContext = class {
+    state = "running"; currentTime = 0; destination = {};
+    createOscillator() {
+      return { frequency: {}, connect() {}, start() { window.tones += 1; }, stop() {} };
+    }
+    createGain() {
+      return { connect() {}, gain: { setValueAtTime() {}, exponentialRampToValueAtTime() {} } };
+    }
+  };
+  window.Notification = class {
+    static permission = "granted";
+    constructor(title, { body }) { window.messages.push(body); }
+  };
+  Object.defineProperty(document, "hidden", { get: () => true });
+"""
+CHOICE = """\
+schema: workbench/protocol-1
+title: With a choice
+steps:
+  - prompt: {text: Which foot?, value: {name: foot, one_of: [rubber, 'bare <b>steel</b>']}}
+  - run: {mode: clamped, speed: 17 rad/s, rest: 0.5 s, duration: 1 s}
+"""
 PROMPTS = """\
 schema: workbench/protocol-1
 title: With prompts
@@ -112,7 +147,7 @@ def test_prompts_are_answered_checked_and_stopped_in_the_page(
     assert not page.sees("#prompt-input")
     page.wait_for("document.querySelector('#prompt-picture').naturalWidth > 100")
     page.key("Enter", 13, "\r")  # the button has the focus
-    page.wait_for(has("#prompt-text", "[room: temperature in degC from 10 degC to 35 degC]"))
+    page.wait_for(has("#prompt-text", "[room: temperature in degC or °C from 10 degC to 35 degC]"))
     page.type("99 degC")
     page.key("Enter", 13, "\r")
     page.wait_for("!document.querySelector('#prompt-refused').hidden")
@@ -136,6 +171,89 @@ def test_prompts_are_answered_checked_and_stopped_in_the_page(
     ]  # fmt: skip
     assert client.bundle.manifest["answers"]["room"] == {"value": 21.5, "unit": "degC"}
     page.wait_for("document.querySelector('#prompt').hidden")
+
+
+def test_choices_are_buttons(tmp_path: Path, device: Device, page: Page) -> None:
+    client = Client(tmp_path, device, CHOICE, attended=True)
+    page.wait_for(has("#prompt-text", "Which foot?"))
+    assert not page.sees("#prompt-input")
+    assert not page.sees("#prompt-send")
+    assert page.text("#prompt-choices button:last-child") == "bare <b>steel</b>"
+    page.key("Enter", 13, "\r")  # meant for something else
+    page.click("#prompt-choices button:first-child")
+    page.wait_for(has("#prompt-text", "Start recording"))
+    assert not page.sees("#prompt-choices")
+    assert page.sees("#prompt-send")
+    page.click("#prompt-send")
+    client.heard_until("output_on")
+    page.click("#stop")
+    client.end()
+    assert client.bundle.manifest["answers"]["foot"] == {"value": "rubber", "unit": None}
+
+
+def test_a_page_calls_when_a_run_asks_hangs_and_ends(
+    tmp_path: Path, device: Device, browser: Browser, panel: Panel
+) -> None:
+    page = browser.open(panel.url, script=HEARD)
+    page.wait_for(has("#state", "No run"))
+    assert page.text("#sound") == "Allow sound"  # which a browser leaves to people
+    page.click("#sound")
+    assert page.text("#sound") == "Sound on"
+    assert page.evaluate("tones") == 1
+    page.evaluate("tones = 0")
+    client = Client(tmp_path, device, PROMPTS, attended=True)
+    page.wait_for("document.title === 'Answer needed \u2013 With prompts'")
+    assert page.evaluate("tones") == 2
+    assert page.evaluate("messages.at(-1)") == "Stand the robot on the start line."
+    client.kill("SIGSTOP")
+    page.wait_for("document.title === 'Controller does not answer \u2013 With prompts'", 3)
+    assert page.evaluate("tones") == 8
+    client.kill("SIGCONT")
+    page.wait_for("document.title === 'Answer needed \u2013 With prompts'")
+    before = page.evaluate("tones")
+    page.click("#sound")
+    assert page.text("#sound") == "Sound off"
+    client.kill("SIGINT")
+    client.end()
+    page.wait_for("document.title.startsWith('Stopped by the user')")
+    assert page.evaluate("tones") == before  # it was switched off
+    page.click("#sound")
+    assert page.evaluate("tones") == before + 1
+    page.evaluate("called = { question: null, end: '', trouble: '' }; showState()")
+    assert page.evaluate("tones") == before + 4  # three for an end
+    page.close()
+
+
+@pytest.mark.parametrize("how", ["stuck", "broken off"])
+def test_a_page_that_hears_nothing_says_of_nothing_that_it_is_so(
+    tmp_path: Path, device: Device, browser: Browser, panel: Panel, how: str
+) -> None:
+    page = browser.open(panel.url, script=MUTED)
+    client = Client(tmp_path, device, PROTOCOL.replace("duration: 3 s", "duration: 8 s"))
+    client.heard_until("voltage")
+    page.wait_for(has("#output", "on"))
+    page.wait_for(has("#volts", "."))
+    page.wait_for(has("#runs", "running"))
+    if how == "stuck":
+        page.evaluate("muted = true")
+    else:
+        panel.stop()
+    page.wait_for(has("#output", "Not known"), 3)
+    assert page.evaluate("document.querySelector('#output').className") == "value alarm"
+    assert page.text("#phase") == "Not known"
+    assert "not known" in page.text("#runs")
+    assert "running" not in page.text("#runs")
+    for shown in ("#set", "#volts", "#amps", "#elapsed", "#remaining"):
+        assert page.text(shown) == "\u2013"
+    assert page.evaluate("document.querySelector('#lamp').className") == "lamp alarm"
+    assert page.evaluate("document.title").startswith("Panel lost")
+    if how == "stuck":
+        page.evaluate("muted = false")
+        page.wait_for(has("#state", "Running"))
+        page.wait_for(has("#output", "on"))
+    client.kill("SIGINT")
+    client.end()
+    page.close()
 
 
 def test_a_controller_that_is_killed_is_told_at_once_and_what_its_guardian_did(

@@ -57,6 +57,27 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
     assert following.run_s == 4.0
 
 
+def test_times_of_events_never_jump_back(bundle: Bundle) -> None:
+    following = Following(bundle)
+    bundle.journal("asked", 0.0, run="hop")
+    bundle.journal("prepared", 1.02, identity={"model": "RD6006", "serial": "1"})
+    bundle.journal("cameras", 0.0)  # with which the run's time begins anew
+    bundle.journal("output_on", 2.0, volts="1.00")
+    following.read_on()
+    assert [time for time, _ in following.told] == [None, None, 0.0, 2.0]
+
+
+def test_of_a_process_that_hangs_the_output_is_not_known(bundle: Bundle) -> None:
+    following = Following(bundle)
+    assert view(Controller("silent"), following)["output"]["text"] == "not on yet"
+    bundle.journal("output_on", 2.0, volts="1.00")
+    following.read_on()
+    assert view(Controller("alive"), following)["output"] == {"level": "live", "text": "on"}
+    told = {"level": "alarm", "text": "not known, last told: on"}
+    assert view(Controller("silent"), following)["output"] == told
+    assert view(Controller("alive"), None)["output"]["text"] == "not on yet"
+
+
 def test_a_line_that_a_full_disk_cut_is_passed_over(bundle: Bundle) -> None:
     bundle.journal_log.write_text('{"time_s": 1.0, "ev\n')
     bundle.journal("output_off", 1.0, confirmed=False)

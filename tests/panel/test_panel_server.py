@@ -7,8 +7,12 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
+import time
+import tracemalloc
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -123,6 +127,97 @@ def test_an_answer_that_nobody_asked_for_is_told(panel: Panel, own: str) -> None
     assert json.loads(found.text) == {"taken": False, "text": "No run waits for an answer."}
     long = json.dumps({"question": 1, "text": "x" * 3000})
     assert ask(panel, f"{own}answer", "POST", body=long, **headers).code == 422
+
+
+def raw(panel: Panel, own: str, path: str, *heads: str, method: str = "POST") -> socket.socket:
+    """A connection on which the head of a request was sent."""
+    link = socket.create_connection((HERE, panel.port), 10)
+    origin = f"http://{HERE}:{panel.port}"
+    lines = [f"{method} {own}{path} HTTP/1.1", f"Host: {HERE}:{panel.port}", f"Origin: {origin}",
+             "Content-Type: application/json", *heads]  # fmt: skip
+    link.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+    return link
+
+
+def heard(link: socket.socket) -> str:
+    """Everything that is answered until the connection is closed."""
+    told = b""
+    with suppress(ConnectionResetError):
+        while data := link.recv(65536):
+            told += data
+    return told.decode()
+
+
+BIG = 300 * 1024 * 1024
+
+
+@pytest.mark.parametrize("path", ["answer", "stop", "", "events", "gone/x"])
+@pytest.mark.parametrize("method", ["POST", "PUT", "GET", "DELETE"])
+def test_a_large_body_is_refused_before_it_is_sent(
+    panel: Panel, own: str, path: str, method: str
+) -> None:
+    began = time.monotonic()
+    with raw(panel, own, path, f"Content-Length: {BIG}", method=method) as link:
+        told = heard(link)
+    assert told.startswith("HTTP/1.1 413 "), told
+    assert f"{BIG} bytes; a body may have at most 65536" in told
+    assert time.monotonic() - began < 1
+
+
+@pytest.mark.parametrize(
+    ("heads", "code"),
+    [
+        (("Transfer-Encoding: chunked",), 411),
+        (("Content-Length: 9999999999999999999",), 413),
+        (("Content-Length: 65537",), 413),
+        (("Content-Length: -1",), 400),
+        (("Content-Length: 10", "Content-Length: 999999999"), 400),
+        (("Expect: 100-continue", f"Content-Length: {BIG}"), 413),
+    ],
+)
+def test_a_length_that_is_none_or_too_large_is_refused(
+    panel: Panel, own: str, heads: tuple[str, ...], code: int
+) -> None:
+    with raw(panel, own, "answer", *heads) as link:
+        assert heard(link).startswith(f"HTTP/1.1 {code} ")
+
+
+@pytest.mark.parametrize("head", [f"Content-Length: {BIG}", "Transfer-Encoding: chunked"])
+def test_a_body_that_comes_all_the_same_takes_no_memory(panel: Panel, own: str, head: str) -> None:
+    piece = b"x" * 65536 if "Length" in head else b"10000\r\n" + b"x" * 65536 + b"\r\n"
+    sent = 0
+    tracemalloc.start()
+    try:
+        with raw(panel, own, "answer", head) as link:
+            with suppress(OSError):
+                while sent < BIG:
+                    sent += link.send(piece)
+            peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert sent < BIG / 10
+    assert peak < 20e6
+
+
+def test_a_body_that_comes_slowly_is_given_up(
+    panel: Panel, own: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("workbench.panel.guard.BODY_S", 0.2)
+    with raw(panel, own, "answer", "Content-Length: 100") as link:
+        link.sendall(b"{")
+        told = heard(link)
+    assert told.startswith("HTTP/1.1 408 ")
+    assert "the body did not come within 0.2 s" in told
+    assert ask(panel, own).code == 200
+
+
+def test_a_body_in_pieces_is_read(panel: Panel, own: str) -> None:
+    body = json.dumps({"question": 1, "text": "x"}).encode()
+    head = f"Content-Length: {len(body)}"
+    with raw(panel, own, "answer", head, "Connection: close") as link:
+        for byte in body:
+            link.sendall(bytes([byte]))
+        assert "No run waits for an answer." in heard(link)
 
 
 def test_a_report_is_served_and_can_do_nothing(panel: Panel, own: str, report: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -51,7 +51,7 @@ class Person:
     def confirm(self, text: str) -> None:
         self.told.append(text)
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         self.asked.append(text)
         answer = self.answers.pop(0)
         if isinstance(answer, BaseException):

@@ -120,11 +120,14 @@ class TerminalOperator:
         with self._desk.ask(text, typed=False, picture=picture) as question:
             self._answer(question, "  (Enter) ")
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         """Read a line; empty takes the default."""
         offered = f" [{default}]" if default else ""
         picture, self._picture = self._picture, None
-        with self._desk.ask(text, typed=True, default=default, picture=picture) as question:
+        asked = self._desk.ask(
+            text, typed=True, default=default, picture=picture, choices=tuple(choices)
+        )
+        with asked as question:
             return self._answer(question, f"{offered}: ") or default
 
     def _answer(self, question: Question, end: str) -> str:
@@ -169,7 +172,7 @@ class QuietOperator:
         """Show the text and go on."""
         tell(f"prompt: {text}")
 
-    def ask(self, text: str, default: str) -> str:
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         """Take the default."""
         tell(f"prompt: {text} [{default}]")
         return default

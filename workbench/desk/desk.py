@@ -22,7 +22,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -87,7 +87,8 @@ class Shown:
         phase: what the run does now.
         since: when that began, by `time.monotonic()`.
         notice: the last thing that the operator was told, of this phase or question.
-        question: that waits for an answer: `number`, `text`, `typed`, `default`, `picture`.
+        question: that waits for an answer: `number`, `text`, `typed`, `default`, `picture`,
+            `choices`.
         stops: how often STOP was pressed.
         ended: how it ended, `kind` and `text`; None while it goes on.
     """
@@ -145,7 +146,13 @@ class Desk:
 
     @contextmanager
     def ask(
-        self, text: str, *, typed: bool, default: str = "", picture: Path | None = None
+        self,
+        text: str,
+        *,
+        typed: bool,
+        default: str = "",
+        picture: Path | None = None,
+        choices: Sequence[str] = (),
     ) -> Iterator[Question]:
         """Let a prompt be answered until the block ends.
 
@@ -154,10 +161,12 @@ class Desk:
             typed: whether something is to be typed, not only confirmed.
             default: what nothing typed stands for.
             picture: shown with it.
+            choices: the only answers that will be taken; none where any may be.
         """
         question = Question(next(self._numbers), text, default)
         told = {"number": question.number, "text": text, "typed": typed, "default": default}
         told |= {"picture": None if picture is None else str(picture.resolve())}
+        told |= {"choices": list(choices)}
         self._question = question
         self._show(question=told)
         try:

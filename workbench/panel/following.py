@@ -58,7 +58,8 @@ class Following:
 
     Attributes:
         readings: so far.
-        told: (time [s], sentence) of each event that is no reading.
+        told: (time [s], sentence) of each event that is no reading; None before the cameras record,
+            with which the run's time begins.
         filming: whether the run's time has begun; it begins with the cameras.
         ended: whether the last line was written.
     """
@@ -66,7 +67,7 @@ class Following:
     def __init__(self, bundle: Bundle) -> None:
         self.bundle = bundle
         self.readings = Readings()
-        self.told: list[tuple[float, str]] = []
+        self.told: list[tuple[float | None, str]] = []
         self.filming = self.ended = False
         self._at = 0
         self._last_s = 0.0
@@ -113,4 +114,4 @@ class Following:
                 self.filming = True
             case {"event": str(name)} if name in _ENDINGS:
                 self.ended = True
-        self.told.append((event["time_s"], sentence(event)))
+        self.told.append((event["time_s"] if self.filming else None, sentence(event)))

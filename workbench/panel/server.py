@@ -30,7 +30,7 @@ __all__ = ["Panel"]
 
 MOST_PAGES = 4
 """A browser opens six connections to a host: with more streams than this STOP had to wait."""
-BEAT_S = 1.0
+BEAT_S = 0.5
 """How often a page is sent the times, even when nothing is new [s]."""
 BATCH = 2000
 """Most readings that are sent at once."""
@@ -79,6 +79,7 @@ class Panel:
             log_level="warning",
             access_log=False,  # it would hold the token
             server_header=False,
+            http="h11",  # which bounds the head of a request
             ws="none",
             lifespan="off",
             timeout_graceful_shutdown=1,

@@ -120,7 +120,7 @@ def _run(controller: Controller, following: Following | None) -> dict[str, Any] 
 def _output(controller: Controller, following: Following | None) -> dict[str, str]:
     """Return what is known of the supply's output; what nobody watches any more may be on."""
     if following is None:
-        return {"level": "plain", "text": "off" if controller.state == "alive" else ""}
+        return {"level": "plain", "text": "not on yet" if controller.state == "alive" else ""}
     known, watched = following.output, controller.state == "alive"
     match known.state:
         case "off":

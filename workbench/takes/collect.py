@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
@@ -46,8 +47,8 @@ class Operator(Protocol):
         """Show a text and return when it is confirmed."""
         ...
 
-    def ask(self, text: str, default: str) -> str:
-        """Show a question and return the answer."""
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
+        """Show a question and return the answer; choices are the only ones that will be taken."""
         ...
 
 

@@ -2,8 +2,9 @@
 // decides anything about a run. Everything is put into the page as text, never as HTML.
 "use strict";
 
-const SILENT_MS = 3000;          // without a word for so long the panel's own process is gone
-const STALE_S = 3;               // what the server itself knows is so old: it looks no more
+const SILENT_MS = 2000;          // without a word for so long the panel's own process is gone
+const REPLY_MS = 3000;           // longest wait for the reply to STOP or an answer
+const STALE_S = 2;               // what the server itself knows is so old: it looks no more
 const TWICE_MS = 700;            // one press makes a pointer event and a click
 const STATES = {
   idle: "No run", alive: "Running", silent: "Controller does not answer",
@@ -30,11 +31,16 @@ let clocks = { elapsed_s: null, run_s: null, remaining_s: null, running: false, 
 let clocksCame = 0;
 let heard = performance.now();
 let replaced = false;
+let dropped = false;              // the stream broke off; the browser tries again by itself
 let readings = empty();
 let runs = { rows: [], all: 0 };
 
 function empty() { return { time_s: [], set_V: [], volts: [], amps: [] }; }
-function isLost() { return !replaced && (clocks.age_s > STALE_S || performance.now() - heard > SILENT_MS); }
+function isLost() {
+  return !replaced && (dropped || clocks.age_s > STALE_S || performance.now() - heard > SILENT_MS);
+}
+// what the page shows is of now; otherwise it says of nothing that it is so
+function isLive() { return !isLost() && !replaced; }
 function digits(value, count) { return value === undefined || value === null ? "–" : value.toFixed(count); }
 
 function duration(seconds) {
@@ -55,7 +61,7 @@ async function stop() {
   at("stop").classList.add("pressed");
   put("stop-says", "STOP sent");
   try {
-    const answer = await fetch("stop", { method: "POST", signal: AbortSignal.timeout(SILENT_MS) });
+    const answer = await fetch("stop", { method: "POST", signal: AbortSignal.timeout(REPLY_MS) });
     put("stop-says", (await answer.json()).text);
   } catch {
     put("stop-says", "STOP was not received. Use the switch on the supply's front now.");
@@ -72,7 +78,7 @@ at("stop").addEventListener("click", stop);
 let asked = null;
 
 function showPrompt() {
-  const question = isLost() || replaced ? null : state.question;
+  const question = isLive() ? state.question : null;
   show("prompt", question !== null);
   if (question === null) { asked = null; return; }
   refuse(state.notice);
@@ -82,12 +88,23 @@ function showPrompt() {
   show("prompt-picture", question.picture);
   if (question.picture) at("prompt-picture").src = `picture/${question.number}`;
   const input = at("prompt-input");
+  const choices = question.choices || [];
+  show("prompt-choices", choices.length > 0);
+  show("prompt-reply", choices.length === 0);
+  at("prompt-choices").replaceChildren(...choices.map((choice) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = choice;
+    button.addEventListener("click", () => answer(choice));
+    return button;
+  }));
   show("prompt-input", question.typed);
   input.value = "";
   input.placeholder = question.default;
   put("prompt-send", question.typed ? "Send" : "Confirm");
-  at("prompt-send").disabled = false;
-  if (document.activeElement === document.body) (question.typed ? input : at("prompt-send")).focus();
+  allowAnswers(true);
+  // no choice has the focus: a key that was meant for something else must not answer
+  if (choices.length === 0 && document.activeElement === document.body) (question.typed ? input : at("prompt-send")).focus();
 }
 
 function refuse(text) {
@@ -95,22 +112,101 @@ function refuse(text) {
   show("prompt-refused", Boolean(text));
 }
 
-at("prompt").addEventListener("submit", async (event) => {
+function allowAnswers(allowed) {
+  for (const button of at("prompt").querySelectorAll("button")) button.disabled = !allowed;
+}
+
+at("prompt").addEventListener("submit", (event) => {
   event.preventDefault();
-  const [question, text] = [asked, at("prompt-input").value];
-  at("prompt-send").disabled = true;
+  if (!at("prompt-reply").hidden) answer(at("prompt-input").value);
+});
+
+async function answer(text) {
+  const question = asked;
+  allowAnswers(false);
   try {
     const answer = await fetch("answer", {
       method: "POST", headers: { "content-type": "application/json" },
-      body: JSON.stringify({ question, text }), signal: AbortSignal.timeout(SILENT_MS),
+      body: JSON.stringify({ question, text }), signal: AbortSignal.timeout(REPLY_MS),
     });
     const said = await answer.json();
     if (!said.taken) refuse(said.text || "The answer was not taken.");
   } catch {
     refuse("The answer was not received. Answer in the run's terminal.");
   }
-  if (asked === question) at("prompt-send").disabled = false;
+  if (asked === question) allowAnswers(true);
+}
+
+// ---- calling somebody who looks elsewhere ---------------------------------------------------------
+
+const CALLS = {                   // tones [Hz], one after the other
+  asks: [660, 880], ended: [660, 660, 440], trouble: [980, 620, 980, 620, 980, 620],
+};
+let sound = true;
+let touched = null;               // by what: a browser lets no page sound that nobody has touched
+let speaker = null;
+let called = { question: null, end: "", trouble: "" };
+let first = true;                 // what stood there when the page was opened calls nobody
+
+function beep(tones) {
+  const Speaker = window.AudioContext || window.webkitAudioContext;
+  if (!sound || !touched || !Speaker) return;
+  try {
+    speaker = speaker || new Speaker();
+    tones.forEach((tone, place) => {
+      const [from, to] = [speaker.currentTime + 0.2 * place, speaker.currentTime + 0.2 * place + 0.16];
+      const [source, gain] = [speaker.createOscillator(), speaker.createGain()];
+      source.frequency.value = tone;
+      gain.gain.setValueAtTime(0.0001, from);
+      gain.gain.exponentialRampToValueAtTime(0.25, from + 0.02);
+      gain.gain.exponentialRampToValueAtTime(0.0001, to);
+      source.connect(gain);
+      gain.connect(speaker.destination);
+      source.start(from);
+      source.stop(to);
+    });
+  } catch { /* without sound the title and the page still tell */ }
+}
+
+function call(kind, text) {
+  beep(CALLS[kind]);
+  if (sound && document.hidden && window.Notification && Notification.permission === "granted") {
+    try { new Notification("Workbench panel", { body: text, tag: kind }); } catch { /* not everywhere */ }
+  }
+}
+
+// Calls once for each prompt, each end and each trouble that was not there before.
+function callIfNew(named, banner) {
+  const run = state.run;
+  const now = {
+    question: isLive() && state.question ? state.question.number : null,
+    end: `${state.controller === "ended" ? state.pid : ""}/${run && run.ended ? run.name : ""}`,
+    trouble: ALARMS.includes(named) ? named : banner && banner.level === "alarm" ? banner.title : "",
+  };
+  const before = called;
+  called = now;
+  if (first) return;
+  if (now.trouble && now.trouble !== before.trouble) call("trouble", banner ? banner.title : STATES[named]);
+  else if (now.question !== null && now.question !== before.question) call("asks", state.question.text);
+  else if (now.end !== before.end && now.end !== "/") call("ended", banner ? banner.title : "A run has ended");
+}
+
+at("sound").addEventListener("click", () => {
+  if (touched === at("sound")) touched = window;   // the first touch of the page allows it
+  else sound = !sound;
+  at("sound").setAttribute("aria-pressed", String(sound));
+  put("sound", sound ? "Sound on" : "Sound off");
+  if (sound) beep([880]);
+  if (sound && window.Notification && Notification.permission === "default") Notification.requestPermission();
 });
+
+for (const touch of ["pointerdown", "keydown"]) {
+  window.addEventListener(touch, (event) => {
+    if (touched) return;
+    touched = event.target;
+    put("sound", "Sound on");
+  });
+}
 
 // ---- what the server says -----------------------------------------------------------------------
 
@@ -121,10 +217,12 @@ function showState() {
   document.body.classList.toggle("past", named !== "alive");
   at("lamp").className = "lamp" + (ALARMS.includes(named) ? " alarm" : named === "alive" ? " alive" : "");
   put("title", state.title || "Workbench panel");
-  document.title = `${STATES[named]}${state.title ? ` – ${state.title}` : ""}`;
   put("place", state.title ? `${state.protocol} on bench ${state.bench}, process ${state.pid}` :
     "Start a run in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
   const banner = lost ? LOST : replaced ? REPLACED : state.banner;
+  const asks = isLive() && state.question;
+  const head = asks ? "Answer needed" : banner && named !== "alive" ? banner.title : STATES[named];
+  document.title = `${head}${state.title ? ` – ${state.title}` : ""}`;
   show("banner", Boolean(banner));
   if (banner) {
     at("banner").className = `banner ${banner.level}`;
@@ -134,12 +232,22 @@ function showState() {
   const run = state.run;
   put("run-place", run ? `Run ${run.number} of ${run.of}` : "Run");
   put("run-name", run ? [run.mode, run.asked, run.name].filter(Boolean).join(", ") : "");
-  put("phase", state.question ? "Waiting for an answer" : state.phase || STATES[state.controller]);
-  put("output", (state.output && state.output.text) || "–");
-  at("output").className = `value ${state.output ? state.output.level : ""}`;
-  show("notice", Boolean(state.notice) && !state.question);
+  put("phase", !isLive() ? "Not known" :
+    state.question ? "Waiting for an answer" : state.phase || STATES[state.controller]);
+  const output = outputNow();
+  put("output", output.text || "–");
+  at("output").className = `value ${output.level}`;
+  show("notice", isLive() && Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
+  showReadouts();
   showPrompt();
+  callIfNew(named, banner);
+}
+
+// What is not heard of any more is not known, whatever was said last.
+function outputNow() {
+  if (isLive()) return state.output || { level: "", text: "" };
+  return { level: state.run ? "alarm" : "", text: "Not known" };
 }
 
 function showLog() {
@@ -158,7 +266,9 @@ function row(cells) {
 }
 
 function showRuns() {
-  const live = state.controller === "alive" && state.run && !state.run.ended ? state.run.name : null;
+  const going = ["alive", "silent"].includes(state.controller) && state.run && !state.run.ended;
+  const current = going ? state.run.name : null;
+  const status = isLive() && state.controller === "alive" ? ["running", "live"] : ["not known", "bad"];
   put("runs-count", runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
   at("runs").replaceChildren(...runs.rows.map((run) => {
     let report = "–";
@@ -171,7 +281,7 @@ function showRuns() {
       report.setAttribute("aria-label", `report of ${run.name}`);
     }
     return row([
-      [run.name], [run.title], run.name === live ? ["running", "live"] :
+      [run.name], [run.title], run.name === current ? status :
         [run.status, run.status === "complete" ? "" : "bad"],
       [digits(run.real_m, 3), "number"], [digits(run.twin_m, 3), "number"],
       [digits(run.error_mm, 1), "number"], [report],
@@ -182,7 +292,13 @@ function showRuns() {
 function takeReadings(news) {
   if (news.first === 0) readings = empty();
   for (const name of Object.keys(readings)) if (news[name]) readings[name].push(...news[name]);
-  const last = readings.amps.length - 1;
+  showReadouts();
+}
+
+// A reading is of now only while the output is on and the run is heard of.
+function showReadouts() {
+  const now = isLive() && state.controller === "alive" && state.output && state.output.level === "live";
+  const last = now ? readings.amps.length - 1 : -1;
   put("set", digits(readings.set_V[last], 2));
   put("volts", digits(readings.volts[last], 2));
   put("amps", digits(readings.amps[last], 3));
@@ -192,20 +308,23 @@ function listen() {
   const stream = new EventSource("events");
   const on = (name, take) => stream.addEventListener(name, (event) => {
     heard = performance.now();
+    dropped = false;
     take(JSON.parse(event.data));
   });
+  stream.addEventListener("error", () => { dropped = !replaced; tick(); });
   on("state", (news) => {
     // what was said of another run goes; what was said before the first state came is of this one
     if (state.pid !== undefined && news.pid !== state.pid) put("stop-says", "");
     state = news;
     showState();
+    first = false;
     showLog();
     showRuns();
   });
   on("clocks", (news) => { clocks = news; clocksCame = performance.now(); });
   on("runs", (news) => { runs = news; showRuns(); });
   on("readings", takeReadings);
-  on("replaced", () => { replaced = true; stream.close(); showState(); });
+  on("replaced", () => { replaced = true; stream.close(); showState(); showRuns(); });
 }
 
 // ---- times and plot -----------------------------------------------------------------------------
@@ -214,6 +333,7 @@ function now() {
   const since = clocks.running && !isLost() && !replaced ? (performance.now() - clocksCame) / 1000 : 0;
   const plus = (value, change) => (value === null || value === undefined ? null : value + change);
   const going = state.run && state.run.filming && !state.run.ended ? since : 0;
+  if (!isLive()) return { elapsed: null, remaining: null, run: null };
   return {
     elapsed: plus(clocks.elapsed_s, since),
     remaining: plus(clocks.remaining_s, -going),
@@ -340,7 +460,7 @@ function tick() {
   put("elapsed", duration(elapsed));
   put("remaining", duration(remaining));
   drawPlot(run);
-  if (isLost() !== wasLost) { wasLost = isLost(); showState(); }
+  if (isLost() !== wasLost) { wasLost = isLost(); showState(); showRuns(); }
 }
 
 listen();
