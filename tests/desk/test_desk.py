@@ -120,7 +120,7 @@ def test_a_visitor_sees_phase_question_notice_and_end(runs: Path) -> None:
         assert shown(line, phase="rest 2 s")["since"] < 1
         with desk.ask("How warm?", typed=True, default="20 degC"):
             told = {"number": 1, "text": "How warm?", "typed": True, "default": "20 degC"}
-            told["picture"] = None
+            told |= {"picture": None, "choices": []}
             shown(line, question=told)
         desk.show_notice("not taken: 99")
         shown(line, question=None, notice="not taken: 99")
