@@ -270,3 +270,14 @@ def test_a_folder_that_is_a_link_is_named_and_not_entered(run: Path, tmp_path: P
     assert "take: a link, and no file of the run; it is not opened" in verify(run)
     assert "take/take 1.csv: missing" in verify(run)
     assert not Bundle.open(run).has_take()
+
+
+def test_lists_in_lists_without_end_are_damage_like_any_other(run: Path) -> None:
+    deep = "[" * 100_000
+    (run / "manifest.json").write_text(f'{{"schema": {deep}')
+    for name in ("journal.jsonl", "remarks.jsonl"):
+        (run / name).write_text(f"{deep}\n")
+    assert listed(run) == "damaged"
+    assert {"manifest.json", "journal.jsonl", "remarks.jsonl"} <= damaged_files(verify(run))
+    bundle, _ = Bundle.recover(run)
+    assert bundle.read_journal() == []

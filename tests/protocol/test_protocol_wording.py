@@ -158,3 +158,19 @@ def test_a_wrong_value_of_a_bench_too(tmp_path: Path, given: str, wrong: str, wo
     text = (ROOT / FILES["bench"]).read_text(encoding="utf-8")
     (found,) = faults(tmp_path, text.replace(given, wrong, 1), BenchFile)
     assert words in found
+
+
+@pytest.mark.parametrize("key", ["title", "model", "shape"])
+def test_a_text_that_would_steer_a_terminal_or_end_a_name_is_refused(
+    tmp_path: Path, key: str
+) -> None:
+    for written in (r"a\e[31mb", r"a\0b", r"a\x9bb"):
+        text = f'schema: workbench/protocol-1\n{key}: "{written}"\nsteps:\n  - prompt: x\n'
+        (found,) = faults(tmp_path, text)
+        assert found.startswith(f"2:1: {key}: a character that cannot be shown, ")
+        assert found.isprintable()
+
+
+def test_an_include_with_a_nul_is_a_fault(tmp_path: Path) -> None:
+    (found,) = faults(tmp_path, f'{HEAD}steps:\n  - include: "a\\0b"\n')
+    assert "4:5: include: a character that cannot be shown" in found

@@ -84,7 +84,7 @@ class Bundle:
             raise InputError(f"{path}: {no_bundle(path)}") from None
         except OSError as error:
             raise InputError(f"{path / MANIFEST}: cannot be read: {what_to_do(error)}") from None
-        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
             raise InputError(f"{path / MANIFEST}: damaged: {error}") from None
         if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
             raise InputError(f"{path / MANIFEST}: not a manifest of schema {_SCHEMA}")
@@ -372,7 +372,7 @@ def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
     for line in (whole if damaged else text).splitlines():
         try:
             event = json.loads(line)
-        except json.JSONDecodeError:
+        except (json.JSONDecodeError, RecursionError):
             event = None
         if isinstance(event, dict):
             events.append(event)

@@ -40,7 +40,7 @@ def recovered_manifest(folder: Path) -> dict[str, Any]:
     for block in _KEY.split(text.rstrip().removesuffix("}"))[1:]:
         try:
             told |= json.loads(f"{{{block.rstrip().removesuffix(',')}}}")
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
     return told
 

@@ -135,7 +135,7 @@ def _read(line: str) -> Remark | None:
     """Return the remark of a line, None where it is not byte for byte what was written."""
     try:
         facts = json.loads(line)
-    except json.JSONDecodeError:
+    except (json.JSONDecodeError, RecursionError):
         return None
     if not isinstance(facts, dict) or facts.keys() != {*_KEYS, _SUM}:
         return None

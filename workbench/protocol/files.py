@@ -16,7 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from workbench.errors import FileFault, FileFaults, InputError, what_to_do
 from workbench.protocol.tree import MOST_BYTES, BeyondBounds, tree_of
-from workbench.protocol.wording import Location, faults_of, holds
+from workbench.protocol.wording import Location, faults_of, holds, unshown_in
 
 __all__ = ["Document", "Location", "load", "parse"]
 
@@ -74,6 +74,8 @@ def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
     if (other := _other(tree.get("schema"), schema)) is not None:
         words = f"this is a {other}, and a {_kind(schema)} is needed here; name another file"
         raise FileFaults([_fault(path, text, _place(tree, ("schema",)), words)])
+    if unshown := unshown_in(tree):
+        raise FileFaults([_fault(path, text, _place(tree, at), words) for at, words in unshown])
     try:
         content = schema.model_validate(_plain(tree))
     except ValidationError as error:

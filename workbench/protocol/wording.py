@@ -16,7 +16,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from workbench.errors import did_you_mean
 
-__all__ = ["Location", "faults_of", "found_in_words", "holds", "shortened"]
+__all__ = ["Location", "faults_of", "found_in_words", "holds", "shortened", "unshown_in"]
 
 Location = tuple[str | int, ...]
 """Path to a value of a file: keys and list indices from the top."""
@@ -47,6 +47,7 @@ _PATTERNS = {
     r"^[a-z][a-z0-9_]*$": "small letters, digits and _, beginning with a letter",
     r"^[^.\s]+$": "characters other than spaces and dots",
 }
+_UNSHOWN = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 _AFTER_COMMA = re.compile(r"\d+(\s*[^\s\d].*)?")
 
 
@@ -90,6 +91,24 @@ def holds(node: Any, step: str | int) -> bool:
     if isinstance(node, CommentedMap):
         return step in node
     return isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node)
+
+
+def unshown_in(node: Any, above: Location = ()) -> list[tuple[Location, str]]:
+    """Return where texts have characters that steer a terminal or end a name, such as `\\0`."""
+    items: Iterable[tuple[Any, Any]] = ()
+    if isinstance(node, CommentedMap):
+        items = node.items()
+    elif isinstance(node, CommentedSeq):
+        items = enumerate(node)
+    found: list[tuple[Location, str]] = []
+    for step, value in items:
+        for text in (step, value):
+            bad = _UNSHOWN.search(text) if isinstance(text, str) else None
+            if bad is not None:
+                words = f"a character that cannot be shown, {bad[0]!r}; take it out"
+                found.append(((*above, step), f"{_label((*above, step))}: {words}"))
+        found += unshown_in(value, (*above, step))
+    return found[:_MOST]
 
 
 def found_in_words(value: object) -> str:
