@@ -6,12 +6,12 @@ A run without a drive leaves the supply alone: it is neither opened nor asked an
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bundle import Bundle
@@ -37,7 +37,13 @@ from workbench.signals import Signals
 from workbench.timeseries import TimeSeries
 from workbench.versions import versions
 
-__all__ = ["carry_out"]
+__all__ = ["Between", "Choice", "carry_out"]
+
+Choice = Literal["go on", "skip", "repeat", "end"]
+"""What is done after a run: the next one, the one after it, the same again, or nothing more."""
+Between = Callable[[Bundle, PlannedRun, PlannedRun | None], Choice]
+"""Is asked after each run: its bundle, the run, and the one that follows, None after the last.
+It is asked again after `skip`, with the run that then follows."""
 
 _POLL_S = 0.2
 _HAND_S = 1.5  # a person lets go within this time of being asked
@@ -50,8 +56,12 @@ def carry_out(
     operator: Operator,
     progress: Progress,
     course: Course | None = None,
+    between: Between = lambda bundle, run, following: "go on",
 ) -> Iterator[Bundle]:
     """Do what is planned and not yet done, in order; yield each run's bundle when it is complete.
+
+    A run that is repeated is another attempt; its prompts and pauses are repeated with it. One that
+    is skipped is left to be made when the experiment is resumed.
 
     Args:
         experiment: plan and files.
@@ -60,6 +70,7 @@ def carry_out(
         operator: answers the prompts.
         progress: is told each phase.
         course: of an experiment that was begun; None begins one.
+        between: is asked after each run.
 
     Raises:
         SafetyStop: when a limit or a protection ended a run, or nobody acknowledged that of an
@@ -69,20 +80,26 @@ def carry_out(
     """
     _refuse_when_latched(experiment, bench, root)
     course = course or begin(experiment.inputs(), datetime.now())
-    answers: list[Answered] = []
     left, busy = experiment.plan.without(course.done), 0.0
-    for item in left.items:
-        match item:
-            case PlannedPrompt():
-                answers.append(ask(operator, item))
-            case PlannedPause():
-                _wait(bench, item, progress)
-            case PlannedRun():
-                words = f"run {item.number} of {len(experiment.plan.runs)}: "
-                told = within(progress, words, busy / left.seconds)
-                run = _Conductor(experiment, bench, root, operator, told, item, course)
-                yield run.conduct(answers)
-                answers, busy = [], busy + item.rest + item.duration
+    waiting = left.by_run()
+    while waiting:
+        answers: list[Answered] = []
+        items, run = waiting[0]
+        for item in items:
+            match item:
+                case PlannedPrompt():
+                    answers.append(ask(operator, item))
+                case PlannedPause():
+                    _wait(bench, item, progress)
+        words = f"run {run.number} of {len(experiment.plan.runs)}: "
+        told = within(progress, words, min(busy / left.seconds, 1.0))
+        bundle = _Conductor(experiment, bench, root, operator, told, run, course).conduct(answers)
+        yield bundle
+        busy, course = busy + run.rest + run.duration, course.after(run.number)
+        following = waiting[1:]
+        while (choice := between(bundle, run, following[0][1] if following else None)) == "skip":
+            following = following[1:]
+        waiting = {"go on": following, "repeat": [waiting[0], *following], "end": []}[choice]
 
 
 def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:

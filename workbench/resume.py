@@ -12,7 +12,7 @@ import secrets
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,10 @@ class Course:
     done: frozenset[int] = frozenset()
     tries: Mapping[int, int] = field(default_factory=dict)
     root: Path | None = None
+
+    def after(self, number: int) -> Course:
+        """Return the course when a run was made once more."""
+        return replace(self, tries={**self.tries, number: self.tries.get(number, 0) + 1})
 
     def facts(self, number: int) -> dict[str, Any]:
         """Return what the manifest of a run's bundle says of its experiment."""

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import socket
+import subprocess
 import sys
 import threading
 import time
@@ -189,6 +190,31 @@ def test_choices_are_buttons(tmp_path: Path, device: Device, page: Page) -> None
     page.click("#stop")
     client.end()
     assert client.bundle.manifest["answers"]["foot"] == {"value": "rubber", "unit": None}
+
+
+def test_a_pause_is_asked_for_in_the_page_and_answered_there(
+    tmp_path: Path, page: Page, root: Path
+) -> None:
+    protocol = tmp_path / "p.yaml"
+    protocol.write_text(
+        "schema: workbench/protocol-1\ntitle: Two runs\nsteps:\n  - run: {mode: clamped, "
+        "speed: 17 rad/s, rest: 1 s, ramp: 0.2 s, duration: 1 s, repeats: 2}\n"
+    )
+    bench = root / "docs" / "examples" / "practice-bench.yaml"
+    words = ["run", str(protocol), "--bench", str(bench), "--runs", str(tmp_path / "runs")]
+    with subprocess.Popen(
+        [sys.executable, "-c", "from workbench.cli import main; main()", *words],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as run:  # fmt: skip
+        page.wait_for("!document.querySelector('#pause').hidden")
+        page.click("#pause")
+        page.wait_for(has("#pause", "Pauses after this run"))
+        page.wait_for(has("#prompt-text", "Paused after run 1 of 2"), 20)
+        assert page.text("#prompt-choices button:nth-child(2)") == "skip run 2"
+        assert page.text("#pause") == "Pause after this run"
+        page.click("#prompt-choices button:last-child")
+        page.wait_for(has("#banner-title", "Ended by the operator"))
+        assert run.wait(10) == 0
 
 
 def test_a_page_calls_when_a_run_asks_hangs_and_ends(

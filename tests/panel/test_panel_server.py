@@ -129,6 +129,14 @@ def test_an_answer_that_nobody_asked_for_is_told(panel: Panel, own: str) -> None
     assert ask(panel, f"{own}answer", "POST", body=long, **headers).code == 422
 
 
+def test_a_pause_of_no_run_is_told(panel: Panel, own: str) -> None:
+    origin = f"http://{HERE}:{panel.port}"
+    headers = {"Origin": origin, "content_type": "application/json"}
+    found = ask(panel, f"{own}pause", "POST", body='{"on": true}', **headers)
+    assert json.loads(found.text) == {"pausing": False, "text": "No run is under way."}
+    assert ask(panel, f"{own}pause", "POST", body='{"on": true}').code == 403  # of another page
+
+
 def raw(panel: Panel, own: str, path: str, *heads: str, method: str = "POST") -> socket.socket:
     """A connection on which the head of a request was sent."""
     link = socket.create_connection((HERE, panel.port), 10)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from workbench.bench import Bench, Operator
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, add_remark
 from workbench.cli.keyboard import Keyboard
 from workbench.cli.output import QuietOperator, TerminalOperator, tell
 from workbench.desk import Desk, open_desk
-from workbench.engine import carry_out
+from workbench.engine import Choice, carry_out
 from workbench.experiment import Experiment
+from workbench.operator_name import operator_name
 from workbench.protocol import BenchFile, Item, PlannedPause, PlannedRun
 from workbench.resume import Course, begin
 
@@ -21,7 +22,11 @@ __all__ = ["carry_out_at_desk", "operator_of"]
 
 
 def carry_out_at_desk(
-    experiment: Experiment, bench: Bench, runs: Path, course: Course | None = None
+    experiment: Experiment,
+    bench: Bench,
+    runs: Path,
+    course: Course | None = None,
+    pause: bool = False,
 ) -> Iterator[Bundle]:
     """Do what is planned and not yet done, where the panel can see it; yield each bundle.
 
@@ -30,6 +35,8 @@ def carry_out_at_desk(
         bench: what it is done on.
         runs: folder of all bundles.
         course: of an experiment that was begun; None begins one.
+        pause: whether to ask after each run what is done next; otherwise after one where somebody
+            asked for it in the panel.
 
     Raises:
         InputError: when another process carries this experiment out.
@@ -44,7 +51,62 @@ def carry_out_at_desk(
             desk.show_phase(text)
             tell(text)
 
-        yield from carry_out(experiment, bench, runs, operator, show, course)
+        between = _Between(experiment, desk, operator, pause)
+        yield from carry_out(experiment, bench, runs, operator, show, course, between)
+
+
+class _Between:
+    """Asks the operator between two runs, where that was asked for."""
+
+    def __init__(
+        self, experiment: Experiment, desk: Desk, operator: Operator, always: bool
+    ) -> None:
+        self._of = len(experiment.plan.runs)
+        self._desk, self._operator, self._always = desk, operator, always
+        self._skipped = False
+
+    def __call__(self, bundle: Bundle, run: PlannedRun, following: PlannedRun | None) -> Choice:
+        """Return what is done next, and keep with the run that it was chosen."""
+        if not (self._always or self._desk.pausing or self._skipped):
+            return "go on"
+        self._desk.want_pause(False)
+        if not self._operator.present:
+            tell("nobody is there to be asked what is done next; going on")
+            return "go on"
+        words = self._words(run, following)
+        choice = self._choose(run, following, words)
+        self._skipped = choice == "skip"
+        who, now = operator_name(), datetime.now().astimezone()
+        add_remark(bundle.path, "note", f"paused after this run, then: {words[choice]}", who, now)
+        if choice == "end" and following is not None:
+            self._desk.outcome = "ended"
+        return choice
+
+    def _words(self, run: PlannedRun, following: PlannedRun | None) -> dict[Choice, str]:
+        if following is None:
+            return {"end": "end", "repeat": f"repeat run {run.number}"}
+        return {
+            "go on": f"go on with run {following.number}",
+            "skip": f"skip run {following.number}",
+            "repeat": f"repeat run {run.number}",
+            "end": "end here",
+        }
+
+    def _choose(
+        self, run: PlannedRun, following: PlannedRun | None, words: Mapping[Choice, str]
+    ) -> Choice:
+        """Ask until the answer is one of the words, or the beginning of one alone."""
+        after = "it is the last" if following is None else f"next is {following.name}"
+        text = f"Paused after run {run.number} of {self._of}, {run.name}; {after}."
+        asked = f"{text} [{', '.join(words.values())}]"
+        while True:
+            typed = self._operator.ask(asked, "", tuple(words.values())).strip().casefold()
+            meant: list[Choice] = [
+                one for one, told in words.items() if typed and told.startswith(typed)
+            ]
+            if len(meant) == 1:
+                return meant[0]
+            self._operator.tell(f"not taken: {typed!r} is not one of {', '.join(words.values())}")
 
 
 def operator_of(bench: BenchFile, desk: Desk) -> Operator:

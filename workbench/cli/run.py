@@ -40,6 +40,9 @@ def run(
             autocompletion=run_names,
         ),
     ] = None,
+    pause: Annotated[
+        bool, typer.Option("--pause", help="Ask after each run: go on, skip, repeat or end.")
+    ] = False,
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
@@ -74,7 +77,7 @@ def run(
     from workbench.cli.attended import carry_out_at_desk  # and all that a run needs
 
     done: list[Bundle] = []
-    for bundle in carry_out_at_desk(experiment, device, runs, course):
+    for bundle in carry_out_at_desk(experiment, device, runs, course, pause):
         done.append(bundle)
         if not as_json:
             _print_bundle(bundle)

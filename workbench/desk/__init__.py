@@ -16,7 +16,7 @@ To show one more thing to those who watch: one field of `desk.Shown`, one method
 
 from workbench.desk.card import Card, cards, claim, holder
 from workbench.desk.desk import Desk, Question, Reply, open_desk
-from workbench.desk.visitor import answer, press_stop, watch
+from workbench.desk.visitor import answer, pause, press_stop, watch
 
 __all__ = [
     "Card",
@@ -28,6 +28,7 @@ __all__ = [
     "claim",
     "holder",
     "open_desk",
+    "pause",
     "press_stop",
     "watch",
 ]

@@ -4,6 +4,7 @@
     {"token": "...", "want": "stop"}                {"stopped": 1}
     {"token": "...", "want": "answer",
      "question": 3, "text": "12 cm"}                {"taken": true}
+    {"token": "...", "want": "pause", "on": true}   {"pausing": true}
     {"token": "...", "want": "watch"}
     {"pages": 1}                                    {"phase": "rest 2 s", "question": {...}, ...}
     ...                                             ...
@@ -90,6 +91,7 @@ class Shown:
         question: that waits for an answer: `number`, `text`, `typed`, `default`, `picture`,
             `choices`.
         stops: how often STOP was pressed.
+        pausing: whether somebody wants to be asked after this run.
         ended: how it ended, `kind` and `text`; None while it goes on.
     """
 
@@ -98,6 +100,7 @@ class Shown:
     notice: str = ""
     question: Mapping[str, Any] | None = None
     stops: int = 0
+    pausing: bool = False
     ended: Mapping[str, str] | None = None
 
     def message(self) -> Message:
@@ -112,10 +115,12 @@ class Desk:
     Attributes:
         token: whoever knows it may do what the one at the terminal may.
         port: on loopback.
+        outcome: kind of the end where nothing was raised.
     """
 
     def __init__(self) -> None:
         self.token = secrets.token_urlsafe(24)
+        self.outcome = "complete"
         self._listener = socket.create_server((HERE, 0))
         self.port: int = self._listener.getsockname()[1]
         self._news = threading.Condition()
@@ -135,6 +140,15 @@ class Desk:
         with self._news:
             left = self._opened + FOUND_S - time.monotonic()
             return self._news.wait_for(lambda: any(self._pages.values()), max(left, 0.0))
+
+    @property
+    def pausing(self) -> bool:
+        """Whether somebody wants to be asked after this run."""
+        return self._shown.pausing
+
+    def want_pause(self, on: bool) -> None:
+        """Ask after this run what is done next, or do not; safe in any thread."""
+        self._show(pausing=on)
 
     def show_phase(self, text: str) -> None:
         """Show what the run does from now on."""
@@ -213,6 +227,9 @@ class Desk:
                 press_ctrl_c()  # before anything that could take time
                 line.send({"stopped": 1})
                 self._show(stops=self._shown.stops + 1)
+            case "pause":
+                self.want_pause(hello.get("on") is True)
+                line.send({"pausing": self.pausing})
             case "answer":
                 line.send({"taken": self._answer(hello.get("question"), hello.get("text"))})
             case "watch":
@@ -271,11 +288,12 @@ def open_desk(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator
     Raises:
         InputError: when another process carries it out.
     """
-    desk, kind, text = Desk(), "complete", "complete"
+    desk, kind, text = Desk(), "", ""
     place = {"port": desk.port, "token": desk.token}
     try:
         with claim(runs, experiment, {**facts, **place}), _ctrl_c_heard():
             yield desk
+        kind = text = desk.outcome
     except BaseException as error:
         kind, text = type(error).__name__, str(error)
         raise

@@ -10,7 +10,7 @@ from workbench.desk.card import Card
 from workbench.errors import ControllerGone
 from workbench.loopback import HERE, Line, Message
 
-__all__ = ["answer", "press_stop", "watch"]
+__all__ = ["answer", "pause", "press_stop", "watch"]
 
 _REACHED_S = 0.5  # a process that lives accepts at once
 
@@ -31,6 +31,15 @@ def answer(card: Card, question: int, text: str) -> bool:
         ControllerGone: when its process is dead or hangs.
     """
     return bool(_ask(card, {"want": "answer", "question": question, "text": text}).get("taken"))
+
+
+def pause(card: Card, on: bool) -> bool:
+    """Have it asked after the run what is done next, or not; returns whether it will be.
+
+    Raises:
+        ControllerGone: when its process is dead or hangs.
+    """
+    return bool(_ask(card, {"want": "pause", "on": on}).get("pausing"))
 
 
 @contextmanager

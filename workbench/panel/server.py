@@ -1,4 +1,4 @@
-"""The web server of the panel: the page, its stream of events, STOP and answers."""
+"""The web server of the panel: the page, its stream of events, STOP, pause and answers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fastapi import FastAPI, HTTPException
 from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
-from workbench.desk import Card, answer, cards, holder, press_stop
+from workbench.desk import Card, answer, cards, holder, pause, press_stop
 from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
@@ -48,6 +48,12 @@ class Answer(BaseModel):
 
     question: int
     text: Annotated[str, Field(max_length=2000)] = ""
+
+
+class Pause(BaseModel):
+    """What a page sends to have it asked after the run what is done next, or not."""
+
+    on: bool
 
 
 class Panel:
@@ -99,7 +105,7 @@ class Panel:
 
 
 def _app(pages: _Pages) -> FastAPI:
-    """Return what the guard lets through: the stream, STOP, answers, and files."""
+    """Return what the guard lets through: the stream, STOP, pause, answers, and files."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     watcher = pages.watcher
 
@@ -110,6 +116,10 @@ def _app(pages: _Pages) -> FastAPI:
     @app.post("/stop")
     async def stop() -> dict[str, Any]:
         return await _in_own_thread(lambda: _stop(watcher))
+
+    @app.post("/pause")
+    async def pause_after(wanted: Pause) -> dict[str, Any]:
+        return await _in_own_thread(lambda: _pause(watcher, wanted))
 
     @app.post("/answer")
     async def give_answer(given: Answer) -> dict[str, Any]:
@@ -203,6 +213,17 @@ def _answer(watcher: Watcher, given: Answer) -> dict[str, Any]:
     except ControllerGone as error:
         return {"taken": False, "text": f"The run cannot be reached: {error}."}
     return {"taken": taken, "text": "" if taken else "It had been answered already."}
+
+
+def _pause(watcher: Watcher, wanted: Pause) -> dict[str, Any]:
+    """Bring the wish for a pause to the run that is shown."""
+    card = watcher.controller.card
+    if card is None:
+        return {"pausing": False, "text": "No run is under way."}
+    try:
+        return {"pausing": pause(card, wanted.on), "text": ""}
+    except ControllerGone as error:
+        return {"pausing": False, "text": f"The run cannot be reached: {error}."}
 
 
 class _Pages:

@@ -20,6 +20,7 @@ LOG_LINES = 60
 
 _ENDED = {
     "complete": ("good", "Complete"),
+    "ended": ("plain", "Ended by the operator"),
     "Interrupted": ("plain", "Stopped by the user"),
     "KeyboardInterrupt": ("plain", "Stopped by the user"),
     "SafetyStop": ("alarm", "Safety stop"),
@@ -58,6 +59,7 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
         "notice": shown.get("notice", "") if alive else "",
         "question": _question(controller),
         "stops": shown.get("stops", 0),
+        "pausing": bool(shown.get("pausing")) and alive,
         "run": _run(controller, following),
         "output": _output(controller, following),
         "log": [] if following is None else following.told[-LOG_LINES:],
@@ -156,7 +158,7 @@ def _banner(controller: Controller, following: Following | None) -> _Banner | No
             level, title = _ENDED.get(ended["kind"], ("alarm", "Failed"))
             if "OUTPUT MAY BE ON" in ended["text"]:
                 level = "alarm"
-            said = "" if ended["kind"] == "complete" else ended["text"]
+            said = "" if ended["kind"] in ("complete", "ended") else ended["text"]
             return _Banner(level, title, said)
         case _:
             return _doubt(following)

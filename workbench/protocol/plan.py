@@ -185,6 +185,18 @@ class Plan:
         busy = sum(run.rest + run.duration for run in self.runs)
         return busy + sum(pause.seconds for pause in pauses)
 
+    def by_run(self) -> list[tuple[list[PlannedPrompt | PlannedPause], PlannedRun]]:
+        """Return each run with the prompts and pauses before it."""
+        parts: list[tuple[list[PlannedPrompt | PlannedPause], PlannedRun]] = []
+        waiting: list[PlannedPrompt | PlannedPause] = []
+        for item in self.items:
+            if isinstance(item, PlannedRun):
+                parts.append((waiting, item))
+                waiting = []
+            else:
+                waiting.append(item)
+        return parts
+
     def without(self, done: Container[int]) -> Plan:
         """Return what is left when the runs of these numbers are done.
 

@@ -94,7 +94,7 @@ def holds(node: Any, step: str | int) -> bool:
 
 
 def unshown_in(node: Any, above: Location = ()) -> list[tuple[Location, str]]:
-    """Return where texts have characters that steer a terminal or end a name, such as `\\0`."""
+    """Return where texts have characters that steer a terminal, or end a name as NUL does."""
     items: Iterable[tuple[Any, Any]] = ()
     if isinstance(node, CommentedMap):
         items = node.items()

@@ -137,6 +137,20 @@ async function answer(text) {
   if (asked === question) allowAnswers(true);
 }
 
+at("pause").addEventListener("click", async () => {
+  at("pause").disabled = true;
+  try {
+    const reply = await fetch("pause", {
+      method: "POST", headers: { "content-type": "application/json" },
+      body: JSON.stringify({ on: !state.pausing }), signal: AbortSignal.timeout(REPLY_MS),
+    });
+    put("pause-says", (await reply.json()).text);
+  } catch {
+    put("pause-says", "That was not received.");
+  }
+  at("pause").disabled = false;
+});
+
 // ---- calling somebody who looks elsewhere ---------------------------------------------------------
 
 const CALLS = {                   // tones [Hz], one after the other
@@ -239,6 +253,9 @@ function showState() {
   at("output").className = `value ${output.level}`;
   show("notice", isLive() && Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
+  show("pause", isLive() && state.controller === "alive");
+  put("pause", state.pausing ? "Pauses after this run; press to go on" : "Pause after this run");
+  at("pause").setAttribute("aria-pressed", String(Boolean(state.pausing)));
   showReadouts();
   showPrompt();
   callIfNew(named, banner);

@@ -1,0 +1,142 @@
+"""Between two runs: go on, skip, repeat, end; each is kept with the run it was chosen after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from workbench.bench import Operator, SimulatedBench, Subject, Window, load_bench
+from workbench.bundle import Bundle, read_remarks
+from workbench.cli import attended
+from workbench.cli.output import QuietOperator
+from workbench.desk import cards, pause
+from workbench.experiment import Experiment, read_experiment
+from workbench.hw import SimulatedClock
+from workbench.resume import resume
+from workbench.takes import Place
+
+TEXT = """\
+schema: workbench/protocol-1
+title: Three runs
+steps:
+  - prompt: Clamp the foot.
+  - sweep:
+      {mode: clamped, voltages: [3 V, 3.5 V, 4 V], rest: 0.5 s, ramp: 0.1 s, duration: 0.5 s}
+"""
+
+
+class Unfilmed(SimulatedBench):
+    """A bench without cameras."""
+
+    def start_cameras(self, operator: Operator) -> None:
+        """Film nothing."""
+
+    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> None:
+        """Film nothing."""
+
+
+class Chooser(QuietOperator):
+    """Somebody who is there and gives these answers."""
+
+    present = True
+    answered_at: Place = "terminal"
+
+    def __init__(self, *replies: str) -> None:
+        self.replies = list(replies)
+        self.asked: list[tuple[str, Sequence[str]]] = []
+        self.told: list[str] = []
+        self.confirmed = 0
+
+    def confirm(self, text: str) -> None:
+        self.confirmed += 1
+
+    def tell(self, text: str) -> None:
+        self.told.append(text)
+
+    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
+        self.asked.append((text, choices))
+        return self.replies.pop(0)
+
+
+def asked(folder: Path) -> Experiment:
+    (folder / "p.yaml").write_text(TEXT)
+    return read_experiment(folder / "p.yaml", load_bench("virtual"), Decimal("0.01"))
+
+
+def made(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, operator: QuietOperator, always: bool = True
+) -> list[Bundle]:
+    monkeypatch.setattr(attended, "operator_of", lambda bench, desk: operator)
+    lab = Unfilmed(load_bench("virtual").content, SimulatedClock())
+    experiment = asked(folder)
+    return list(attended.carry_out_at_desk(experiment, lab, folder / "runs", None, pause=always))
+
+
+def numbers(bundles: Sequence[Bundle]) -> list[tuple[int, int]]:
+    return [(one.manifest["number"], one.manifest["attempt"]) for one in bundles]
+
+
+def notes(bundle: Bundle) -> list[str]:
+    return [note.text for note in read_remarks(bundle.path).notes]
+
+
+def test_a_run_is_repeated_with_its_prompts_and_the_next_is_skipped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator = Chooser("repeat", "SKIP RUN 2", "go", "end")
+    bundles = made(tmp_path, monkeypatch, operator)
+    assert numbers(bundles) == [(1, 1), (1, 2), (3, 1)]
+    assert operator.confirmed == 2
+    first, second, third, last = operator.asked
+    assert first[0].startswith("Paused after run 1 of 3, clamped-10.30; next is clamped-12.50.")
+    assert first[1] == ("go on with run 2", "skip run 2", "repeat run 1", "end here")
+    assert third[1] == ("go on with run 3", "skip run 3", "repeat run 1", "end here")
+    assert last[1] == ("end", "repeat run 3")
+    assert second[0] == first[0]
+    assert notes(bundles[0]) == ["paused after this run, then: repeat run 1"]
+    assert notes(bundles[1]) == [
+        "paused after this run, then: skip run 2",
+        "paused after this run, then: go on with run 3",
+    ]
+    # what was skipped is left, and made when the experiment is resumed
+    course = resume(bundles[0].path, tmp_path / "runs", asked(tmp_path).inputs())
+    assert course.done == {1, 3}
+
+
+def test_an_end_leaves_the_rest_and_what_is_no_choice_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator = Chooser("what", "", "end")
+    assert numbers(made(tmp_path, monkeypatch, operator)) == [(1, 1)]
+    assert operator.told[0].startswith("not taken: 'what' is not one of go on with run 2, skip")
+
+
+def test_without_a_wish_nobody_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    operator = Chooser()
+    assert len(made(tmp_path, monkeypatch, operator, always=False)) == 3
+    assert operator.asked == []
+
+
+def test_where_nobody_is_there_a_pause_is_passed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert len(made(tmp_path, monkeypatch, QuietOperator())) == 3
+
+
+def test_a_pause_that_is_wanted_from_elsewhere_is_made_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    operator = Chooser("go on")
+
+    def confirm(text: str) -> None:
+        (card,) = cards(tmp_path / "runs")
+        assert pause(card, True)
+        assert not pause(card, False)
+        assert pause(card, True)
+
+    monkeypatch.setattr(operator, "confirm", confirm)
+    assert len(made(tmp_path, monkeypatch, operator, always=False)) == 3
+    assert len(operator.asked) == 1
