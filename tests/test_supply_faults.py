@@ -16,7 +16,7 @@ from tests.conftest import Answer, Command
 from workbench import bench as bench_module
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.hw.simulated import Fault, SimulatedRiden, SimulatedSupply
+from workbench.hw.simulated import Fault, SimulatedRiden, SimulatedScpi, SimulatedSupply
 
 pytestmark = pytest.mark.usefixtures("without_views")
 
@@ -27,6 +27,7 @@ steps:
   - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}
 """
 DURING_S = 2.0  # the output is on from 1 s to 3 s
+SWITCHED_ON_V = 1.5  # above the voltage that it comes on with
 
 SAFETY, HARDWARE = 4, 3
 OFF, LIVE = "the output is off, confirmed", "OUTPUT MAY BE ON"
@@ -103,7 +104,8 @@ class Watched(VirtualBench):
 
         def slept(seconds: float) -> None:
             sleep(seconds)
-            if pending and self.clock.now() >= DURING_S and self.device.output.on:
+            driven = self.device.output.voltage > SWITCHED_ON_V
+            if pending and self.clock.now() >= DURING_S and driven:
                 pending.pop()(self.device)
 
         self.clock.sleep = slept  # type: ignore[method-assign]
@@ -168,3 +170,18 @@ def test_a_run_with_each_family_ends_with_the_output_off(
     assert answer.code == 0, answer.err
     assert max(volts for _, volts in bench.device.history) == pytest.approx(4.5225, abs=0.003)
     assert bench.device.history[-1][1] == 0
+
+
+def test_another_channel_selected_at_the_front_changes_nothing(
+    tmp_path: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = bench_with("HMP4040", tmp_path)
+    bench = Watched(load_bench(str(lab)).content)
+    bench.let_happen(fault(Fault.PANEL_CHANNEL))
+    answer = run_on(bench, lab, workbench, monkeypatch)
+    assert answer.code == 0, answer.err
+    assert isinstance(bench.device, SimulatedScpi)
+    assert bench.device.history[-1][1] == 0
+    assert bench.device.channels[2].history[1:] == []
+    bundle = Bundle.open(next((tmp_path / "runs").glob("*hop*")))
+    assert bundle.manifest["output_off"] == "confirmed"

@@ -489,17 +489,23 @@ class Spe6103(_Lines):
 
 
 class Spd3303xE(_Lines):
-    """A channel's name stands in front; outputs are told by bits, and nothing trips."""
+    """A channel's name stands in front; outputs are told by bits, and nothing trips.
+
+    Attributes:
+        joined: 0 for apart, 1 for in series, 2 for in parallel.
+    """
 
     identity = "Siglent Technologies,SPD3303X-E,SPD3XJGD6R1234,1.01.01.02.07R2,V3.0"
     count = 2
     number = "%.2f"
     MEANS: ClassVar = {"MEAS:VOLT": "live", "MEAS:CURR": "drawn"}
+    joined = 0
 
     def carry_out(self, said: str) -> str | None:
         header, _, rest = said.partition(" ")
         if header == "SYST:STAT?":
-            return f"0x{4 | self.channels[1].on << 4 | self.channels[2].on << 5:x}"
+            mode = (4, 12, 8)[self.joined]
+            return f"0x{mode | self.channels[1].on << 4 | self.channels[2].on << 5:x}"
         if header == "SYST:ERR?":
             return "0  No Error"
         if found := re.fullmatch(r"(?:CH([12]):)?(VOLT|CURR)(\??)", header):

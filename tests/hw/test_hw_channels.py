@@ -182,11 +182,11 @@ def test_the_simulated_supply_honours_what_was_selected(clock: SimulatedClock) -
 
 def test_a_siglent_tells_its_outputs_by_bits(clock: SimulatedClock) -> None:
     device = SimulatedScpi(clock=clock, model="SPD3303X-E")
-    assert (device.obey("SYST:STAT?"), device.obey("OUTP?")) == (b"0x0000", None)
+    assert (device.obey("SYST:STAT?"), device.obey("OUTP?")) == (b"0x0004", None)
     device.obey("OUTP CH2,ON")
-    assert device.obey("SYST:STAT?") == b"0x0020"
+    assert device.obey("SYST:STAT?") == b"0x0024"
     device.obey("OUTP CH1,ON")
-    assert device.obey("SYST:STAT?") == b"0x0030"
+    assert device.obey("SYST:STAT?") == b"0x0034"
     with opened(device, clock) as supply:
         assert supply.off()
     assert (device.output.on, device.channels[2].output.on) == (False, True)

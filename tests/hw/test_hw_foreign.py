@@ -162,6 +162,53 @@ def test_a_set_and_a_measured_scale_that_differ_stop_it(
     assert not stub.terminals().on
 
 
+@pytest.mark.parametrize("joined", [1, 2])
+def test_channels_that_are_joined_at_the_front_are_not_driven(
+    clock: SimulatedClock, joined: int
+) -> None:
+    stub = Spd3303xE()
+    with opened(stub, "SPD3303X-E", clock) as supply:
+        stub.joined = joined
+        with pytest.raises(HardwareError, match="which multiplies what is set; make them indep"):
+            prepare(supply, LOW, model="SPD3303X-E")
+        stub.joined = 0
+        prepare(supply, LOW, model="SPD3303X-E")
+        stub.joined = joined
+        match = "channels are joined in series or in parallel.*the output is off, confirmed"
+        with pytest.raises(SafetyStop, match=match):
+            switch_on(supply, Decimal("2.93"))
+    assert not stub.terminals().on
+
+
+class Mumbling(Spe6103):
+    """An Owon that garbles its name so many times."""
+
+    garbled = 0
+
+    def receive(self, data: bytes) -> list[bytes]:
+        if data == b"*IDN?\n" and self.garbled:
+            self.garbled -= 1
+            return [b"OW?N\n"]
+        return super().receive(data)
+
+
+def test_a_garbled_name_keeps_no_output_from_coming_on_but_no_off_is_confirmed_by_it(
+    clock: SimulatedClock,
+) -> None:
+    stub = Mumbling()
+    with opened(stub, "SPE6103", clock) as supply:
+        prepare(supply, LOW, model="SPE6103")
+        stub.garbled = 1
+        assert switch_on(supply, Decimal("2.93")).output
+        stub.garbled = 1
+        with pytest.raises(HardwareError, match=r"IDN\?: answered b'OW\?N\\n', which is no answer"):
+            supply._apply_output(False)
+        assert supply.off()
+        stub.garbled = 100
+        assert not supply.off()
+    assert not stub.terminals().on
+
+
 class LateStray:
     """A channel to a Korad whose byte behind `ISET1?` comes when `STATUS?` is asked next."""
 

@@ -100,6 +100,8 @@ class ScpiSupply(TextSupply):
         self, over_voltage: Decimal, over_current: Decimal
     ) -> tuple[Decimal, Decimal]:
         own = self._dialect
+        if own.output_bits:
+            self._refuse_joined(self._status())
         volts = self.limits.voltage_max_V  # it does not trip
         if own.over_voltage:
             volts = self._set(own.over_voltage, own.over_voltage_ask, NUMBER, over_voltage, "V")
@@ -123,8 +125,23 @@ class ScpiSupply(TextSupply):
         said = self._dialect
         if not said.output_bits:
             return self._line.ask(said.output_ask, SWITCH, again=again) in TRUE
-        word = int(self._line.ask(said.output_ask, BITS, again=again), 16)
-        return bool(word >> said.output_bits[self._channel - 1] & 1)
+        word = self._status(again=again)
+        on = bool(word >> said.output_bits[self._channel - 1] & 1)
+        if on:  # off stays off, however they are joined
+            self._refuse_joined(word)
+        return on
+
+    def _status(self, *, again: bool = True) -> int:
+        return int(self._line.ask(self._dialect.output_ask, BITS, again=again), 16)
+
+    def _refuse_joined(self, word: int) -> None:
+        mask, apart = self._dialect.apart
+        if word & mask != apart:
+            raise HardwareError(
+                f"{self.name}: its channels are joined in series or in parallel "
+                f"({self._dialect.output_ask} answers {word:#06x}), which multiplies what is set; "
+                "make them independent at its front"
+            )
 
     def _number(self, question: str, output: bool) -> Decimal:
         """Ask for a number, and then for the output's switch, which has to be as before.

@@ -110,12 +110,21 @@ class TextSupply(Supply):
         self._switch(on)
         with self._line.in_order():  # the flag counts only as that of this very supply
             found = read_back(lambda: self._output(again=on), on, self.clock)
-            self._line.ask_who()
+            self._require_same(again=on)
         if found != on:
             raise HardwareError(
                 f"{self.name}: output asked {'on' if on else 'off'}, it says that it is "
                 f"{'on' if found else 'off'}"
             )
+
+    def _require_same(self, *, again: bool) -> None:
+        """See that the same supply answers, and that nothing else is under way."""
+        try:
+            self._line.ask_who()
+        except HardwareError:
+            if not (again and self._line.connected):
+                raise
+            self._line.ask_who()
 
     def _set(
         self, command: str, question: str, form: re.Pattern[bytes], value: Decimal, unit: str

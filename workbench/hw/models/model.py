@@ -211,6 +211,8 @@ class Dialect:
         output_ask: asks whether the output is on.
         output_bits: bits of its hexadecimal answer that say so, by channel; empty where it answers
             with 0 or 1.
+        apart: which bits of that answer have to be what: the outputs are then neither in series nor
+            in parallel.
         over_voltage: sets the trip level; empty where there is none.
         over_voltage_ask: asks for it.
         over_current: sets the trip level; empty where it trips at the current limit.
@@ -232,6 +234,7 @@ class Dialect:
     measured_current: str = "MEAS:CURR?"
     output_ask: str = "OUTP?"
     output_bits: tuple[int, ...] = ()
+    apart: tuple[int, int] = (0, 0)
     over_voltage: str = ""
     over_voltage_ask: str = ""
     over_current: str = ""

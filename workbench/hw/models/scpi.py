@@ -12,6 +12,7 @@ Siglent: its quick start, PyMeasure `siglent_spdbase.py`, labgrid `power/siglent
 
 from __future__ import annotations
 
+from dataclasses import replace
 from decimal import Decimal
 
 from workbench.hw.models.model import STAYS_ON, Dialect, Rating, ScpiModel
@@ -120,15 +121,7 @@ OWON = Dialect(
     over_current_ask="CURR:LIM?",
 )
 
-OWON_P4 = Dialect(  # SYST:REM is no command of its firmware
-    start=(),
-    on=OWON.on,
-    off=OWON.off,
-    over_voltage=OWON.over_voltage,
-    over_voltage_ask=OWON.over_voltage_ask,
-    over_current=OWON.over_current,
-    over_current_ask=OWON.over_current_ask,
-)
+OWON_P4 = replace(OWON, start=())  # SYST:REM is no command of its firmware
 
 SIGLENT = Dialect(
     start=(),
@@ -143,6 +136,7 @@ SIGLENT = Dialect(
     output_ask="SYST:STAT?",  # there is no OUTP?
     output_bits=(4, 5),
 )
+SIGLENT_TRIPLE = replace(SIGLENT, apart=(0b1100, 0b0100))  # in series its voltage would double
 
 AT_LIMIT = "over-current protection trips at the current limit, it has no level of its own"
 CLEARS = "OUTP:PROT:CLE would restore the output's former state: it is never sent"
@@ -226,7 +220,7 @@ def _siglent(
     return _row(
         name,
         "(?i:siglent)[^,]*",
-        SIGLENT,
+        SIGLENT if channels == 1 else SIGLENT_TRIPLE,
         volts,
         amps,
         step=step,

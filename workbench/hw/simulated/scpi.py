@@ -25,6 +25,7 @@ LIST = re.compile(r",?\s*\(@(\d)\)$")  # VOLT 5,(@1)
 SOURCE = re.compile(r"SOUR(\d?):(.+)")  # SOUR1:VOLT 5
 PREFIX = re.compile(r"CH(\d):(.+)")  # CH1:VOLT 5
 PARAMETER = re.compile(r"CH(\d)")  # OUTP CH1,ON
+INDEPENDENT = 0x04  # of SYST:STAT?, where there are two to join
 CHANNELS = {
     "E363": 3, "DP8": 3, "HMC8042": 2, "HMC8043": 3, "HMP2020": 2, "HMP2030": 3, "HMP4040": 4,
     "SPD3303X": 3,
@@ -250,7 +251,7 @@ class SimulatedScpi(_Channel, SimulatedText):
         return answers.get(header)
 
     def _status(self) -> int:
-        word = 0
+        word = INDEPENDENT if len(self.channels) > 1 else 0
         for number in (1, 2):  # the third is fixed and has no bits
             if channel := self.channels.get(number):
                 now = channel.shown
