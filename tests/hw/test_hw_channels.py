@@ -21,7 +21,10 @@ from workbench.hw import (
     prepare,
     switch_on,
     watch,
+    written,
 )
+from workbench.hw.guardian import NO_RECORDS
+from workbench.hw.guardian.messages import Task
 from workbench.hw.models import SCPI
 from workbench.hw.simulated import Fault, SimulatedScpi, serve
 
@@ -209,3 +212,14 @@ def test_a_supply_that_never_tells_its_name_is_hinted_at(clock: SimulatedClock) 
     words = r"no answer within 0\.5 s.*model that is not known here, as some never answer \*IDN\?"
     with pytest.raises(HardwareError, match=words), opened(device, clock):
         pass
+
+
+def test_the_guardian_is_told_the_channel() -> None:
+    place = Connection("tcp", "127.0.0.1:5025", channel=2)
+    task = Task(place, "scpi", NO_RECORDS)
+    assert Task.from_json(task.to_json()).connection == place
+
+
+def test_a_selection_is_told_with_what_was_written() -> None:
+    assert written(b"INST:NSEL 2\nVOLT 2.930\n") == "INST:NSEL 2; VOLT 2.930"
+    assert written(b"INST:NSEL 2\nVOLT?\n") is None

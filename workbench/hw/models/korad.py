@@ -13,7 +13,7 @@ from workbench.hw.models.model import KoradModel
 __all__ = ["KORAD"]
 
 NO_LEVEL = "over-voltage and over-current protection have no level: they act at the setpoints"
-STRAY = "some firmware adds a byte to the answer to ISET1?"
+STRAY = "some firmware adds a byte, also a digit, to the answer to ISET1?"
 DROPPED = "a command that comes too early is dropped silently"
 ONE_BIT = "one bit stands for over-voltage or over-current protection"
 SLOW = "needs 0.45 s more after a setting or STATUS?"
