@@ -32,9 +32,10 @@ def introduced(line: Line) -> str:
     except HardwareError as error:
         if not line.connected:
             raise
+        end = "" if str(error).endswith("?") else "."
         raise HardwareError(
-            f"{error} It may also be a model that is not known here, as some never answer {WHO}; "
-            "or its family is another one: SCPI ends its lines, Korad does not"
+            f"{error}{end} It may also be a model that is not known here, as some never answer "
+            f"{WHO}; or its family is another one: SCPI ends its lines, Korad does not"
         ) from error
 
 
