@@ -226,7 +226,7 @@ def _opened(family: str, clock: SimulatedClock, wire: DisturbedWire) -> Supply:
             writable=own.writable,
             clock=clock,
             wire_log=lambda line: None,
-            mark=(own.identity.start, own.identity.count),
+            marks=own.marks,
             opened=lambda connection: wire,
             now=clock.now,
         )

@@ -11,10 +11,12 @@ import multiprocessing
 import os
 import random
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing.connection import Connection as Pipe
@@ -26,13 +28,14 @@ import pytest
 
 from tests.hw.guardian_rig import Device, device_process, off_after
 from workbench.bundle import Bundle
-from workbench.output import Standing, ledgers
+from workbench.output import MAY_BE_ON, OutputState, Standing, fold, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
 SIGNALS = ("SIGKILL", "SIGSTOP", "SIGTERM", "SIGHUP")
 BAR_S = 1.0
 WATCHED_S = 1.6  # after the kill; the output must not come on again either
 SPAN_S = 3.6  # from the first line of the journal to the end of the drive, about
+BOTH_SPAN_S = 6.0  # to the end of the drive of a supply whose scale is checked first, about
 ENDS_S = 30.0
 AT_ONCE = 4
 PROTOCOL = """\
@@ -110,6 +113,13 @@ class Client:
             patch.setenv("WORKBENCH_STATE", str(self.state))
             found = [ledger.standing() for ledger in ledgers()]
         return found[0] if found else None
+
+    def known(self) -> OutputState:
+        """Return what its supply's ledger knows of the output."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("WORKBENCH_STATE", str(self.state))
+            events = [event for ledger in ledgers() for event in ledger.events()]
+        return fold(events)
 
     def hear(self, seconds: float) -> list[Any]:
         """Return one line that the client says is in its journal, or none in that time."""
@@ -204,6 +214,94 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
         code,
         bundle,
     )
+
+
+@dataclass(frozen=True)
+class BothKilled:
+    """What became of a client and its guardian, killed at one instant.
+
+    Args:
+        instant_s: after the first line of the client's journal.
+        found_on: whether the output had been left on before.
+        live: whether it is on now, by the supply itself.
+        record: what the run's record says: a state of `workbench.output`.
+        ledger: what the supply's ledger says.
+        refused: whether the next run would be refused.
+        told: whether the next command of any kind tells it.
+    """
+
+    instant_s: float
+    found_on: bool
+    live: bool
+    record: str
+    ledger: str
+    refused: bool
+    told: bool
+
+    @property
+    def right(self) -> bool:
+        """Whether all that is said of the output is so, or says that it is not known."""
+        honest = not (self.live and "off" in (self.record, self.ledger))
+        as_before = self.record != "untouched" or self.live == self.found_on
+        doubt = self.ledger in ("on", "unknown")
+        return honest and as_before and self.refused == self.told == doubt
+
+
+def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) -> BothKilled:
+    """Kill client and guardian at an instant [s]; ask record, ledger and the next command."""
+    if found_on:
+        device.write(8, 300)
+        device.write(18, 1)
+    client = Client(folder, device)
+    client.heard_until("asked")
+    until = time.monotonic() + instant_s
+    while (left := until - time.monotonic()) > 0:
+        client.hear(left)
+    guardian = client.bundle.read_guardian()
+    for pid in [event["pid"] for event in guardian[:1]] + [client.process.pid]:
+        with suppress(ProcessLookupError):
+            os.kill(pid or 0, signal.SIGKILL)
+    client.end()
+    time.sleep(0.1)  # a write that is under way arrives
+    code = "from workbench.cli import main; main()"
+    words = [sys.executable, "-c", code, "schema", "shape"]
+    env = os.environ | {"WORKBENCH_STATE": str(client.state)}
+    next_one = subprocess.run(words, env=env, capture_output=True, text=True, check=False)
+    standing = client.standing()
+    return BothKilled(
+        instant_s,
+        found_on,
+        device.volts > 0,
+        client.bundle.output.state,
+        client.known().state,
+        standing is not None,
+        MAY_BE_ON in next_one.stderr,
+    )
+
+
+def kill_both_many(count: int, seed: int, folder: Path) -> list[BothKilled]:
+    """Kill client and guardian at random instants, one supply in four left on before."""
+    rng = random.Random(seed)
+    cases = [(rng.uniform(0, BOTH_SPAN_S), rng.random() < 0.25) for _ in range(count)]
+    with device_process() as devices, ThreadPoolExecutor(AT_ONCE) as pool:
+
+        def one(number: int) -> BothKilled:
+            return kill_both(*cases[number], folder / str(number), devices.new())
+
+        return list(pool.map(one, range(count)))
+
+
+def both_table(found: Sequence[BothKilled]) -> str:
+    """Return what was said beside what was, one line each."""
+    lines = ["output is   record says   ledger says   cases  right"]
+    for key in sorted({(one.live, one.record, one.ledger) for one in found}):
+        mine = [one for one in found if (one.live, one.record, one.ledger) == key]
+        live, record, ledger = key
+        right = sum(one.right for one in mine)
+        lines.append(
+            f"{'on' if live else 'off':11} {record:13} {ledger:13} {len(mine):5} {right:6}"
+        )
+    return "\n".join(lines)
 
 
 def random_instants(count: int, seed: int) -> list[float]:

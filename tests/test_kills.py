@@ -10,7 +10,18 @@ from pathlib import Path
 import pytest
 
 from tests.hw.guardian_rig import device_process, wait_for
-from tests.killing import BAR_S, SIGNALS, Client, Killed, kill_many, random_instants, table
+from tests.killing import (
+    BAR_S,
+    SIGNALS,
+    BothKilled,
+    Client,
+    Killed,
+    both_table,
+    kill_both_many,
+    kill_many,
+    random_instants,
+    table,
+)
 
 pytestmark = [
     pytest.mark.xdist_group("alone"),
@@ -49,6 +60,21 @@ def test_the_output_is_off_within_a_second_at_a_hundred_random_instants(tmp_path
     print(table(found))
     assert [killed.was_on for killed in found].count(True) >= KILLS // 2
     check(found)
+
+
+def check_both(found: list[BothKilled]) -> None:
+    print(both_table(found))
+    assert [one for one in found if not one.right] == []
+    assert {one.live for one in found} == {True, False}
+
+
+def test_what_is_said_after_both_are_killed_is_so(tmp_path: Path) -> None:
+    check_both(kill_both_many(8, 3, tmp_path))
+
+
+@pytest.mark.long
+def test_what_is_said_after_both_are_killed_is_so_at_two_hundred_instants(tmp_path: Path) -> None:
+    check_both(kill_both_many(200, 8, tmp_path))
 
 
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGSTOP"])

@@ -8,7 +8,15 @@ from hypothesis import strategies as st
 
 from workbench.errors import HardwareError, InputError
 from workbench.hw import MODELS, Model, model_named
-from workbench.hw.models import ModbusModel, from_word, model_with_id, to_word
+from workbench.hw.models import (
+    DPS_REGISTERS,
+    HANMATEK_REGISTERS,
+    RIDEN_REGISTERS,
+    ModbusModel,
+    from_word,
+    model_with_id,
+    to_word,
+)
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 
@@ -95,3 +103,13 @@ def test_calibration_and_boot_loader_are_never_written() -> None:
         if isinstance(model, ModbusModel):
             assert not model.registers.writable & FORBIDDEN.get(model.family, set())
             assert len(model.registers.writable) == 5  # V, A, output and two trip levels
+
+
+def test_no_other_read_is_as_long_as_a_block_that_clears_a_suspect_line() -> None:
+    for own in (RIDEN_REGISTERS, DPS_REGISTERS, HANMATEK_REGISTERS):
+        (_, one), (_, other) = own.marks
+        lengths = {own.trips.count}
+        for block in own.status:
+            lengths |= set(range(block.count, block.count + block.spare + 1))
+        assert one != other
+        assert not {one, other} & lengths

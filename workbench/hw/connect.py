@@ -37,7 +37,7 @@ def _over_modbus(driver: type[ModbusSupply]) -> Driver:
             clock=clock,
             wire_log=wire_log,
             health=health,
-            mark=(own.identity.start, own.identity.count),
+            marks=own.marks,
         )
         try:
             return driver(link, clock)

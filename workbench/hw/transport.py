@@ -18,7 +18,7 @@ import itertools
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pymodbus.exceptions import ModbusException
 from pymodbus.framer import FramerRTU, FramerSocket
@@ -68,8 +68,9 @@ class Transport:
         clock: stamps the wire log.
         wire_log: takes one JSON line per message: sent, received or discarded bytes in hex. When
             it raises, nothing but urgent writes goes out any more; reading goes on.
-        mark: start and length of a block that no other read has the length of; without it a
-            suspect line is drained until it was quiet for two timeouts.
+        marks: start and length of blocks that no other read has the length of; without them a
+            suspect line is drained until it was quiet for two timeouts. With two, the late answer
+            to one cannot pass for what is under way being over.
         health: is told how each exchange goes.
         opened: opens the channel.
         now: monotonic time [s] that ends each wait.
@@ -85,7 +86,7 @@ class Transport:
         writable: frozenset[int],
         clock: Clock,
         wire_log: WireLog,
-        mark: tuple[int, int] | None = None,
+        marks: Sequence[tuple[int, int]] = (),
         health: Health | None = None,
         opened: Callable[[Connection], Channel] = open_channel,
         now: Callable[[], float] = time.monotonic,
@@ -97,10 +98,10 @@ class Transport:
         self._mbap = connection.kind == "tcp"
         self._framer = (FramerSocket if self._mbap else FramerRTU)(DecodePDU(False))
         self._numbers = itertools.cycle(range(1, TRANSACTIONS + 1))
-        self._mark = mark
+        self._marks = marks
         self._health = health or Health()
         self._suspect = False  # an answer may still be under way
-        self._turn = 0  # how many reads with spare registers there were
+        self._turn = 0  # how many reads with spare registers went out
         self._opened, self._now = opened, now
         self._channel: Channel | None = None
         self._gap_s = connection.gap_s if connection.gap_s is not None else _gap(connection)
@@ -197,8 +198,9 @@ class Transport:
     def _read_once(self, address: int, least: int, spare: int) -> list[int]:
         with self._lock:
             count = least + self._turn % (spare + 1)
-            self._turn += spare > 0
             what = f"read of {count} registers from {address}"
+            self._clear_suspect(what)
+            self._turn += spare > 0  # each length comes round as late as it can
             answer = self._exchange(self._reading(address, count), what, rtu_length=5 + 2 * count)
             if len(answer.registers) != count:
                 raise self._fault(what, f"answered with {len(answer.registers)} registers")
@@ -219,9 +221,8 @@ class Transport:
     ) -> ModbusPDU:
         """Send and receive once; the line stays suspect until the caller has checked the rest."""
         self._health.begin()
-        if self._suspect and not urgent:
-            self._clear(what)
-            self._suspect = False
+        if not urgent:
+            self._clear_suspect(what)
         answer, heard = self._send_and_hear(request, what)
         if answer is None:
             kind = HardwareError if heard else NoAnswer
@@ -276,12 +277,18 @@ class Transport:
             return None
         return answer
 
-    def _clear(self, what: str) -> None:
+    def _clear_suspect(self, what: str) -> None:
         """Wait until no answer to an earlier request can come any more."""
-        self._drain(what, 2 if self._mark is None else 1)
-        if self._mark is None:
+        if not self._suspect:
             return
-        start, count = self._mark
+        self._health.begin()
+        self._drain(what, 1 if self._marks else 2)
+        for start, count in self._marks:
+            self._await_mark(start, count, what)
+        self._suspect = False
+
+    def _await_mark(self, start: int, count: int, what: str) -> None:
+        """Ask for a block until its own answer came: a supply answers in order."""
         heard = b""
         for _ in range(MARK_ROUNDS):
             answer, heard = self._send_and_hear(self._reading(start, count), what)

@@ -130,7 +130,10 @@ def _output(controller: Controller, following: Following | None) -> dict[str, st
         case "on" if watched:
             return {"level": "live", "text": "on"}
         case "untouched" | "not driven":
-            return {"level": "plain", "text": "not on yet" if watched else "not switched"}
+            return {
+                "level": "plain",
+                "text": "not switched" if controller.state == "gone" else "not on yet",
+            }
         case "unknown" if watched and known.cause == FOUND:
             return {"level": "plain", "text": "not known yet"}  # it is being prepared
         case _:

@@ -129,6 +129,12 @@ class Registers:
     power_on_output: int
 
     @property
+    def marks(self) -> tuple[tuple[int, int], ...]:
+        """Start and length of two blocks that no other read has the length of."""
+        own = self.identity, self.power_on
+        return tuple((block.start, block.count) for block in own)
+
+    @property
     def writable(self) -> frozenset[int]:
         """The only registers that are ever written: calibration and boot loader are not among."""
         return frozenset(
