@@ -18,7 +18,7 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -353,14 +353,16 @@ def _started(line: LossyLine, model: str, folder: Path, keep_s: float) -> Iterat
 class Terminal:
     """A client's process, and all that it and its guardian say, with the times."""
 
-    def __init__(self, words: Sequence[str], state: Path) -> None:
+    def __init__(
+        self, words: Sequence[str], state: Path, env: Mapping[str, str] | None = None
+    ) -> None:
         self.said: list[tuple[float, str]] = []
         self.process = subprocess.Popen(
             words,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            env=os.environ | {"WORKBENCH_STATE": str(state)},
+            env=os.environ | {"WORKBENCH_STATE": str(state)} | dict(env or {}),
         )
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
@@ -386,6 +388,8 @@ class Terminal:
         self._thread.join(ENDS_S)
         self.process.kill()
         self.process.wait()
+        if self.process.stdout is not None and not self._thread.is_alive():
+            self.process.stdout.close()
 
 
 def lose_one(case: Case, folder: Path, away_s: float = LOST_S) -> Lost:
