@@ -6,14 +6,15 @@ A run without a drive leaves the supply alone: it is neither opened nor asked an
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
+from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
@@ -37,13 +38,7 @@ from workbench.signals import Signals
 from workbench.timeseries import TimeSeries
 from workbench.versions import versions
 
-__all__ = ["Between", "Choice", "carry_out"]
-
-Choice = Literal["go on", "skip", "repeat", "end"]
-"""What is done after a run: the next one, the one after it, the same again, or nothing more."""
-Between = Callable[[Bundle, PlannedRun, PlannedRun | None], Choice]
-"""Is asked after each run: its bundle, the run, and the one that follows, None after the last.
-It is asked again after `skip`, with the run that then follows."""
+__all__ = ["carry_out"]
 
 _POLL_S = 0.2
 _HAND_S = 1.5  # a person lets go within this time of being asked
@@ -56,7 +51,7 @@ def carry_out(
     operator: Operator,
     progress: Progress,
     course: Course | None = None,
-    between: Between = lambda bundle, run, following: "go on",
+    between: Between = go_on,
 ) -> Iterator[Bundle]:
     """Do what is planned and not yet done, in order; yield each run's bundle when it is complete.
 
@@ -81,7 +76,7 @@ def carry_out(
     _refuse_when_latched(experiment, bench, root)
     course = course or begin(experiment.inputs(), datetime.now())
     left, busy = experiment.plan.without(course.done), 0.0
-    waiting = left.by_run()
+    waiting: Sequence[Part] = left.by_run()
     while waiting:
         answers: list[Answered] = []
         items, run = waiting[0]
@@ -96,10 +91,7 @@ def carry_out(
         bundle = _Conductor(experiment, bench, root, operator, told, run, course).conduct(answers)
         yield bundle
         busy, course = busy + run.rest + run.duration, course.after(run.number)
-        following = waiting[1:]
-        while (choice := between(bundle, run, following[0][1] if following else None)) == "skip":
-            following = following[1:]
-        waiting = {"go on": following, "repeat": [waiting[0], *following], "end": []}[choice]
+        waiting = what_follows(waiting, bundle, between)
 
 
 def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bench import Bench, Operator
+from workbench.between import Choice
 from workbench.bundle import Bundle, add_remark
 from workbench.cli.keyboard import Keyboard
 from workbench.cli.output import QuietOperator, TerminalOperator, tell
 from workbench.desk import Desk, open_desk
-from workbench.engine import Choice, carry_out
+from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.operator_name import operator_name
 from workbench.protocol import BenchFile, Item, PlannedPause, PlannedRun
