@@ -260,6 +260,10 @@ def test_a_link_or_pipe_in_place_of_a_file_is_named_and_never_opened(
     assert (bundle.read_journal(), bundle.read_wire(), bundle.read_guardian()) == ([], [], [])
     assert not bundle.has_take()
     assert not bundle.has("track")
+    for read in (lambda: bundle.document("bench"), lambda: bundle.resolved("bench"),
+                 lambda: bundle.read_series("track")):  # fmt: skip
+        with pytest.raises(InputError, match="is a link, and no file of the run"):
+            read()
     assert listed(run) == "damaged"
 
 

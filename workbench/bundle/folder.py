@@ -76,10 +76,9 @@ class Bundle:
         Raises:
             InputError: when the folder is no bundle.
         """
-        if (what := foreign(path / MANIFEST)) is not None:
-            raise InputError(f"{path / MANIFEST}: is {what}, and no file of the run")
+        manifest_file = _own(path / MANIFEST)
         try:
-            manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+            manifest = json.loads(manifest_file.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(f"{path}: {no_bundle(path)}") from None
         except OSError as error:
@@ -236,12 +235,20 @@ class Bundle:
             draft.write_text(text, encoding="utf-8")
 
     def document(self, kind: Document) -> Path:
-        """Return the path of a YAML file kept here."""
-        return self.path / f"{kind}.yaml"
+        """Return the path of a YAML file kept here.
+
+        Raises:
+            InputError: when something else stands there, such as a link.
+        """
+        return _own(self.path / f"{kind}.yaml")
 
     def resolved(self, kind: Document) -> Path:
-        """Return the path of what a file came to; not every kind is kept so."""
-        return self.path / f"{kind}.json"
+        """Return the path of what a file came to; not every kind is kept so.
+
+        Raises:
+            InputError: as `document`.
+        """
+        return _own(self.path / f"{kind}.json")
 
     @property
     def take_folder(self) -> Path:
@@ -316,10 +323,7 @@ class Bundle:
         """
         from workbench.bundle.series import read_parquet
 
-        path = self.path / f"{kind}.parquet"
-        if (what := foreign(path)) is not None:
-            raise InputError(f"{path}: cannot be read: it is {what}, and no file of the run")
-        return read_parquet(path)
+        return read_parquet(_own(self.path / f"{kind}.parquet"))
 
     def has(self, kind: Series) -> bool:
         """Tell whether a time series was written."""
@@ -351,6 +355,13 @@ class Bundle:
         """Write the last status and the checksums; the last thing done to a bundle."""
         self.note({"status": status, **facts})
         seal(self.path)
+
+
+def _own(path: Path) -> Path:
+    """Return the path of a file of a run, or of none; refuse what only stands for one."""
+    if (what := foreign(path)) is not None:
+        raise InputError(f"{path}: is {what}, and no file of the run")
+    return path
 
 
 def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:

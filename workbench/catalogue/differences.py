@@ -10,7 +10,8 @@ from typing import Any, get_args
 
 from ruamel.yaml.error import YAMLError
 
-from workbench.bundle import Bundle, Document, foreign, read_remarks
+from workbench.bundle import Bundle, Document, read_remarks
+from workbench.errors import InputError
 from workbench.quantities import unit_of
 
 __all__ = ["ABSENT", "Difference", "differences"]
@@ -89,16 +90,13 @@ def _sections(bundle: Bundle) -> dict[str, object]:
 
 def _content(bundle: Bundle, kind: Document) -> object:
     """Return what a file came to: resolved where that was kept, else as it was given."""
-    resolved = bundle.resolved(kind)
-    for file in (resolved, bundle.document(kind)):
-        if (what := foreign(file)) is not None:
-            return {"file": f"is {what}, and no file of the run"}
     try:
+        resolved = bundle.resolved(kind)
         if resolved.exists():
             return json.loads(resolved.read_text(encoding="utf-8"))
         given = bundle.document(kind)
         return _tree(given) if given.exists() else {}
-    except (OSError, ValueError, YAMLError) as error:
+    except (InputError, OSError, ValueError, YAMLError) as error:
         return {"file": f"cannot be read: {' '.join(str(error).split())}"}
 
 
