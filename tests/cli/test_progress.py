@@ -95,7 +95,7 @@ def test_a_search_that_goes_on_is_not_credited_with_what_was_done_before() -> No
 def test_quiet_is_silent_about_progress_only(workbench: Command, root: Path) -> None:
     words = ("run", root / "protocols" / "hop-17.yaml", "--dry-run")
     loud, quiet = workbench(*words), workbench(*words, "--quiet")
-    assert "rehearse 1 runs on a simulated supply" in loud.err
+    assert "rehearse 1 run on a simulated supply" in loud.err
     assert quiet.err == ""
     assert quiet.out == loud.out
     assert workbench("--quiet", *words).err == ""

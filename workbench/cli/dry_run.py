@@ -36,11 +36,12 @@ def show_dry_run(experiment: Experiment, as_json: bool, course: Course | None = 
         tell(_resumed(experiment, course))
         experiment = replace(experiment, plan=experiment.plan.without(course.done))
     plan = experiment.plan
+    runs = f"{len(plan.runs)} run{'s' * (len(plan.runs) != 1)}"
     tell(
-        f"{len(plan.runs)} runs, {_minutes(plan.seconds)} on the bench without the operator's "
-        f"time; {plan.prompts} prompts"
+        f"{runs}, {_minutes(plan.seconds)} on the bench without the operator's time; "
+        f"{plan.prompts} prompts"
     )
-    tell(f"rehearse {len(plan.runs)} runs on a simulated supply")
+    tell(f"rehearse {runs} on a simulated supply")
     told = rehearse(experiment, tell.update)
     if as_json:
         resumed = None if course is None else _course(experiment, course)
