@@ -119,5 +119,7 @@ def test_parts_that_include_parts_many_times_are_refused_at_once(tmp_path: Path)
     for i in range(12):
         write(tmp_path, f"a{i}.yaml", PART + f"  - include: a{i + 1}.yaml\n" * 10)
     write(tmp_path, "a12.yaml", f"{PART}  - prompt: x\n")
-    with pytest.raises(FileFaults, match="20001 steps up to here, and a protocol may have at most"):
+    with pytest.raises(
+        FileFaults, match="50001 steps and prompts up to here, and a protocol may have at most"
+    ):
         plan_of(path)

@@ -230,6 +230,8 @@ def test_limits_and_calibration_that_the_protocol_names_hold(tmp_path: Path) -> 
         ("  - pause: 24 h\n" * 8, "11:5: 192 h on the bench up to here"),
         ("  - sweep: {mode: decay, pulls: {from: 0.1 N, to: 1 N, count: 3}, repeats: 1000}\n",
          "4:5: 3000 runs"),
+        ("  - run: {mode: hop, voltage: 4 V, repeats: 1000, before: [" + "x, " * 60 + "]}\n",
+         "4:5: 60001 steps and prompts up to here, and a protocol may have at most 50000"),
         ("  - staircase: {mode: hop, voltages: {from: 2 V, to: 4 V, count: 1000}, dwell: 1 h}\n",
          "4:5: 1001 h on the bench|4:5: 1000 h on the bench"),
         ("  - staircase: {mode: hop, voltages: {from: 2 V, to: 4 V, count: 1000}, dwell: 70 s, "

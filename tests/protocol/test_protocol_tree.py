@@ -44,6 +44,7 @@ BOMBS = {
     "mappings in mappings": ("x: " + "{a: " * 3000 + "1" + "}" * 3000 + "\n", DEPTH),
     "lists by lines": ("x:\n" + "".join(" " * i + "-\n" for i in range(1, 400)), DEPTH),
     "lists in a line": ("x:\n  " + "- " * 3000 + "x\n", DEPTH),
+    "aliases of a long text": (f"a: &a {'x' * 400_000}\nsteps: [{'*a, ' * 10_000}]\n", VALUES),
     "many bytes": ("steps:\n" + "  - prompt: x\n" * 60_000, f"more than {MOST_BYTES} bytes"),
     "one long text": ("x: " + "a" * 3_000_000 + "\n", f"more than {MOST_BYTES} bytes"),
 }

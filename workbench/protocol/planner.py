@@ -42,8 +42,8 @@ MOST_RUNS = 2000
 """Of a protocol: more than anybody measures before looking at the first of them."""
 MOST_S = 7 * 24 * 3600.0
 """Longest time of a protocol on the bench, prompts not counted [s]."""
-MOST_STEPS = 20_000
-"""Steps of a protocol, those of its parts counted as often as they are included."""
+MOST_STEPS = 50_000
+"""Steps and prompts of a protocol, those of its parts counted as often as they are included."""
 _ROUNDING = 1e-6  # of limits that are written to six digits
 _MOST_VOLTAGES = 10_000  # in one run: a thousand seconds of ramps
 
@@ -189,12 +189,20 @@ class _Planner:
             if isinstance(item, PlannedRun):
                 names = {}
 
-    def _grow(self, place: _Place, runs: int = 0, seconds: float = 0.0) -> None:
+    def _grow(
+        self,
+        place: _Place,
+        runs: int = 0,
+        seconds: float = 0.0,
+        condition: Condition | None = None,
+    ) -> None:
         """Count what a step comes to, before it is laid out, and give up where that is too much."""
         self._runs, self._seconds = self._runs + runs, self._seconds + seconds
+        if condition is not None:
+            self._steps += runs * (len(condition.before) + len(condition.after))
         for count, most, what in (
             (self._runs, MOST_RUNS, "runs"),
-            (self._steps, MOST_STEPS, "steps"),
+            (self._steps, MOST_STEPS, "steps and prompts"),
         ):
             if count > most:
                 self._give_up(
@@ -237,7 +245,7 @@ class _Planner:
         return self.lay_out(self.parts[part_of(place.document, step.include or "")])
 
     def _run(self, run: Run, place: _Place) -> list[PlannedRun]:
-        self._grow(place, run.repeats, run.repeats * (run.rest + run.duration))
+        self._grow(place, run.repeats, run.repeats * (run.rest + run.duration), run)
         action = self._action(run, place)
         if action is None:
             return []
@@ -259,7 +267,7 @@ class _Planner:
     def _sweep(self, sweep: Sweep, place: _Place) -> list[PlannedRun]:
         several = (sweep.speeds, sweep.voltages, sweep.pulls, sweep.heights)
         runs = sweep.repeats * sum(len(values) for values in several if values is not None)
-        self._grow(place, runs, runs * (sweep.rest + sweep.duration))
+        self._grow(place, runs, runs * (sweep.rest + sweep.duration), sweep)
         actions: list[PlannedDrive | PlannedRelease | None] = [
             self._drive(sweep, sweep.duration, level, place) for level in self._levels(sweep, place)
         ]
@@ -279,7 +287,7 @@ class _Planner:
         count = len(stairs.speeds or stairs.voltages or ())
         count += count - 1 if stairs.down else 0
         seconds = stairs.repeats * (stairs.rest + stairs.dwell * count)
-        self._grow(place, stairs.repeats, seconds)
+        self._grow(place, stairs.repeats, seconds, stairs)
         voltages = round(count * stairs.step_ramp / RAMP_STEP_S)
         if voltages > _MOST_VOLTAGES:
             self._give_up(

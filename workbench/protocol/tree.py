@@ -12,7 +12,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor
 from ruamel.yaml.error import MarkedYAMLError, StringMark
-from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.events import AliasEvent, ScalarEvent
 
 __all__ = ["MOST_BYTES", "MOST_DEPTH", "MOST_VALUES", "BeyondBounds", "tree_of"]
 
@@ -22,6 +22,7 @@ MOST_VALUES = 15_000
 """Keys, values, lists and mappings of a file: a thousand runs that all differ."""
 MOST_DEPTH = 40
 """Lists and mappings inside each other; our schemas need ten."""
+_LONG = 1000  # characters of a text that count as another value
 
 
 class BeyondBounds(MarkedYAMLError):
@@ -60,7 +61,9 @@ class _Counting(Composer):
                 raise _beyond(event.start_mark, f"*{anchor} stands inside itself; write it out")
             self._count += self._sizes.get(anchor, 1)
         else:
-            self._count += 1
+            # a long text counts for many, as an alias of it is a copy
+            long = len(event.value) // _LONG if isinstance(event, ScalarEvent) else 0
+            self._count += 1 + long
             self._level += 1
         if self._level > MOST_DEPTH:
             text = f"lists and mappings inside each other, more than {MOST_DEPTH} deep"
