@@ -33,7 +33,7 @@ __all__ = ["Experiment", "read_experiment"]
 
 T = TypeVar("T")
 
-_REACHED = ("kind", "port", "address", "baud", "unit")
+_REACHED = ("kind", "port", "address", "baud", "unit", "timeout", "gap", "echo")
 """Keys of a connection that tell the way to a supply, and not which one it is."""
 
 

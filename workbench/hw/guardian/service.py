@@ -18,7 +18,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from decimal import Decimal
 from types import FrameType
@@ -26,15 +26,13 @@ from typing import Any, Literal
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.clock import SystemClock
-from workbench.hw.connect import open_supply
+from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
 from workbench.hw.guardian.records import Recorder
-from workbench.hw.health import Health
-from workbench.hw.ports import Adapter
-from workbench.hw.supply import Identity, Limits, Supply
+from workbench.hw.supply import Limits
 from workbench.loopback import HERE, Line, Message
-from workbench.output import BY_HAND, MAY_BE_ON, Ledger
+from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Guardian", "main"]
 
@@ -42,7 +40,6 @@ TICK_S = 0.02  # how late a trip may be noticed
 AGAIN_S = 0.2  # between attempts at switching off
 OFF_TRIES = 2  # asked by the client; then the guardian takes over
 OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
-TAKE_OVER_S = 5.0  # for a dead guardian's hold on supply and port to be released
 FAREWELL_S = 2.0  # for the client to read what it was told
 CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
@@ -92,12 +89,7 @@ class Guardian:
         self._client: Literal["here", "goodbye", "gone"] = "here"
         self._parent = os.getppid()
         self._trip: str | None = None
-        self._supply: Supply | None = None
-        self._identity: Identity | None = None
-        self._health = Health()
-        self._adapter = Adapter.at(task.connection)
-        self._held = ExitStack()
-        self._owned = False  # somebody asked for more than to look
+        self._held = Held(task, self._recorder, self._clock)
         self._lost_at: float | None = None  # since when it is said that it does not answer
 
     def serve(self) -> int:
@@ -107,25 +99,18 @@ class Guardian:
         )
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
         if self._task.after:
-            self._take_over()
+            self._held.take_over()
+            self.trip(self._task.after)
         while self._trip is None and self._client == "here":
             with suppress(queue.Empty):
                 self._work(self._asked.get(timeout=TICK_S))
-        with self._held:
-            return self._end()
-
-    def _take_over(self) -> None:
-        """Do what the guardian before this one cannot do any more."""
-        self._know(Identity(*self._task.identity) if self._task.identity else None)
-        self._take(TAKE_OVER_S)
-        self._owned = True  # whoever holds it: off is never refused
-        self.trip(self._task.after)
+        return self._end()
 
     def trip(self, reason: str) -> None:
         """Switch off as soon as the exchange that is under way has ended; safe in any thread."""
         if self._trip is None:
             self._trip = reason
-            self._health.hurry = True
+            self._held.health.hurry = True
         self._clock.interrupt()
         self._asked.put({})
 
@@ -154,22 +139,22 @@ class Guardian:
         if self._lease.expired:
             self.trip(f"its client hangs: no progress for {LEASE_S:g} s with the output on")
         ledger = self._recorder.ledger
-        if self._owned and ledger is not None and ledger.asked_for_off():
+        if self._held.owned and ledger is not None and ledger.asked_for_off():
             self.trip("somebody asked for it with `workbench supply off`")
 
     def _watch_health(self) -> None:
         """Say at once that the supply does not answer; the worker may wait for it a while yet."""
         lost_at = self._lost_at
-        if self._trip is None and lost_at is not None and self._health.answered_since(lost_at):
+        if self._trip is None and lost_at is not None and self._held.health.answered_since(lost_at):
             self._lost_at = None
             self._recorder.event("regained")
-            self._recorder.shout(f"{self._name}: it answers again")
+            self._recorder.shout(f"{self._held.name}: it answers again")
         if not self._recorder.output.live or self._lost_at is not None:
             return
-        if cause := self._health.overdue(OVERDUE_S):
+        if cause := self._held.health.overdue(OVERDUE_S):
             self._lost_at = time.monotonic()
             self._recorder.event("lost", cause=cause)
-            self._recorder.shout(f"\a{self._name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
+            self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
 
     def _hear(self, message: Message) -> None:
         self._lease.renew()
@@ -202,73 +187,10 @@ class Guardian:
         with suppress(OSError):  # the listener hears of it too
             self._line.send({"id": message["id"]} | answer)
 
-    def open(self) -> list[str]:
-        """Open the supply, return its name and identity; its output stays as it is."""
-        self._supply = open_supply(
-            self._task.connection,
-            clock=self._clock,
-            wire_log=self._recorder.wire,
-            family=self._task.family,
-            health=self._health,
-        )
-        identity = self._supply.identify()
-        self._know(identity)
-        return [self._supply.name, *identity]
-
-    def _know(self, identity: Identity | None) -> None:
-        """Note who the supply is; its ledger hangs on that."""
-        self._identity = identity
-        place = self._recorder.place = self._task.connection.place
-        if identity is not None:
-            key = Ledger.key_of(identity.model, identity.known_serial, place)
-            self._recorder.ledger = Ledger(key)
-
     @property
-    def _name(self) -> str:
-        if self._supply is not None:
-            return self._supply.name
-        model = self._identity.model if self._identity else "supply"
-        return f"{model} at {self._task.connection.address}"
-
-    @property
-    def supply(self) -> Supply:
-        """The open supply."""
-        if self._supply is None:
-            raise SafetyStop("the guardian was asked for something before it opened the supply")
-        return self._supply
-
-    @property
-    def own(self) -> Supply:
-        """The open supply, which is not left from here on without its output off.
-
-        Raises:
-            SupplyBusyError: when another program drives it.
-        """
-        supply = self.supply
-        if not self._owned and not self._take() and not self._task.force:
-            raise SupplyBusyError(
-                f"{supply.name}: another program is driving it; nothing was set. Wait for its "
-                "end, or stop it with `workbench supply off`"
-            )
-        self._owned = True
-        return supply
-
-    def _take(self, seconds: float = 0.0) -> bool:
-        """Hold the supply against other programs; tell whether it is held."""
-        ledger = self._recorder.ledger
-        if ledger is not None:
-            try:
-                held = self._held.enter_context(ledger.hold(seconds))
-            except OSError as error:
-                raise SafetyStop(
-                    f"{self._name}: not taken, as {ledger.path.parent} cannot be written "
-                    f"({error.strerror}); set WORKBENCH_STATE to a folder that can"
-                ) from error
-            if not held:
-                return False
-        self._owned = True
-        self._recorder.event("taken")
-        return True
+    def held(self) -> Held:
+        """The supply that it guards."""
+        return self._held
 
     def arm(self, *limits: str) -> None:
         """Write the limits, and hold to them from here on.
@@ -276,7 +198,7 @@ class Guardian:
         Raises:
             SafetyStop: when the supply is latched.
         """
-        supply, ledger = self.own, self._recorder.ledger
+        supply, ledger = self._held.own, self._recorder.ledger
         if ledger is not None and (standing := ledger.standing()):
             raise SafetyStop(f"{supply.name} is {standing.told}")
         supply.arm(Limits(*map(Decimal, limits)))
@@ -285,23 +207,23 @@ class Guardian:
     def set_output(self, on: bool) -> bool:
         """Switch the output; the lease runs before it goes on."""
         if on:
-            _ = self.own.limits
+            _ = self._held.own.limits
             self._recorder.event("output_on")
             if self._recorder.fault is not None:
                 fault = self._recorder.fault
                 raise SafetyStop(
-                    f"{self.supply.name}: not switched on, as its guardian cannot write "
+                    f"{self._held.name}: not switched on, as its guardian cannot write "
                     f"{fault.filename} ({fault.strerror})"
                 )
             self._lease.begin()
-        self.own.set_output(on)
+        self._held.own.set_output(on)
         if not on:
             self._lease.rest()
         return on
 
     def off(self) -> bool:
         """Switch off and tell whether it was read back; when not, go on by itself."""
-        supply = self.own
+        supply = self._held.own
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
             try:
@@ -319,10 +241,10 @@ class Guardian:
 
     def terminals_dead(self) -> bool:
         """Wait for the terminals to decay after off; when they do not, go on by itself."""
-        dead = self.supply.terminals_dead()
-        if self._owned:
+        dead = self._held.supply.terminals_dead()
+        if self._held.owned:
             self._recorder.event("terminals", dead=dead)
-        if self._owned and not dead:
+        if self._held.owned and not dead:
             self.trip("it says off, but its terminals are live")
         return dead
 
@@ -332,10 +254,10 @@ class Guardian:
 
     def _end(self) -> int:
         """Leave the output off, and say and write down whether it is."""
-        if not self._owned:
+        if not self._held.owned:
             return self._leave(0)
         self._clock.calm()
-        self._health.hurry = False
+        self._held.health.hurry = False
         output = self._recorder.output
         if self._trip is None and (not output.live or (output.read_back and self._see_dead())):
             return self._leave(0)
@@ -347,8 +269,8 @@ class Guardian:
         self._tell({"off": dead, "dead": dead})
         if not dead:
             self._recorder.shout(
-                f"\a{self._name}: {MAY_BE_ON} ({reason}); {BY_HAND}. It is not tried any more, "
-                f"after {self._task.keep_trying_s:g} s"
+                f"\a{self._held.name}: {MAY_BE_ON} ({reason}); {BY_HAND}. After "
+                f"{self._task.keep_trying_s:g} s it is not tried any more"
             )
         self._await_farewell()
         return self._leave(0 if dead else SafetyStop.exit_code)
@@ -358,7 +280,7 @@ class Guardian:
         began = self._clock.now()
         told: set[str] = set()
         while True:
-            error = self._try_off()
+            error = self._held.try_off()
             seconds = self._clock.now() - began
             if not error:
                 self._recorder.event("off", confirmed=True, seconds=round(seconds, 4))
@@ -366,7 +288,7 @@ class Guardian:
                 if self._see_dead():
                     if live or told:
                         self._recorder.shout(
-                            f"{self._name}: {reason}; the output is off, confirmed"
+                            f"{self._held.name}: {reason}; the output is off, confirmed"
                         )
                     return True
                 error = "it says off, but its terminals are live"
@@ -378,41 +300,9 @@ class Guardian:
                 trying = f"trying on for {self._task.keep_trying_s:g} s"
                 if self._lost_at is None:
                     trying = f"{MAY_BE_ON} ({reason}); {BY_HAND}; {trying}"
-                self._recorder.shout(f"\a{self._name}: not confirmed off ({error}); {trying}")
+                self._recorder.shout(f"\a{self._held.name}: not confirmed off ({error}); {trying}")
             told.add(error)
             self._clock.sleep(AGAIN_S)
-
-    def _try_off(self) -> str:
-        """Switch off once, wherever the supply is now; return what went wrong, or nothing."""
-        try:
-            if self._supply is None:
-                self.open()
-                if self._task.identity and self._identity != Identity(*self._task.identity):
-                    self._forget()
-                    return f"another supply answers at {self._task.connection.address}"
-            self.supply.try_off()
-        except Exception as error:
-            self._find_again()
-            return str(error)
-        return ""
-
-    def _forget(self) -> None:
-        """Leave a supply that is another one."""
-        if self._supply is not None:
-            self._supply.close()
-        self._supply = None
-        self._know(Identity(*self._task.identity))
-
-    def _find_again(self) -> None:
-        """Look at other ports for a supply whose cable came back under another name."""
-        supply = self._supply
-        if supply is None or supply.connected:
-            return
-        for place in self._adapter.elsewhere(self._task.connection):
-            with suppress(HardwareError):
-                supply.reach(place)
-                self._recorder.event("found", address=place.address)
-                return
 
     def _tell(self, message: Message) -> None:
         if self._client == "here":
@@ -421,7 +311,7 @@ class Guardian:
 
     def _see_dead(self) -> bool:
         """A flag alone may lie: look at the measured voltage too."""
-        dead = self.supply.terminals_dead()
+        dead = self._held.supply.terminals_dead()
         self._recorder.event("terminals", dead=dead)
         return dead
 
@@ -432,25 +322,26 @@ class Guardian:
             self._clock.sleep(TICK_S)
 
     def _leave(self, code: int) -> int:
-        if self._supply is not None:
-            self._supply.close()
+        self._held.close()
         self._recorder.event("left", code=code)
         return code
 
 
 CALLS: dict[str, Callable[..., Any]] = {
-    "open": Guardian.open,
-    "identify": lambda guardian: list(guardian.supply.identify()),
-    "measure": lambda guardian: asdict(guardian.supply.measure()),
-    "measure_power_on_output": lambda guardian: guardian.supply.measure_power_on_output(),
+    "open": lambda guardian: guardian.held.open(),
+    "identify": lambda guardian: list(guardian.held.supply.identify()),
+    "measure": lambda guardian: asdict(guardian.held.supply.measure()),
+    "measure_power_on_output": lambda guardian: guardian.held.supply.measure_power_on_output(),
     "arm": Guardian.arm,
-    "set_voltage": lambda guardian, volts: str(guardian.own.set_voltage(Decimal(volts))),
-    "set_current_limit": lambda guardian, amps: str(guardian.own.set_current_limit(Decimal(amps))),
+    "set_voltage": lambda guardian, volts: str(guardian.held.own.set_voltage(Decimal(volts))),
+    "set_current_limit": lambda guardian, amps: str(
+        guardian.held.own.set_current_limit(Decimal(amps))
+    ),
     "set_protection": lambda guardian, volts, amps: [
-        str(level) for level in guardian.own.set_protection(Decimal(volts), Decimal(amps))
+        str(level) for level in guardian.held.own.set_protection(Decimal(volts), Decimal(amps))
     ],
     "set_output": Guardian.set_output,
-    "ramp_down": lambda guardian: guardian.own.ramp_down(),
+    "ramp_down": lambda guardian: guardian.held.own.ramp_down(),
     "off": Guardian.off,
     "terminals_dead": Guardian.terminals_dead,
     "latch": Guardian.latch,
