@@ -93,7 +93,7 @@ def test_a_real_bench_is_guarded_and_its_bundle_holds_the_guardian_s_record(
     names = [line["event"] for line in bundle.read_guardian()]
     # off when prepared, at the drive's end and at the block's end
     seen_off = ["off", "terminals"]
-    ends = [*seen_off, "off", "left"]
+    ends = [*seen_off, *seen_off, "left"]
     checked = ["output_on", *seen_off]  # the scale, as this supply is new here
     assert names == ["guarding", "taken", *seen_off, "armed", *checked, "output_on", *ends]
     assert bundle.manifest["output_off"] == bundle.output_off == "confirmed"

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.bench_supply import connection_of, found_at, ledgers_of, model_of
 from workbench.bundle import Bundle
 from workbench.errors import InputError, did_you_mean
 from workbench.hw import (
@@ -23,11 +24,9 @@ from workbench.hw import (
     Connection,
     Identity,
     Limits,
-    Model,
     SimulatedClock,
     Supply,
     SystemClock,
-    model_named,
     open_supply,
 )
 from workbench.hw.guardian import (
@@ -37,10 +36,9 @@ from workbench.hw.guardian import (
     Records,
     open_guarded,
 )
-from workbench.hw.models import ModbusModel, ScpiModel
-from workbench.hw.ports import find_supply
+from workbench.hw.models import ModbusModel
 from workbench.hw.simulated import draw_current, serve, simulated
-from workbench.output import Ledger, ledgers
+from workbench.output import Ledger
 from workbench.protocol import (
     BenchFile,
     Document,
@@ -170,7 +168,7 @@ class Bench(ABC):
         Raises:
             InputError: when the file names a supply that no driver knows.
         """
-        return _model(self.file).voltage_step_V
+        return model_of(self.file).voltage_step_V
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
@@ -219,7 +217,7 @@ class RealBench(Bench):
             wire_log: takes what goes over the wire where there is no guardian.
             force: let it switch off even what another program drives.
         """
-        connection, clock, family = self._found(), self.clock, _model(self.file).family
+        connection, clock, family = found_at(self.file), self.clock, model_of(self.file).family
         if isinstance(clock, LeaseClock):
             return open_guarded(
                 connection,
@@ -233,39 +231,12 @@ class RealBench(Bench):
 
     def ledgers(self) -> list[Ledger]:
         """Return the ledgers that may be of its supply: by serial number, or by where it was."""
-        section, place = self.file.supply, self._connection.place
-        key = Ledger.key_of(_model(self.file).name, section.serial_number, place)
-        return [one for one in ledgers() if one.key == key or (place and one.place == place)]
+        return ledgers_of(self.file)
 
     def ledger_of(self, identity: Identity) -> Ledger:
         """Return the ledger of the supply that is open."""
-        return Ledger(Ledger.key_of(identity.model, identity.known_serial, self._connection.place))
-
-    @property
-    def _connection(self) -> Connection:
-        place = self.file.supply.connection
-        kind = place.kind
-        if kind == "simulated":  # the schema allows it only beside a section `virtual`
-            raise InputError(f"bench {self.file.name!r} has no real supply")
-        address = place.port if kind == "serial" else place.address
-        return Connection(
-            kind,
-            address or "",
-            baud=place.baud or _model(self.file).baud,
-            unit=place.unit,
-            timeout_s=place.timeout,
-            gap_s=place.gap,
-            echo=place.echo,
-            channel=place.channel,
-        )
-
-    def _found(self) -> Connection:
-        """Return where the supply is; one without a port in the file is looked for."""
-        place, section = self._connection, self.file.supply
-        if place.address or section.serial_number is None:
-            return place
-        model = _model(self.file)
-        return find_supply(place, model.family, model.name, section.serial_number)
+        place = connection_of(self.file).place
+        return Ledger(Ledger.key_of(identity.model, identity.known_serial, place))
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.
@@ -317,7 +288,7 @@ class SimulatedBench(Bench):
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
-        self.model = _model(file)
+        self.model = model_of(file)
         serial = file.supply.serial
         self.device = simulated(
             self.model.name,
@@ -408,27 +379,6 @@ def load_bench(name: str) -> Document[BenchFile]:
             f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
         )
     return with_calibration(load(Path(name), BenchFile))
-
-
-def _model(file: BenchFile) -> Model:
-    """Return the row of the supply that a bench file names.
-
-    Raises:
-        InputError: when there is none, or it is of another family than the file says, or has no
-            such channel.
-    """
-    section, channel = file.supply, file.supply.connection.channel
-    model = model_named(section.model)
-    if section.family not in (None, model.family):
-        raise InputError(
-            f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
-            f"not {section.family}"
-        )
-    if isinstance(model, ScpiModel):
-        return model.on_channel(channel)
-    if channel != 1:
-        raise InputError(f"bench {file.name!r}: {model.name} has one channel, not {channel}")
-    return model
 
 
 def make_bench(file: BenchFile) -> Bench:

@@ -39,6 +39,8 @@ EVERY = (ON, OFF, NOT_OFF, DEAD, LIVE, TAKEN, REGAINED, LOST, TRIP, {"event": "a
         ([TAKEN, OFF, DEAD, ON, NOT_OFF], "unknown", "off was sent and not read back"),
         ([TAKEN, OFF, DEAD, ON, LOST, NOT_OFF], "unknown", f"{MAY_BE_ON} (no answer)"),
         ([TAKEN, OFF, DEAD, ON, LOST, REGAINED], "on", MAY_BE_ON),
+        ([TAKEN, OFF, DEAD, ON, OFF, LOST, REGAINED, DEAD], "off", "confirmed"),
+        ([TAKEN, OFF, DEAD, TAKEN], "unknown", "its state was not yet known"),
         ([ON, LOST, TRIP, NOT_OFF, OFF, DEAD], "off", "confirmed"),
         ([ON, DEAD], "on", MAY_BE_ON),  # dead terminals of an output that is on prove nothing
         ([ON, OFF, ON, DEAD], "on", MAY_BE_ON),
@@ -94,6 +96,10 @@ class Supply:
                 self.write(LOST)
             case "regained":
                 self.write(REGAINED)
+            case "switched on at its front, then the next program":
+                self.on = True  # nothing is said of a supply that no program drives
+                self.record = [*self.record, TAKEN]
+                self.moments.append((self.record, self.on))
             case _:
                 self.write(TRIP)
 
@@ -106,6 +112,7 @@ DEEDS = (
     "off, a flag that lies",
     "lost",
     "regained",
+    "switched on at its front, then the next program",
     "trip",
 )
 

@@ -178,7 +178,7 @@ class Bundle:
 
     @property
     def output_off(self) -> str | None:
-        """How the run left the output: `confirmed`, `unconfirmed`, `supply not opened`.
+        """How the run left the output: a verdict of `OutputState`.
 
         None where no file tells of a supply.
         """
@@ -354,7 +354,7 @@ class Bundle:
     def finish(self, status: Status, **facts: Any) -> None:
         """Write the last status and the checksums; the last thing done to a bundle."""
         self.note({"status": status, **facts})
-        seal(self.path)
+        seal(self.path, (GUARDIAN, WIRE) if self.output.live else ())  # its guardian tries on
 
 
 def _own(path: Path) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 from workbench.bundle.inside import contents, foreign
@@ -14,6 +15,7 @@ __all__ = ["against_checksums", "seal", "sealed_files", "sha256"]
 
 _ENTRY = re.compile(r"([0-9a-f]{64})  (.+)")  # as sha256sum writes and checks it
 _UNSURE = f"not as {CHECKSUMS} has it, which was changed itself"
+_GROWS = "# still written when the run ended: "
 _OWN = "# sha256 of the lines above: "  # a comment to sha256sum
 
 
@@ -23,13 +25,19 @@ def sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def seal(folder: Path) -> None:
+def seal(folder: Path, growing: Collection[str] = ()) -> None:
     """Write the checksums of all that a bundle holds; `sha256sum -c` reads them too.
+
+    Args:
+        folder: of the bundle.
+        growing: names of files that another process still writes; they are named and not sealed.
 
     Raises:
         RecordError: when they cannot be written.
     """
-    lines = "".join(f"{sha256(file)}  {name}\n" for name, file in sealed_files(folder))
+    files = sealed_files(folder)
+    lines = "".join(f"{sha256(file)}  {name}\n" for name, file in files if name not in growing)
+    lines += "".join(f"{_GROWS}{name}\n" for name, _ in files if name in growing)
     with replaced(folder / CHECKSUMS) as draft:
         draft.write_text(f"{lines}{_OWN}{_digest(lines)}\n", encoding="utf-8", newline="")
 
@@ -48,6 +56,8 @@ def against_checksums(path: Path) -> list[str]:
     problems += inside.problems
     for line in (listed or text).splitlines():
         entry = _ENTRY.fullmatch(line)
+        if line.startswith(_GROWS):
+            files.pop(line.removeprefix(_GROWS), None)
         if entry is None:
             continue  # the list is not as it was written, which has been told
         digest, name = entry.groups()

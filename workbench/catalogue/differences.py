@@ -76,6 +76,7 @@ def _unequal(first: Mapping[str, Any], second: object) -> Iterator[tuple[str, An
 def _sections(bundle: Bundle) -> dict[str, object]:
     """Return everything of a run that can differ for a reason, by section."""
     facts = bundle.manifest
+    results = facts | {"output_off": bundle.output_off}  # by all that was written of it
     said = read_remarks(bundle.path)
     files = {kind: _content(bundle, kind) for kind in get_args(Document)}
     return {
@@ -83,7 +84,7 @@ def _sections(bundle: Bundle) -> dict[str, object]:
         **files,
         "machine": {key: facts[key] for key in _MACHINE if key in facts},
         "software": facts.get("versions", {}),
-        "results": {key: facts[key] for key in _RESULTS if key in facts},
+        "results": {key: results[key] for key in _RESULTS if results.get(key) is not None},
         "remarks": {"verdict": said.verdict, "tags": " ".join(sorted(said.tags)) or None},
     }
 

@@ -24,6 +24,7 @@ from workbench.cli.supply_set import (
 )
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
+    DEAD_V,
     MODELS,
     Connection,
     Model,
@@ -187,9 +188,17 @@ def off(bench: BenchOption) -> None:
     """
     for ledger in _real(bench).ledgers():
         _stop_who_drives(ledger)
-    with _opened(bench, force=True) as device:
-        confirmed = device.off()
-        dead = confirmed and device.terminals_dead()
+    try:
+        with _opened(bench, force=True) as device:
+            confirmed = device.off()
+            dead = confirmed and device.terminals_dead()
+    except HardwareError as error:
+        if any(ledger.held() for ledger in _real(bench).ledgers()):
+            raise SafetyStop(
+                f"{error}\nanother program has it and is trying to switch it off; "
+                f"{MAY_BE_ON}, {BY_HAND}"
+            ) from error
+        raise
     if not dead:
         raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
     print("output off, confirmed")
@@ -213,11 +222,28 @@ def acknowledge(
 
     Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
-    standing = [ledger for ledger in _real(bench).ledgers() if ledger.standing()]
+    standing = {one: stop for one in _real(bench).ledgers() if (stop := one.standing())}
     if not standing:
         raise InputError(f"bench {bench!r}: no stop is waiting for an acknowledgement")
+    if any(stop.output.live for stop in standing.values()):
+        _require_off(bench)
     for ledger in standing:
         print(f"acknowledged by {name}: {ledger.acknowledge(name).reason}")
+
+
+def _require_off(bench: str) -> None:
+    """Refuse to sign for an output that is on; where the supply is out of reach, a person knows."""
+    try:
+        with _opened(bench) as device:
+            reading = device.measure()
+    except HardwareError as error:
+        people.print(f"it could not be asked whether it is off: {error}", markup=False)
+        return
+    if reading.output or reading.voltage_V > DEAD_V:
+        raise SafetyStop(
+            f"{bench}: its output is on, {reading.voltage_V:g} V; {BY_HAND}, "
+            f"or type: workbench supply off --bench {bench}"
+        )
 
 
 @supply.command()

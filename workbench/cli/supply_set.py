@@ -11,8 +11,9 @@ import typer
 
 from workbench.bench import RealBench
 from workbench.cli.output import emit, people, tell
-from workbench.errors import InputError, Interrupted
+from workbench.errors import InputError, Interrupted, SafetyStop
 from workbench.hw import Reading, Supply, check_scale, prepare, switch_on, watch
+from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.progress import Stage
 from workbench.protocol.plan import Level
 from workbench.protocol.quantity import parse_quantity
@@ -64,8 +65,9 @@ def drive_by_hand(bench: RealBench, volts: str, amps: str, seconds: str, as_json
             finally:
                 confirmed = supply.off() and supply.terminals_dead()
     except KeyboardInterrupt:
-        state = "the output is off, confirmed" if confirmed else "it was told to switch off"
-        raise Interrupted(f"stopped by the user; {state}") from None
+        if not confirmed:
+            raise SafetyStop(f"stopped by the user; {MAY_BE_ON}, {BY_HAND}") from None
+        raise Interrupted("stopped by the user; the output is off, confirmed") from None
     if as_json and reading is not None:
         emit(asdict(reading) | {"output": False})
     else:

@@ -68,7 +68,8 @@ class Line:
     ) -> None:
         self.connection = connection
         self._terminator, self._may_send = terminator, may_send
-        self._gap_s, self._clock = connection.gap_s or gap_s, clock
+        self._gap_s = gap_s if connection.gap_s is None else connection.gap_s
+        self._clock = clock
         self._health = health or Health()
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
@@ -129,7 +130,8 @@ class Line:
 
     def set_gap(self, seconds: float) -> None:
         """Keep this gap [s] from now on: the model that is there needs it, or the bench more."""
-        self._gap_s = self.connection.gap_s or seconds
+        own = self.connection.gap_s
+        self._gap_s = seconds if own is None else own
 
     def ask(self, command: str, form: re.Pattern[bytes], *, again: bool = True) -> bytes:
         """Ask a question.

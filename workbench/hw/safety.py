@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.models import model_named
-from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
+from workbench.hw.supply import DEAD_V, DECAY_S, LIES, Identity, Limits, Reading, Supply
+from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Prepared", "check_scale", "prepare", "switch_on", "watch"]
 
@@ -96,8 +97,9 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
 def check_scale(supply: Supply) -> Reading:
     """Drive a harmless voltage for a moment, see it at the terminals, and switch off again.
 
-    A supply that counts in other steps than its model says shows it here, and not with the motor
-    turning. What it measures in the same wrong steps cannot be told without a meter.
+    A supply whose output is not what it was set to shows it here, at 5 V at most where it drives
+    ten times as much. One that sets and measures in the same wrong steps cannot be told without a
+    meter; hence only models whose ids are known by name are driven.
 
     Raises:
         SafetyStop: when it does not arrive, or is off by a factor of ten; the output was switched
@@ -207,12 +209,12 @@ def _require_identity(
 def _require_dead(supply: Supply) -> None:
     """Switch off, and wait until the terminals are dead too."""
     if not supply.off():
-        raise SafetyStop(f"{supply.name}: OUTPUT MAY BE ON, it did not confirm off")
+        raise SafetyStop(f"{supply.name}: it did not confirm off; {MAY_BE_ON}, {BY_HAND}")
     if not supply.terminals_dead():
         volts = supply.measure().voltage_V
         raise SafetyStop(
-            f"{supply.name}: OUTPUT MAY BE ON, it says off but measures {volts:g} V after "
-            f"{DECAY_S:g} s; {DEAD_V} V and less is dead"
+            f"{supply.name}: it says off but measures {volts:g} V after {DECAY_S:g} s, {DEAD_V} V "
+            f"and less is dead; {MAY_BE_ON}, {BY_HAND}"
         )
 
 
@@ -235,6 +237,8 @@ def _wrong_voltage(applied: float, reading: Reading) -> str:
 
 def _stop(supply: Supply, text: str) -> SafetyStop:
     """Switch off first, then say what happened and whether it is off."""
-    confirmed = supply.off()
-    state = "the output is off, confirmed" if confirmed else "OUTPUT MAY BE ON, switch off by hand"
-    return SafetyStop(f"{supply.name}: {text}; {state}")
+    if not supply.off():
+        return SafetyStop(f"{supply.name}: {text}; {MAY_BE_ON}, {BY_HAND}")
+    if not supply.terminals_dead():
+        return SafetyStop(f"{supply.name}: {text}; {LIES}; {MAY_BE_ON}, {BY_HAND}")
+    return SafetyStop(f"{supply.name}: {text}; the output is off, confirmed")

@@ -24,6 +24,7 @@ RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
 DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 DECAY_POLL_S = 0.05
+LIES = "it says off, but its terminals are live"
 
 
 NOT_REPORTED = "not reported"
@@ -317,13 +318,15 @@ class Supply(ABC):
         Raises:
             SafetyStop: when off could not be confirmed.
         """
+        why = "it did not confirm off"
         try:
-            confirmed = self.off()
+            if self.off():
+                why = "" if self.terminals_dead() else LIES
         finally:
             self.close()
-        if not confirmed and MAY_BE_ON not in str(error):  # else it was said with its cause
+        if why and MAY_BE_ON not in str(error):  # else it was said with its cause
             first = f"{error}; " if isinstance(error, WorkbenchError) else f"{self.name}: "
-            raise SafetyStop(f"{first}it did not confirm off; {MAY_BE_ON}, {BY_HAND}") from error
+            raise SafetyStop(f"{first}{why}; {MAY_BE_ON}, {BY_HAND}") from error
 
     def _refuse_outside(self, what: str, value: Decimal, highest: Decimal, unit: str) -> None:
         if not (value.is_finite() and 0 <= value <= highest):

@@ -138,9 +138,9 @@ class Ledger:
             place, wall = event.get("place", place), event.get("wall", wall)
             match event:
                 case {"event": "trip", "reason": str(reason)}:
-                    stop = Standing(wall, reason, known)
+                    stop = stop or Standing(wall, reason, known)  # the first cause stays
                 case {"event": "damaged", "cause": str(cause)}:
-                    stop = Standing("", cause, known)
+                    stop = stop or Standing("", cause, known)
                 case {"event": "taken"} if known.live:
                     stop = stop or Standing(wall, _ended(known), known)
                 case {"event": "acknowledged"}:

@@ -71,26 +71,26 @@ class OutputState:
 def after(known: OutputState, event: Mapping[str, Any]) -> OutputState:
     """Return what is known after one more event."""
     match event:
-        case {"event": "taken"} if known.state == "untouched":
-            return replace(known, state="unknown", cause=FOUND)
+        case {"event": "taken"} if not known.live:  # others may have switched it on since
+            return OutputState("unknown", FOUND)
         case {"event": "output_on"}:
             return OutputState("on")
         case {"event": "off", "confirmed": True}:
             return replace(known, read_back=True)
         case {"event": "off", "confirmed": False}:
-            return _unknown(known, "off was sent and not read back")
+            return _unknown(known, "off was sent and not read back", read_back=False)
         case {"event": "terminals", "dead": True} if known.read_back:
             return OutputState("off")
         case {"event": "terminals", "dead": False}:
-            return _unknown(known, "it says off, but its terminals are live")
+            return _unknown(known, "it says off, but its terminals are live", read_back=False)
         case {"event": "lost", "cause": str(cause)} if known.live:
-            return _unknown(known, cause)
-        case {"event": "regained"} if known.state == "unknown":
-            return OutputState("on")
+            return _unknown(known, cause, read_back=known.read_back)
+        case {"event": "regained"} if known.state == "unknown" and known.cause != FOUND:
+            return replace(known, state="on", cause="")
         case {"event": "trip", "reason": str(reason)} if known.live:
-            return _unknown(known, reason)
+            return _unknown(known, reason, read_back=known.read_back)
         case {"event": "damaged", "cause": str(cause)}:
-            return _unknown(known, cause)
+            return _unknown(known, cause, read_back=False)
         case {"event": "acknowledged"}:
             return OutputState()
         case {"event": "prepared"}:  # of a journal: it was seen off
@@ -98,7 +98,7 @@ def after(known: OutputState, event: Mapping[str, Any]) -> OutputState:
         case {"event": "no_drive"}:
             return OutputState("not driven")
         case {"event": "output_off", "confirmed": bool(confirmed)}:
-            return OutputState("off") if confirmed else _unknown(known, "")
+            return OutputState("off") if confirmed else _unknown(known, "", read_back=False)
         case _:
             return known
 
@@ -111,6 +111,7 @@ def fold(events: Iterable[Mapping[str, Any]]) -> OutputState:
     return known
 
 
-def _unknown(known: OutputState, cause: str) -> OutputState:
+def _unknown(known: OutputState, cause: str, *, read_back: bool) -> OutputState:
+    """Return that it may be on; the first cause since it was last known stays."""
     first = known.cause if known.state == "unknown" and known.cause != FOUND else ""
-    return OutputState("unknown", first or cause or known.cause)
+    return OutputState("unknown", first or cause or known.cause, read_back)

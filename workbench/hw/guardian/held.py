@@ -127,6 +127,7 @@ class Held:
             try:
                 if not self._lock.enter_context(ledger.hold(seconds)):
                     return False
+                ledger.asked_for_off()  # what was asked of the holder before is not for this one
             except OSError as error:
                 if not (self._task.force or self._task.after):  # off needs no lock
                     raise SafetyStop(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 import sys
 import threading
 from contextlib import suppress
@@ -15,9 +16,7 @@ from workbench.output import Ledger, OutputState, after
 
 __all__ = ["Recorder"]
 
-OF_THE_OUTPUT = frozenset(
-    {"taken", "output_on", "off", "terminals", "lost", "regained", "trip", "scale"}
-)
+OF_THE_OUTPUT = frozenset({"taken", "output_on", "off", "terminals", "lost", "regained", "trip"})
 """The events that the supply's ledger keeps as well."""
 
 
@@ -41,6 +40,7 @@ class Recorder:
         self.output = OutputState()
         self.ledger: Ledger | None = None
         self.place = ""
+        self._released = False
 
     def event(self, event: str, **facts: object) -> None:
         """Append one event and wait until the disk has it."""
@@ -85,6 +85,14 @@ class Recorder:
         if self._records.wire is not None:
             with self._records.wire.open("a", encoding="utf-8") as file:
                 file.write(line + "\n")
+
+    def let_go(self) -> None:
+        """Shout no more into a pipe: who reads its end waits for it; a terminal or a file stays."""
+        with suppress(OSError, ValueError):
+            if not self._released and stat.S_ISFIFO(os.fstat(sys.stderr.fileno()).st_mode):
+                with open(os.devnull, "w", encoding="utf-8") as nowhere:
+                    os.dup2(nowhere.fileno(), sys.stderr.fileno())
+            self._released = True
 
     def shout(self, text: str) -> None:
         """Tell the terminal, if there still is one."""

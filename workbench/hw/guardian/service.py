@@ -30,7 +30,7 @@ from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
 from workbench.hw.guardian.records import Recorder
-from workbench.hw.supply import Limits
+from workbench.hw.supply import LIES, Limits
 from workbench.loopback import HERE, Line, Message
 from workbench.output import BY_HAND, MAY_BE_ON
 
@@ -40,6 +40,8 @@ TICK_S = 0.02  # how late a trip may be noticed
 AGAIN_S = 0.2  # between attempts at switching off
 OFF_TRIES = 2  # asked by the client; then the guardian takes over
 OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
+AFTER_TIMEOUT_S = 0.05  # of a supply that its bench calls slower
+LISTENED_S = 5.0  # after its client, whoever reads what both say through a pipe goes on
 FAREWELL_S = 2.0  # for the client to read what it was told
 CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
@@ -90,6 +92,7 @@ class Guardian:
         self._parent = os.getppid()
         self._trip: str | None = None
         self._held = Held(task, self._recorder, self._clock)
+        self._overdue_s = max(OVERDUE_S, task.connection.timeout_s + AFTER_TIMEOUT_S)
         self._lost_at: float | None = None  # since when it is said that it does not answer
 
     def serve(self) -> int:
@@ -151,7 +154,7 @@ class Guardian:
             self._recorder.shout(f"{self._held.name}: it answers again")
         if not self._recorder.output.live or self._lost_at is not None:
             return
-        if cause := self._held.health.overdue(OVERDUE_S):
+        if cause := self._held.health.overdue(self._overdue_s):
             self._lost_at = time.monotonic()
             self._recorder.event("lost", cause=cause)
             self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
@@ -245,12 +248,14 @@ class Guardian:
         if self._held.owned:
             self._recorder.event("terminals", dead=dead)
         if self._held.owned and not dead:
-            self.trip("it says off, but its terminals are live")
+            self.trip(LIES)
         return dead
 
     def latch(self, reason: str) -> None:
         """Keep the supply from being driven again until a person has signed."""
-        self._recorder.event("trip", reason=reason)
+        ledger = self._recorder.ledger
+        if ledger is None or ledger.standing() is None:  # else it refused just now
+            self._recorder.event("trip", reason=reason)
 
     def _end(self) -> int:
         """Leave the output off, and say and write down whether it is."""
@@ -291,7 +296,7 @@ class Guardian:
                             f"{self._held.name}: {reason}; the output is off, confirmed"
                         )
                     return True
-                error = "it says off, but its terminals are live"
+                error = LIES
             if seconds > self._task.keep_trying_s:
                 return False
             if error not in told:  # the first fault, and each that is another one
@@ -302,6 +307,8 @@ class Guardian:
                     trying = f"{MAY_BE_ON} ({reason}); {BY_HAND}; {trying}"
                 self._recorder.shout(f"\a{self._held.name}: not confirmed off ({error}); {trying}")
             told.add(error)
+            if self._client != "here" and seconds > LISTENED_S:
+                self._recorder.let_go()
             self._clock.sleep(AGAIN_S)
 
     def _tell(self, message: Message) -> None:

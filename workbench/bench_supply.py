@@ -1,0 +1,76 @@
+"""What a bench file says of its supply: model, place, and the ledgers that may be its own."""
+
+from __future__ import annotations
+
+from workbench.errors import InputError
+from workbench.hw import Connection, Model, model_named
+from workbench.hw.models import ScpiModel
+from workbench.hw.ports import find_supply
+from workbench.output import Ledger, ledgers
+from workbench.protocol import BenchFile
+
+__all__ = ["connection_of", "found_at", "ledgers_of", "model_of"]
+
+
+def model_of(file: BenchFile) -> Model:
+    """Return the row of the supply that a bench file names.
+
+    Raises:
+        InputError: when there is none, or it is of another family than the file says, or has no
+            such channel.
+    """
+    section, channel = file.supply, file.supply.connection.channel
+    model = model_named(section.model)
+    if section.family not in (None, model.family):
+        raise InputError(
+            f"bench {file.name!r}: supply {section.model} is of family {model.family}, "
+            f"not {section.family}"
+        )
+    if isinstance(model, ScpiModel):
+        return model.on_channel(channel)
+    if channel != 1:
+        raise InputError(f"bench {file.name!r}: {model.name} has one channel, not {channel}")
+    return model
+
+
+def connection_of(file: BenchFile) -> Connection:
+    """Return how the supply is reached; the address is empty where it has to be looked for.
+
+    Raises:
+        InputError: when the bench has no real supply.
+    """
+    place = file.supply.connection
+    kind = place.kind
+    if kind == "simulated":  # the schema allows it only beside a section `virtual`
+        raise InputError(f"bench {file.name!r} has no real supply")
+    address = place.port if kind == "serial" else place.address
+    return Connection(
+        kind,
+        address or "",
+        baud=place.baud or model_of(file).baud,
+        unit=place.unit,
+        timeout_s=place.timeout,
+        gap_s=place.gap,
+        echo=place.echo,
+        channel=place.channel,
+    )
+
+
+def found_at(file: BenchFile) -> Connection:
+    """Return where the supply is; one without a port in the file is looked for.
+
+    Raises:
+        HardwareError: when it is at no port.
+    """
+    place, serial = connection_of(file), file.supply.serial_number
+    if place.address or serial is None:
+        return place
+    model = model_of(file)
+    return find_supply(place, model.family, model.name, serial)
+
+
+def ledgers_of(file: BenchFile) -> list[Ledger]:
+    """Return the ledgers that may be of its supply: by serial number, or by where it was."""
+    place = connection_of(file).place
+    key = Ledger.key_of(model_of(file).name, file.supply.serial_number, place)
+    return [one for one in ledgers() if one.key == key or (place and one.place == place)]
