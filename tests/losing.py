@@ -257,15 +257,23 @@ class LossyLine:
                     continue
                 for answer in self._answers(data):
                     if self.loss == "slow":
-                        time.sleep(SLOW_S)
-                    link.sendall(answer)
+                        threading.Timer(SLOW_S, _send_late, (link, answer)).start()
+                    else:
+                        link.sendall(answer)
 
     def _answers(self, data: bytes) -> list[bytes]:
         """Carry out what came, and return what goes out."""
-        loss, head = self.loss, b""
-        if self._mbap:
-            head, data = data[:4], data[6:]
-            data += crc(data)
+        if self._mbap:  # several requests may have come at once
+            frames = []
+            while len(data) >= 6:
+                end = 6 + int.from_bytes(data[4:6], "big")
+                frames.append((data[:4], data[6:end] + crc(data[6:end])))
+                data = data[end:]
+            return [one for head, frame in frames for one in self._answered(head, frame)]
+        return self._answered(b"", data)
+
+    def _answered(self, head: bytes, data: bytes) -> list[bytes]:
+        loss = self.loss
         if loss == "exception":
             return [_framed(head, one) for one in self._exceptions(data)]
         with self.lock:
@@ -307,6 +315,11 @@ class _Pty:
         pass
 
 
+def _send_late(link: socket.socket | _Pty, answer: bytes) -> None:
+    with suppress(OSError):
+        link.sendall(answer)
+
+
 def _framed(head: bytes, answer: bytes) -> bytes:
     """Put an RTU answer behind the header of Modbus TCP, where there is one."""
     if not head:
@@ -326,10 +339,8 @@ def _estrange(stub: Foreign) -> None:
         stub.words[2] ^= 0x55
     elif isinstance(stub, Ka3005p):
         stub.identity = b"KORADKA3005PV2.0 SN:00000007"
-    else:
-        words = vars(stub)
-        name = next(key for key, value in words.items() if key == "identity") if words else ""
-        words[name] = words[name].replace("100500", "100777")
+    elif isinstance(stub, Hmp4040):
+        stub.identity = stub.identity.replace("100500", "100777")
 
 
 MAKERS: dict[str, tuple[Callable[[], Foreign], str]] = {

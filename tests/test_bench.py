@@ -165,8 +165,8 @@ def test_a_folder_that_is_not_there_ends_the_run_before_the_motor_turns(
     studio.place.rmdir()
     with pytest.raises(HardwareError, match=r"exports: the folder of exports cannot be listed"):
         list(runs(lab_file, studio))
-    turns_V = 2.9 / 4.4  # by the calibrated line; the scale was checked below it
-    assert max(volts for _, volts in studio.lab.device.history) < turns_V
+    turns_at = 2.9 / 4.4  # by the calibrated line; the scale was checked below it
+    assert max(volts for _, volts in studio.lab.device.history) < turns_at
 
 
 def missed(lab: Path, studio: Studio) -> Bundle:

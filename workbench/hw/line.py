@@ -25,6 +25,7 @@ __all__ = ["WHO", "Line"]
 
 WHO = "*IDN?"
 QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so long
+WHO_QUIET_S = 0.2  # one of known length, which may come in pieces
 MOST_BYTES = 256  # longer answers there are none
 DRAIN_BYTES = 4096  # who sends more without being asked never falls silent
 NEVER_SILENT = "the line never falls silent; who sends there?"
@@ -180,7 +181,9 @@ class Line:
             HardwareError: when it does not.
         """
         known = self._identity.removesuffix(self._terminator).rstrip(b"\r")
-        self.ask(WHO, re.compile(re.escape(known), re.DOTALL), again=False)
+        form = re.compile(re.escape(known), re.DOTALL)
+        with self._lock:
+            self._ask_once(WHO, form, quiet_s=WHO_QUIET_S)  # another one's name is soon over
 
     def tell(self, command: str, *, urgent: bool = False) -> None:
         """Send a command that has no answer.
@@ -199,13 +202,15 @@ class Line:
         with self._lock:
             self._send(command, what)
 
-    def _ask_once(self, command: str, form: re.Pattern[bytes]) -> bytes:
+    def _ask_once(
+        self, command: str, form: re.Pattern[bytes], quiet_s: float | None = None
+    ) -> bytes:
         what = f"question {command}"
         if self._suspect:
             self._clear(what)
         self._send(command, what)
         self._suspect = True
-        heard = self._hear(what, lambda data: self._answer(data, form) is not None)
+        heard = self._hear(what, lambda data: self._answer(data, form) is not None, quiet_s=quiet_s)
         if not heard:
             raise self._fault(what, self._silence(), NoAnswer)
         answer = self._answer(heard, form)
@@ -276,9 +281,10 @@ class Line:
         while piece := channel.receive(0.0):
             waiting += piece
             if len(waiting) > DRAIN_BYTES:
-                self._suspect = True
-                self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
                 break
+        if len(waiting) > MOST_BYTES:
+            self._suspect = True
+            self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
         if waiting:
             self._tap.note("discarded", waiting)
         doubtful = waiting[self._stray_due :].strip(PADDING)

@@ -40,6 +40,8 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
 DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
+MBAP_MORE = 4  # bytes of Modbus TCP: 6 more in front, no CRC
+NOISE_BYTES = 32  # more around an answer is no line that one can trust
 MARK_ROUNDS = 2
 SHOWN = 12  # bytes of a damaged answer that a message has; the wire log has all
 READ, WRITE = 3, 6  # function codes
@@ -223,7 +225,9 @@ class Transport:
         self._health.begin()
         if not urgent:
             self._clear_suspect(what)
-        answer, heard = self._send_and_hear(request, what)
+        answer, heard = self._send_and_hear(request, what, urgent=urgent)
+        if answer is not None and len(heard) > rtu_length + MBAP_MORE + NOISE_BYTES:
+            raise self._fault(what, f"{len(heard)} bytes came around its answer; {NEVER_SILENT}")
         if answer is None:
             kind = HardwareError if heard else NoAnswer
             raise self._fault(what, self._diagnose(heard, rtu_length), kind)
@@ -236,7 +240,9 @@ class Transport:
             raise self._fault(what, f"exception {code}, {EXCEPTIONS.get(code, 'not in the norm')}")
         return answer
 
-    def _send_and_hear(self, request: ModbusPDU, what: str) -> tuple[ModbusPDU | None, bytes]:
+    def _send_and_hear(
+        self, request: ModbusPDU, what: str, *, urgent: bool = False
+    ) -> tuple[ModbusPDU | None, bytes]:
         """Send a request; return its answer, or nothing, and all that was heard."""
         request.transaction_id = next(self._numbers)
         data = self._framer.buildFrame(request)
@@ -244,7 +250,7 @@ class Transport:
         if channel is None:
             raise self._fault(what, "the connection is lost; reopen it and check who is there")
         try:
-            self._discard_waiting(channel, what)
+            self._discard_waiting(channel, what, urgent=urgent)
             time.sleep(max(self._gap_s - (self._now() - self._free_at), 0.0))
             self._suspect, self._sent = True, data
             self._tap.note("sent", data)
@@ -322,22 +328,23 @@ class Transport:
             if dropped > DRAIN_BYTES or self._now() > end:
                 raise self._fault(what, NEVER_SILENT)
 
-    def _discard_waiting(self, channel: Channel, what: str) -> None:
-        """Drop what came since the last exchange, as far as it ends."""
+    def _discard_waiting(self, channel: Channel, what: str, *, urgent: bool) -> None:
+        """Drop what came since the last exchange; "off" goes out even where that never ends."""
         stale = b""
-        while piece := channel.receive(0.0):
+        while (piece := channel.receive(0.0)) and len(stale) <= DRAIN_BYTES:
             stale += piece
-            if len(stale) > DRAIN_BYTES:
-                break
         if stale:
             self._tap.note("discarded", stale)
-        if len(stale) > DRAIN_BYTES:
-            self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
+        if len(stale) > MOST_BYTES:
+            self._suspect = True
+            fault = self._fault(what, NEVER_SILENT)
+            if not urgent:
+                raise fault
 
     def _diagnose(self, heard: bytes, rtu_length: int) -> str:
         """Say what was wrong with the bytes heard."""
         unit, asked = heard[6 if self._mbap else 0 :][:1], self.connection.unit
-        length = rtu_length + 4 if self._mbap else rtu_length  # MBAP: 6 more in front, no CRC
+        length = rtu_length + MBAP_MORE if self._mbap else rtu_length
         if not heard:
             return (
                 f"no answer within {self.connection.timeout_s} s; is it on, its interface enabled, "

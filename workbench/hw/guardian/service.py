@@ -38,7 +38,7 @@ __all__ = ["Guardian", "main"]
 
 TICK_S = 0.02  # how late a trip may be noticed
 AGAIN_S = 0.2  # between attempts at switching off
-OFF_TRIES = 2  # asked by the client; then the guardian takes over
+OFF_TRIES, SOON_S = 2, 0.05  # asked by the client; then the guardian takes over
 OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
 AFTER_TIMEOUT_S = 0.05  # of a supply that its bench calls slower
 LISTENED_S = 5.0  # after its client, whoever reads what both say through a pipe goes on
@@ -117,6 +117,14 @@ class Guardian:
         self._clock.interrupt()
         self._asked.put({})
 
+    def _fail(self, reason: str) -> None:
+        """Trip by the supply's own fault: it may be on, which is said before anything is tried."""
+        if self._trip is None and self._lost_at is None:
+            self._lost_at = time.monotonic()
+            self._recorder.event("lost", cause=reason)
+            self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({reason}); {BY_HAND}")
+        self.trip(reason)
+
     def _listen(self) -> None:
         try:
             while True:
@@ -178,7 +186,7 @@ class Guardian:
             return
         except HardwareError as error:
             if self._recorder.output.live and not isinstance(error, SupplyBusyError):
-                self.trip(str(error))
+                self._fail(str(error))
                 return
             answer = fault_of(error)
         except WorkbenchError as error:
@@ -230,16 +238,18 @@ class Guardian:
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
             try:
-                self._clock.sleep(AGAIN_S * attempt)
+                self._clock.sleep(SOON_S * attempt)
                 supply.try_off()
             except WorkbenchError as fault:
                 error = error or fault
+                if self._held.health.cause:  # no answer, or a wrong one: it is said at once
+                    break
                 continue
             self._recorder.event("off", confirmed=True)
             self._lease.rest()
             return True
         self._recorder.event("off", confirmed=False, error=str(error))
-        self.trip(f"it did not confirm off: {error}")
+        self._fail(f"it did not confirm off: {error}")
         return False
 
     def terminals_dead(self) -> bool:
@@ -248,7 +258,7 @@ class Guardian:
         if self._held.owned:
             self._recorder.event("terminals", dead=dead)
         if self._held.owned and not dead:
-            self.trip(LIES)
+            self._fail(LIES)
         return dead
 
     def latch(self, reason: str) -> None:
