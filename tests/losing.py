@@ -176,7 +176,9 @@ class LossyLine:
             termios.tcflow(self._theirs, termios.TCOOFF)
 
     def mend(self) -> None:
-        """Bring it back."""
+        """Bring it back; it has forgotten the half of a request that reached it."""
+        with self.lock:
+            vars(self.stub)["_waiting"] = b""
         was, self.loss = self.loss, ""
         if was == "unplugged":
             self.plug_in()

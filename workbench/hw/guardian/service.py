@@ -40,6 +40,7 @@ TICK_S = 0.02  # how late a trip may be noticed
 AGAIN_S = 0.2  # between attempts at switching off
 OFF_TRIES, SOON_S = 2, 0.05  # asked by the client; then the guardian takes over
 OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
+UNSURE_S = 0.3  # after a trip without off read back: it is said
 AFTER_TIMEOUT_S = 0.05  # of a supply that its bench calls slower
 LISTENED_S = 5.0  # after its client, whoever reads what both say through a pipe goes on
 FAREWELL_S = 2.0  # for the client to read what it was told
@@ -93,7 +94,9 @@ class Guardian:
         self._trip: str | None = None
         self._held = Held(task, self._recorder, self._clock)
         self._overdue_s = max(OVERDUE_S, task.connection.timeout_s + AFTER_TIMEOUT_S)
-        self._lost_at: float | None = None  # since when it is said that it does not answer
+        self._tripped_at = 0.0
+        self._saying = threading.Lock()
+        self._lost_at: float | None = None  # since when it is said that it may be on
 
     def serve(self) -> int:
         """Serve until the client leaves or a trip; return the process' exit code."""
@@ -112,18 +115,24 @@ class Guardian:
     def trip(self, reason: str) -> None:
         """Switch off as soon as the exchange that is under way has ended; safe in any thread."""
         if self._trip is None:
-            self._trip = reason
+            self._trip, self._tripped_at = reason, time.monotonic()
             self._held.health.hurry = True
         self._clock.interrupt()
         self._asked.put({})
 
     def _fail(self, reason: str) -> None:
         """Trip by the supply's own fault: it may be on, which is said before anything is tried."""
-        if self._trip is None and self._lost_at is None:
-            self._lost_at = time.monotonic()
-            self._recorder.event("lost", cause=reason)
-            self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({reason}); {BY_HAND}")
+        self._say_lost(reason)
         self.trip(reason)
+
+    def _say_lost(self, cause: str) -> None:
+        """Say once, and write down, that the output may be on; safe in any thread."""
+        with self._saying:
+            if self._lost_at is not None:
+                return
+            self._lost_at = time.monotonic()
+        self._recorder.event("lost", cause=cause)
+        self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
 
     def _listen(self) -> None:
         try:
@@ -160,12 +169,14 @@ class Guardian:
             self._lost_at = None
             self._recorder.event("regained")
             self._recorder.shout(f"{self._held.name}: it answers again")
-        if not self._recorder.output.live or self._lost_at is not None:
+        output = self._recorder.output
+        if not output.live or self._lost_at is not None:
             return
         if cause := self._held.health.overdue(self._overdue_s):
-            self._lost_at = time.monotonic()
-            self._recorder.event("lost", cause=cause)
-            self._recorder.shout(f"\a{self._held.name}: {MAY_BE_ON} ({cause}); {BY_HAND}")
+            self._say_lost(cause)
+        unsure = self._trip is not None and time.monotonic() - self._tripped_at > UNSURE_S
+        if unsure and not output.read_back:
+            self._say_lost(f"{self._trip}; off is not yet confirmed")
 
     def _hear(self, message: Message) -> None:
         self._lease.renew()
@@ -312,10 +323,9 @@ class Guardian:
             if error not in told:  # the first fault, and each that is another one
                 self._recorder.event("off", confirmed=False, error=error)
             if not told:
+                self._say_lost(f"{reason}; {error}")
                 trying = f"trying on for {self._task.keep_trying_s:g} s"
-                if self._lost_at is None:
-                    trying = f"{MAY_BE_ON} ({reason}); {BY_HAND}; {trying}"
-                self._recorder.shout(f"\a{self._held.name}: not confirmed off ({error}); {trying}")
+                self._recorder.shout(f"{self._held.name}: not confirmed off ({error}); {trying}")
             told.add(error)
             if self._client != "here" and seconds > LISTENED_S:
                 self._recorder.let_go()
