@@ -139,6 +139,7 @@ def test_the_current_scale_follows_the_range_register(
         device.write(20, [2])
         with pytest.raises(HardwareError, match="current range 2 in register 20; known are 0 to 1"):
             supply.measure()
+        device.write(20, [0])
 
 
 def test_a_current_limit_that_is_raised_on_the_way_ends_the_run(

@@ -30,7 +30,7 @@ CENTI, MILLI, TENTH_MILLI = Decimal("0.01"), Decimal("0.001"), Decimal("0.0001")
 
 RIDEN_REGISTERS = Registers(
     identity=Block(0, 4),  # model id, serial high, serial low, firmware x100
-    status=(Block(8, 13, spare=7),),  # up to register 20, the current range; 20 a read at most
+    status=(Block(8, 13, spare=3),),  # up to register 20, the current range; a bridge passes 16
     voltage_set=8,
     current_set=9,
     voltage=10,
@@ -48,7 +48,7 @@ RIDEN_REGISTERS = Registers(
 )
 
 SOURCE = "Baldanos/rd6006, ShayBox/Riden, riden-dongle, libsigrok rdtech-dps"
-LONG_READ = "a read of more than 20 registers fails silently"
+LONG_READ = "a read of more than 20 registers fails silently, through some bridges one of more than 16"
 RANGE = "register 20 changes the current's scale: it is read with every reading"
 
 
