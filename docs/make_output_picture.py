@@ -82,9 +82,10 @@ ARROWS = (
         ("`off` read back,", "then `terminals` dead"),
     ),
     Arrow(
-        "off", "unknown", ((NOT_OFF,), (LIVE,), (DAMAGED,)), (235, 320, 455, 122),
-        (336, 262, "start"),
-        ("`off` not read back,", "`terminals` live,", "a line that cannot be read"),
+        "off", "unknown", ((TAKEN,), (NOT_OFF,), (LIVE,), (DAMAGED,)), (235, 320, 455, 122),
+        (342, 252, "start"),
+        ("`taken`, by the next program,", "`off` not read back,", "`terminals` live,",
+         "a line that cannot be read"),
     ),
     Arrow(
         "on", "unknown", ((LOST,), (TRIP,), (NOT_OFF,), (LIVE,), (DAMAGED,)), (805, 318, 585, 120),
