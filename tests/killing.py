@@ -244,7 +244,7 @@ class BothKilled:
         honest = not (self.live and "off" in (self.record, self.ledger))
         as_before = self.record != "untouched" or self.live == self.found_on
         doubt = self.ledger in ("on", "unknown")
-        return honest and as_before and self.refused == self.told == doubt
+        return honest and as_before and self.told == doubt and (self.refused or not doubt)
 
 
 def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) -> BothKilled:
