@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -122,6 +123,57 @@ def test_a_ledger_that_was_emptied_refuses(ledger: Ledger) -> None:
     assert standing is not None
     assert "was emptied" in standing.reason
     ledger.acknowledge("Ada")
+    assert ledger.standing() is None
+
+
+def test_a_ledger_that_was_emptied_refuses_whatever_is_written_next(ledger: Ledger) -> None:
+    ledger.write("trip", reason="OVP tripped")
+    ledger.path.write_bytes(b"")
+    ledger.write("taken")
+    seen_off(ledger)
+    standing = ledger.standing()
+    assert standing is not None
+    assert "was emptied" in standing.reason
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no such files")
+@pytest.mark.parametrize("kind", ["folder", "pipe", "endless"])
+def test_what_is_no_file_refuses_and_is_not_waited_for(ledger: Ledger, kind: str) -> None:
+    ledger.path.parent.mkdir(parents=True, exist_ok=True)
+    match kind:
+        case "folder":
+            ledger.path.mkdir()
+        case "pipe":
+            os.mkfifo(ledger.path)
+        case _:
+            ledger.path.symlink_to("/dev/zero")
+    standing = ledger.standing()
+    assert standing is not None
+    assert "cannot be read" in standing.reason
+    assert "OUTPUT MAY BE ON" in standing.told
+    with pytest.raises(OSError):  # noqa: PT011  each system has its own
+        ledger.acknowledge("Ada")
+
+
+def test_a_lock_that_cannot_be_taken_holds_nobody_from_asking(ledger: Ledger) -> None:
+    ledger.write("taken")
+    ledger.path.with_suffix(".lock").mkdir()
+    assert not ledger.held()
+    ledger.ask_for_off()
+
+
+@pytest.mark.parametrize("line", ["[" * 100_000, '{"event": "off", "n": ' + "9" * 5000 + "}"])
+def test_a_line_that_no_reader_takes_damages(ledger: Ledger, line: str) -> None:
+    ledger.write("taken")
+    ledger.path.write_text(line + "\n", encoding="utf-8")
+    standing = ledger.standing()
+    assert standing is not None
+    assert "cannot be read" in standing.reason
+
+
+def test_only_the_end_of_a_line_ends_it(ledger: Ledger) -> None:
+    ledger.write("trip", reason="OVP tripped")
+    ledger.acknowledge("Ada\u2028Lovelace\x85")
     assert ledger.standing() is None
 
 

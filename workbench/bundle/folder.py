@@ -383,7 +383,7 @@ def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
     for line in (whole if damaged else text).splitlines():
         try:
             event = json.loads(line)
-        except (json.JSONDecodeError, RecursionError):
+        except (ValueError, RecursionError):
             event = None
         if isinstance(event, dict):
             events.append(event)

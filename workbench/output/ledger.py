@@ -11,7 +11,8 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -97,27 +98,47 @@ class Ledger:
             OSError: when it cannot be written.
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        line = json.dumps({"wall": _now(), "event": event} | facts, ensure_ascii=False, default=str)
+        line = _line(event, facts)
+        if self.path.exists() and not self.path.stat().st_size:  # what follows must not hide it
+            line = _line("damaged", {"cause": self._emptied}) + line
         with self.path.open("ab+") as file:
             file.seek(-1 if file.tell() else 0, os.SEEK_END)
             cut = file.read(1) not in (b"", b"\n")  # by a crash; the next line begins anew
-            file.write(b"\n" * cut + line.encode() + b"\n")
+            file.write(b"\n" * cut + line)
             file.flush()
             os.fsync(file.fileno())
 
     def events(self) -> Iterator[dict[str, Any]]:
         """Yield the last events; a line that cannot be read is one that damages."""
         try:
-            with self.path.open("rb") as file:
-                start = max(self.path.stat().st_size - TAIL_BYTES, 0)
-                file.seek(start)
-                lines = file.read().decode("utf-8", errors="replace").splitlines()
+            start, text = self._tail()
         except FileNotFoundError:
             return
+        except OSError as error:
+            yield _damage(f"{self.path} cannot be read ({error.strerror})")
+            return
+        lines = text.decode("utf-8", errors="replace").split("\n")  # no other end is a line's
+        if not lines[-1]:
+            lines.pop()
         if not lines:
-            yield _damage(f"{self.path} was emptied")
+            yield _damage(self._emptied)
         for line in lines[1 if start else 0 :]:
             yield _event(line) or _damage(f"a line of {self.path} cannot be read")
+
+    def _tail(self) -> tuple[int, bytes]:
+        """Return the end of the file and where it begins; a pipe or a device is not waited for."""
+        handle = os.open(self.path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with open(handle, "rb") as file:
+            about = os.fstat(handle)
+            if not stat.S_ISREG(about.st_mode):
+                raise OSError(0, "it is no file")
+            start = max(about.st_size - TAIL_BYTES, 0)
+            file.seek(start)
+            return start, file.read(2 * TAIL_BYTES)
+
+    @property
+    def _emptied(self) -> str:
+        return f"{self.path} was emptied"
 
     @property
     def place(self) -> str:
@@ -128,10 +149,8 @@ class Ledger:
     def standing(self) -> Standing | None:
         """Return why nothing may be driven, or None.
 
-        A record that ends with the output on counts only when no guardian holds the supply.
-
-        Raises:
-            OSError: when the file is there and cannot be read.
+        A record that ends with the output on counts only when no guardian holds the supply. One
+        that cannot be read counts as one that is damaged.
         """
         known, stop, place, wall = OutputState(), None, "", ""
         for event in self.events():
@@ -198,12 +217,15 @@ class Ledger:
         """Tell whether a program holds the supply now."""
         if not self.path.with_suffix(".lock").exists():
             return False
-        with self.hold() as free:
-            return not free
+        try:
+            with self.hold() as free:
+                return not free
+        except OSError:  # nobody holds what nobody can lock
+            return False
 
     def ask_for_off(self) -> None:
         """Ask whoever holds the supply to switch it off."""
-        with suppress(FileNotFoundError):
+        with suppress(OSError):  # "off" is sent in any case
             self._asked.touch()
 
     def asked_for_off(self) -> bool:
@@ -227,9 +249,14 @@ def _ended(known: OutputState) -> str:
 def _event(line: str) -> dict[str, Any] | None:
     try:
         event = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     return event if isinstance(event, dict) and isinstance(event.get("event"), str) else None
+
+
+def _line(event: str, facts: Mapping[str, object]) -> bytes:
+    line = json.dumps({"wall": _now(), "event": event, **facts}, ensure_ascii=False, default=str)
+    return line.encode() + b"\n"
 
 
 def _damage(cause: str) -> dict[str, Any]:

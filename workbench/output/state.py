@@ -78,7 +78,8 @@ def after(known: OutputState, event: Mapping[str, Any]) -> OutputState:
         case {"event": "off", "confirmed": True}:
             return replace(known, read_back=True)
         case {"event": "off", "confirmed": False}:
-            return _unknown(known, "off was sent and not read back", read_back=False)
+            why = f": {error}" if (error := event.get("error")) else ""
+            return _unknown(known, f"off was sent and not read back{why}", read_back=False)
         case {"event": "terminals", "dead": True} if known.read_back:
             return OutputState("off")
         case {"event": "terminals", "dead": False}:
