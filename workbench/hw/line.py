@@ -28,6 +28,7 @@ QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so lo
 WHO_QUIET_S = 0.2  # one of known length, which may come in pieces
 MOST_BYTES = 256  # longer answers there are none
 DRAIN_BYTES = 4096  # who sends more without being asked never falls silent
+DROP_S = 0.1
 NEVER_SILENT = "the line never falls silent; who sends there?"
 ROUNDS = 2
 ECHOED = (
@@ -277,11 +278,11 @@ class Line:
 
         A command must get through beside an endless sender: "off" is one.
         """
-        waiting = b""
+        waiting, end = b"", time.monotonic() + DROP_S
         while piece := channel.receive(0.0):
-            waiting += piece
-            if len(waiting) > DRAIN_BYTES:
-                break
+            waiting = (waiting + piece)[: DRAIN_BYTES + 1]
+            if len(waiting) > DRAIN_BYTES and time.monotonic() > end:
+                break  # what a sender that has ended left behind is over before that
         if len(waiting) > MOST_BYTES:
             self._suspect = True
             self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")

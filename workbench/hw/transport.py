@@ -39,6 +39,7 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
+DROP_S = 0.1
 DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
 MBAP_MORE = 4  # bytes of Modbus TCP: 6 more in front, no CRC
 NOISE_BYTES = 32  # more around an answer is no line that one can trust
@@ -330,9 +331,11 @@ class Transport:
 
     def _discard_waiting(self, channel: Channel, what: str, *, urgent: bool) -> None:
         """Drop what came since the last exchange; "off" goes out even where that never ends."""
-        stale = b""
-        while (piece := channel.receive(0.0)) and len(stale) <= DRAIN_BYTES:
-            stale += piece
+        stale, end = b"", time.monotonic() + DROP_S
+        while piece := channel.receive(0.0):
+            stale = (stale + piece)[: DRAIN_BYTES + 1]
+            if len(stale) > DRAIN_BYTES and time.monotonic() > end:
+                break  # what a sender that has ended left behind is over before that
         if stale:
             self._tap.note("discarded", stale)
         if len(stale) > MOST_BYTES:
