@@ -352,7 +352,7 @@ class _Conductor:
         self._journal("output_off", confirmed=dead)
         if dead:
             return
-        why = LIES if off else "it did not confirm off"
+        why = LIES if off else self.bundle.output.cause or "it did not confirm off"
         began = f"{first}; " if isinstance(first, WorkbenchError) else f"{supply.name}: "
         if MAY_BE_ON in began:  # its guardian has said all that there is
             return

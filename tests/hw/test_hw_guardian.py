@@ -331,3 +331,14 @@ def test_a_guardian_is_not_started_by_hand() -> None:
     )
     assert done.returncode == 2
     assert "started by the workbench, not by hand" in done.stderr
+
+
+def test_a_supply_that_another_program_prepared_is_refused_and_not_called_on(
+    device: Device, supply: GuardedSupply, limits: Limits
+) -> None:
+    prepare(supply, limits, model="RD6006")  # its output is off, but it is taken
+    with (
+        pytest.raises(HardwareError, match="another program is driving it; nothing was set"),
+        open_guarded(device.connection, clock=LeaseClock()) as second,
+    ):
+        prepare(second, limits, model="RD6006")

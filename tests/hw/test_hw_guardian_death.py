@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 import subprocess
 import sys
 import textwrap
+import threading
 import time
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
-from guardian_rig import Device, DeviceProcess, off_after, standing, told, wait_for
+from guardian_rig import OUTPUT, Device, DeviceProcess, off_after, standing, told, wait_for
 
 from workbench.errors import SafetyStop
-from workbench.hw import Limits, prepare
-from workbench.hw.guardian import LeaseClock, Records, open_guarded
+from workbench.hw import Limits, prepare, switch_on
+from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
 from workbench.hw.simulated import Fault
 
 pytestmark = pytest.mark.xdist_group("alone")  # deaths are timed
@@ -120,6 +124,51 @@ def test_an_output_that_stays_on_is_told_loudly_and_written_down(
     assert "the output is off, confirmed" in err.splitlines()[-1]
     assert [e["confirmed"] for e in told(records, "off")][-2:] == [False, True]
     assert not device.on()
+
+
+@posix
+def test_a_guardian_that_dies_while_it_tries_is_replaced(
+    device: Device, clock: LeaseClock, limits: Limits, records: Records
+) -> None:
+    supply = open_guarded(device.connection, clock=clock, records=records)
+    killed = threading.Thread(target=_kill_when_it_tries, args=(supply.guardian_pid, records))
+    with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON.*its guardian tries on"):
+        _lose(supply, device, limits, killed)
+    killed.join()
+    device.mend()
+    wait_for(lambda: not device.on())
+    wait_for(lambda: len(told(records, "left")) == 1)
+
+
+def _lose(supply: GuardedSupply, device: Device, limits: Limits, killed: threading.Thread) -> None:
+    with supply:
+        prepare(supply, limits, model="RD6006")
+        switch_on(supply, Decimal(3))
+        device.fail(Fault.STUCK_OUTPUT)
+        killed.start()
+        supply.set_output(False)
+
+
+def _kill_when_it_tries(pid: int, records: Records) -> None:
+    wait_for(lambda: [e for e in told(records, "off") if not e["confirmed"]])
+    os.kill(pid, signal.SIGKILL)
+
+
+@posix
+def test_a_client_that_leaves_does_not_end_a_guardian_that_tries(
+    device: Device, clock: LeaseClock, limits: Limits, records: Records
+) -> None:
+    supply = open_guarded(device.connection, clock=clock, records=records, force=True)
+    device.write(8, 300)
+    device.write(OUTPUT, 1)
+    device.fail(Fault.FALSE_OFF)
+    assert supply.off()
+    assert not supply.terminals_dead()
+    supply.close()  # as `workbench supply off` ends
+    assert device.volts > 0
+    device.mend()
+    wait_for(lambda: device.volts == 0)
+    wait_for(lambda: told(records, "left"))
 
 
 @posix

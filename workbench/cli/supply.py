@@ -36,7 +36,8 @@ from workbench.hw import (
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
-from workbench.output import BY_HAND, MAY_BE_ON, Ledger
+from workbench.output import BY_HAND, MAY_BE_ON, Ledger, Standing
+from workbench.signals import Signals
 
 __all__ = ["supply"]
 
@@ -186,12 +187,21 @@ def off(bench: BenchOption) -> None:
 
     Example: workbench supply off --bench lab.yaml
     """
+    with Signals() as signals:
+        signals.hold()  # an impatient Ctrl-C would cut off the very thing that was asked for
+        dead = _off(bench)
+    if not dead:
+        raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
+    print("output off, confirmed")
+
+
+def _off(bench: str) -> bool:
+    """Stop who drives, switch off, and tell whether that was confirmed."""
     for ledger in _real(bench).ledgers():
         _stop_who_drives(ledger)
     try:
         with _opened(bench, force=True) as device:
-            confirmed = device.off()
-            dead = confirmed and device.terminals_dead()
+            return device.off() and device.terminals_dead()
     except HardwareError as error:
         if any(ledger.held() for ledger in _real(bench).ledgers()):
             raise SafetyStop(
@@ -199,9 +209,6 @@ def off(bench: BenchOption) -> None:
                 f"{MAY_BE_ON}, {BY_HAND}"
             ) from error
         raise
-    if not dead:
-        raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
-    print("output off, confirmed")
 
 
 def _stop_who_drives(ledger: Ledger) -> None:
@@ -222,13 +229,24 @@ def acknowledge(
 
     Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
-    standing = {one: stop for one in _real(bench).ledgers() if (stop := one.standing())}
+    standing = _standing(_real(bench).ledgers()) or _standing(_asked_for_ledgers(bench))
     if not standing:
         raise InputError(f"bench {bench!r}: no stop is waiting for an acknowledgement")
     if any(stop.output.live for stop in standing.values()):
         _require_off(bench)
     for ledger in standing:
         print(f"acknowledged by {name}: {ledger.acknowledge(name).reason}")
+
+
+def _standing(known: list[Ledger]) -> dict[Ledger, Standing]:
+    return {one: stop for one in known if (stop := one.standing())}
+
+
+def _asked_for_ledgers(bench: str) -> list[Ledger]:
+    """Return the ledger of whoever is there: one that was damaged tells no more where that is."""
+    with suppress(HardwareError), _opened(bench) as device:
+        return [_real(bench).ledger_of(device.identify())]
+    return []
 
 
 def _require_off(bench: str) -> None:

@@ -28,6 +28,7 @@ AT_ONCE_S = 1.0  # for a guardian that tripped to switch off, before it is said
 VERDICT_S = 1.0  # more for it, once, when the client ends
 TAKE_OVER_S = 6.0  # for another guardian to get the port and switch off
 TERMINALS_S = DECAY_S + 3.0
+SPARES = 2  # guardians that take the place of one that dies while it tries
 
 
 def open_guarded(
@@ -79,6 +80,7 @@ class GuardedSupply(Supply):
         self._owned = False
         self._gone: str | None = None  # how the guardian ended
         self._patience_s = VERDICT_S
+        self._spares = SPARES
         self._guardian = GuardianProcess(task)
         try:
             self.name, *identity = self._ask("open")
@@ -121,16 +123,23 @@ class GuardedSupply(Supply):
     def off(self) -> bool:
         """Switch off; True when read back as off. A guardian that could not goes on trying.
 
-        Never raises; a Ctrl-C meanwhile costs one try.
+        A Ctrl-C meanwhile costs one try.
+
+        Raises:
+            SupplyBusyError: when another program drives it; nothing was set.
         """
         for _ in range(2):
-            with suppress(Exception, KeyboardInterrupt):
+            try:
                 if self._gone is not None:
                     seconds, self._patience_s = self._patience_s, 0.0
-                    return self._guardian.verdict(seconds)
+                    return self._verdict(seconds)
                 if self._own("off"):
                     self._lease.rest()
                     return True
+            except SupplyBusyError:  # its output is somebody else's
+                raise
+            except (Exception, KeyboardInterrupt):
+                continue
         return self._gone is not None and self._guardian.off
 
     def try_off(self) -> None:
@@ -146,7 +155,7 @@ class GuardedSupply(Supply):
         if self._gone is None:
             with suppress(WorkbenchError):
                 return bool(self._ask("terminals_dead"))
-        return self._guardian.verdict(TERMINALS_S if self._guardian.off else 0.0, dead=True)
+        return self._verdict(TERMINALS_S if self._guardian.off else 0.0, dead=True)
 
     @property
     def connected(self) -> bool:
@@ -160,7 +169,7 @@ class GuardedSupply(Supply):
     def close(self) -> None:
         """End the guardian; one that still has the output on switches it off."""
         self._lease.rest()
-        self._guardian.end()
+        self._guardian.end(owned=self._owned)
 
     def __exit__(
         self,
@@ -228,7 +237,7 @@ class GuardedSupply(Supply):
         self._lease.rest()
         if isinstance(end, GuardianTripped):
             self._gone = f"its guardian stepped in: {end}"
-            self._guardian.verdict(AT_ONCE_S)
+            self._verdict(AT_ONCE_S)
         else:
             self._guardian.kill()
             self._gone = f"its guardian {end}"
@@ -240,8 +249,20 @@ class GuardedSupply(Supply):
     def _told(self) -> str:
         if self._guardian.off and self._guardian.dead is not False:
             return f"{self.name}: {self._gone}; the output is off, confirmed"
-        trying = f"; its guardian tries on for {self._task.keep_trying_s:g} s"
+        trying = "; nobody tries to switch it off any more"
+        if self._guardian.trying:
+            trying = f"; its guardian tries on for {self._task.keep_trying_s:g} s"
         return f"{self.name}: {self._gone}; {MAY_BE_ON}, {BY_HAND}{trying}"
+
+    def _verdict(self, seconds: float, *, dead: bool = False) -> bool:
+        """Wait for what a guardian that tripped says; one that died meanwhile is replaced."""
+        told = self._guardian.verdict(seconds, dead=dead)
+        if not self._guardian.died or not self._spares:
+            return told
+        self._spares -= 1
+        self._guardian.kill()
+        self._off_through_another()
+        return self._guardian.verdict(0.0, dead=dead)
 
     def _off_through_another(self) -> None:
         """Let a new guardian open the port, as soon as it is free, and switch off."""

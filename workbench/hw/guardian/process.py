@@ -46,6 +46,7 @@ class GuardianProcess:
     Attributes:
         off: whether it read back off since it tripped.
         dead: whether the terminals were dead then; None while it is still trying.
+        died: whether it ended without having told that.
 
     Raises:
         HardwareError: when it does not start.
@@ -58,6 +59,7 @@ class GuardianProcess:
         self._tripped = False
         self.off = False
         self.dead: bool | None = None
+        self.died = False
         token = secrets.token_hex(16)
         with socket.create_server((HERE, 0)) as listener:
             self._process = _start()
@@ -122,6 +124,7 @@ class GuardianProcess:
                     break
                 self._note(self._line.receive(left) or {})
         except OSError:  # it has ended
+            self.died = self.dead is None
             self.dead = self.dead or False
         return bool(self.dead) if dead else self.off
 
@@ -136,17 +139,28 @@ class GuardianProcess:
         self.off = message.get("off", self.off)
         self.dead = message.get("dead", self.dead)
 
-    def end(self) -> None:
+    @property
+    def trying(self) -> bool:
+        """Whether it is there and has not yet said how it ended."""
+        return self.dead is None and self._process.poll() is None
+
+    def end(self, *, owned: bool = False) -> None:
         """Say goodbye and wait until it has ended; one that is still trying is left to it.
 
         Ending twice does no harm.
+
+        Args:
+            owned: the output may be on, so one that does not end in time is trying to switch off.
         """
         try:
+            while message := self._line.receive(0.0):
+                self._tripped = self._tripped or "tripped" in message
+                self._note(message)
             self._line.send({"goodbye": 1})
             self._process.wait(END_S if self.dead is None and not self._tripped else 0.1)
         except (OSError, subprocess.TimeoutExpired):
             pass  # a Ctrl-C leaves it: it may still be trying to switch off
-        if self._process.poll() is None and self._tripped and not self.dead:
+        if self._process.poll() is None and (self._tripped or owned) and not self.dead:
             threading.Thread(target=self._process.wait, name="reaper", daemon=True).start()
             self._line.close()
         else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import queue
 import stat
 import sys
 import threading
@@ -18,6 +19,7 @@ __all__ = ["Recorder"]
 
 OF_THE_OUTPUT = frozenset({"taken", "output_on", "off", "terminals", "lost", "regained", "trip"})
 """The events that the supply's ledger keeps as well."""
+LAST_WORDS_S = 2.0  # for a terminal to take what was said, once nothing else is to be done
 
 
 class Recorder:
@@ -41,6 +43,9 @@ class Recorder:
         self.ledger: Ledger | None = None
         self.place = ""
         self._released = False
+        self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._crier = threading.Thread(target=self._cry, name="crier", daemon=True)
+        self._crier.start()
 
     def event(self, event: str, **facts: object) -> None:
         """Append one event and wait until the disk has it."""
@@ -95,7 +100,20 @@ class Recorder:
             self._released = True
 
     def shout(self, text: str) -> None:
-        """Tell the terminal, if there still is one."""
-        with suppress(OSError, ValueError):
-            sys.stderr.write(f"guardian: {text}\n")
-            sys.stderr.flush()
+        """Tell the terminal, if there still is one, and wait for nothing: it may be stopped."""
+        self._said.put(f"guardian: {text}\n")
+
+    def fall_silent(self) -> None:
+        """Shout no more; give the terminal a moment to take what was said."""
+        self._said.put(None)
+        self._crier.join(LAST_WORDS_S)
+
+    def _cry(self) -> None:
+        """Write what is said, in a thread of its own: a stopped terminal takes nothing."""
+        with suppress(OSError, ValueError, AttributeError):  # a program may have no terminal at all
+            number = sys.stderr.fileno()
+            while (text := self._said.get()) is not None:
+                data = text.encode(sys.stderr.encoding, "backslashreplace")
+                with suppress(OSError):
+                    while data:
+                        data = data[os.write(number, data) :]

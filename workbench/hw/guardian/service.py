@@ -351,6 +351,7 @@ class Guardian:
     def _leave(self, code: int) -> int:
         self._held.close()
         self._recorder.event("left", code=code)
+        self._recorder.fall_silent()
         return code
 
 
