@@ -18,7 +18,7 @@ from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
-from workbench.hw import LIES, Reading, Supply, check_scale, prepare, switch_on, watch
+from workbench.hw import Reading, Supply, check_scale, prepare, switch_on, watch
 from workbench.operator_name import operator_name
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
@@ -352,7 +352,7 @@ class _Conductor:
         self._journal("output_off", confirmed=dead)
         if dead:
             return
-        why = LIES if off else self.bundle.output.cause or "it did not confirm off"
+        why = supply.not_dead if off else supply.not_off
         began = f"{first}; " if isinstance(first, WorkbenchError) else f"{supply.name}: "
         if MAY_BE_ON in began:  # its guardian has said all that there is
             return

@@ -265,7 +265,7 @@ def test_off_that_is_never_confirmed_is_told_loudly(
     assert not supply.off()
     with (
         pytest.raises(
-            SafetyStop, match="it did not confirm off; OUTPUT MAY BE ON, switch it off by"
+            SafetyStop, match=r"it did not confirm off: .*; OUTPUT MAY BE ON, switch it off by"
         ),
         supply,
     ):

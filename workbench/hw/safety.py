@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.models import model_named
-from workbench.hw.supply import DEAD_V, DECAY_S, LIES, Identity, Limits, Reading, Supply
+from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Prepared", "check_scale", "prepare", "switch_on", "watch"]
@@ -209,7 +209,7 @@ def _require_identity(
 def _require_dead(supply: Supply) -> None:
     """Switch off, and wait until the terminals are dead too."""
     if not supply.off():
-        raise SafetyStop(f"{supply.name}: it did not confirm off; {MAY_BE_ON}, {BY_HAND}")
+        raise SafetyStop(f"{supply.name}: {supply.not_off}; {MAY_BE_ON}, {BY_HAND}")
     if not supply.terminals_dead():
         volts = supply.measure().voltage_V
         raise SafetyStop(
@@ -240,5 +240,5 @@ def _stop(supply: Supply, text: str) -> SafetyStop:
     if not supply.off():
         return SafetyStop(f"{supply.name}: {text}; {MAY_BE_ON}, {BY_HAND}")
     if not supply.terminals_dead():
-        return SafetyStop(f"{supply.name}: {text}; {LIES}; {MAY_BE_ON}, {BY_HAND}")
+        return SafetyStop(f"{supply.name}: {text}; {supply.not_dead}; {MAY_BE_ON}, {BY_HAND}")
     return SafetyStop(f"{supply.name}: {text}; the output is off, confirmed")

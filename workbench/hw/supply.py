@@ -133,6 +133,8 @@ class Supply(ABC):
 
     Attributes:
         setpoint: the voltage that was set last through this object.
+        not_off: why the last `off` was not confirmed, if it was not.
+        not_dead: why the terminals were not seen dead, if they were not.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
@@ -140,6 +142,8 @@ class Supply(ABC):
         self.clock = clock
         self._limits: Limits | None = None
         self.setpoint: Setpoint | None = None
+        self.not_off = "it did not confirm off"
+        self.not_dead = LIES
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -278,14 +282,16 @@ class Supply(ABC):
         Never raises: it is called where something else has failed already. A Ctrl-C meanwhile
         costs one try.
         """
+        first = ""
         for attempt in range(OFF_TRIES):
             try:
                 if attempt:
                     self.clock.sleep(OFF_PAUSE_S)
                 self.try_off()
                 return True
-            except (Exception, KeyboardInterrupt):
-                continue
+            except (Exception, KeyboardInterrupt) as error:
+                first = first or str(error)
+        self.not_off = f"it did not confirm off: {first}"
         return False
 
     def terminals_dead(self) -> bool:
@@ -293,13 +299,15 @@ class Supply(ABC):
 
         The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
         """
+        self.not_dead = LIES
         deadline = self.clock.now() + DECAY_S
         try:
             while self.measure().voltage_V > DEAD_V:
                 if self.clock.now() >= deadline:
                     return False
                 self.clock.sleep(DECAY_POLL_S)
-        except WorkbenchError:
+        except WorkbenchError as error:
+            self.not_dead = f"it says off, but its terminals could not be measured: {error}"
             return False
         return True
 
@@ -318,10 +326,11 @@ class Supply(ABC):
         Raises:
             SafetyStop: when off could not be confirmed.
         """
-        why = "it did not confirm off"
+        why = self.not_off
         try:
-            if self.off():
-                why = "" if self.terminals_dead() else LIES
+            off = self.off()
+            dead = off and self.terminals_dead()
+            why = "" if dead else self.not_dead if off else self.not_off
         finally:
             self.close()
         if why and MAY_BE_ON not in str(error):  # else it was said with its cause

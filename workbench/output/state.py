@@ -83,7 +83,8 @@ def after(known: OutputState, event: Mapping[str, Any]) -> OutputState:
         case {"event": "terminals", "dead": True} if known.read_back:
             return OutputState("off")
         case {"event": "terminals", "dead": False}:
-            return _unknown(known, "it says off, but its terminals are live", read_back=False)
+            why = event.get("error") or "it says off, but its terminals are live"
+            return _unknown(known, why, read_back=False)
         case {"event": "lost", "cause": str(cause)} if known.live:
             return _unknown(known, cause, read_back=known.read_back)
         case {"event": "regained"} if known.state == "unknown" and known.cause != FOUND:

@@ -132,6 +132,7 @@ class GuardedSupply(Supply):
             try:
                 if self._gone is not None:
                     seconds, self._patience_s = self._patience_s, 0.0
+                    self.not_off = self._gone
                     return self._verdict(seconds)
                 if self._own("off"):
                     self._lease.rest()
@@ -140,6 +141,7 @@ class GuardedSupply(Supply):
                 raise
             except (Exception, KeyboardInterrupt):
                 continue
+        self.not_off = self._gone or self.not_off
         return self._gone is not None and self._guardian.off
 
     def try_off(self) -> None:
@@ -153,8 +155,14 @@ class GuardedSupply(Supply):
         A guardian that switched off by itself looks by itself.
         """
         if self._gone is None:
+            dead: bool | None = None
             with suppress(WorkbenchError):
-                return bool(self._ask("terminals_dead"))
+                dead = bool(self._ask("terminals_dead"))
+                if not dead:
+                    self._ask("measure")  # it steps in, and tells why
+            self.not_dead = self._gone or self.not_dead
+            if dead is not None or self._gone is None:
+                return bool(dead)
         return self._verdict(TERMINALS_S if self._guardian.off else 0.0, dead=True)
 
     @property

@@ -30,7 +30,7 @@ from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
 from workbench.hw.guardian.records import Recorder
-from workbench.hw.supply import LIES, Limits
+from workbench.hw.supply import Limits
 from workbench.loopback import HERE, Line, Message
 from workbench.output import BY_HAND, MAY_BE_ON
 
@@ -265,11 +265,11 @@ class Guardian:
 
     def terminals_dead(self) -> bool:
         """Wait for the terminals to decay after off; when they do not, go on by itself."""
-        dead = self._held.supply.terminals_dead()
-        if self._held.owned:
-            self._recorder.event("terminals", dead=dead)
-        if self._held.owned and not dead:
-            self._fail(LIES)
+        if not self._held.owned:
+            return self._held.supply.terminals_dead()
+        dead = self._see_dead()
+        if not dead:
+            self._fail(self._held.supply.not_dead)
         return dead
 
     def latch(self, reason: str) -> None:
@@ -317,7 +317,7 @@ class Guardian:
                             f"{self._held.name}: {reason}; the output is off, confirmed"
                         )
                     return True
-                error = LIES
+                error = self._held.supply.not_dead
             if seconds > self._task.keep_trying_s:
                 return False
             if error not in told:  # the first fault, and each that is another one
@@ -339,7 +339,8 @@ class Guardian:
     def _see_dead(self) -> bool:
         """A flag alone may lie: look at the measured voltage too."""
         dead = self._held.supply.terminals_dead()
-        self._recorder.event("terminals", dead=dead)
+        why = {} if dead else {"error": self._held.supply.not_dead}
+        self._recorder.event("terminals", dead=dead, **why)
         return dead
 
     def _await_farewell(self) -> None:
