@@ -26,6 +26,7 @@ class Line:
     """
 
     def __init__(self, link: socket.socket) -> None:
+        link.settimeout(None)
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._link = link
         self._selector = selectors.DefaultSelector()

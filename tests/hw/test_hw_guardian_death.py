@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
@@ -19,6 +20,7 @@ from guardian_rig import OUTPUT, Device, DeviceProcess, off_after, standing, tol
 from workbench.errors import SafetyStop
 from workbench.hw import Limits, prepare, switch_on
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
+from workbench.hw.guardian.messages import Task
 from workbench.hw.simulated import Fault
 
 pytestmark = pytest.mark.xdist_group("alone")  # deaths are timed
@@ -188,3 +190,26 @@ def test_when_both_die_the_output_stays_on_and_the_next_run_lowers_it_and_is_ref
         prepare(supply, limits, model="RD6006")
     down = [volts for _, volts in device.history][-10:]
     assert down == [4.5, 4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0]
+
+
+@posix
+def test_a_guardian_whose_client_died_before_it_began_switches_off_all_the_same(
+    device: Device, tmp_path: Path
+) -> None:
+    device.write(8, 300)
+    device.write(OUTPUT, 1)
+    records = Records(events=tmp_path / "guardian.jsonl")
+    task = Task(device.connection, "riden", records, after="its guardian ended")
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    done = subprocess.run(
+        [sys.executable, "-m", "workbench.hw.guardian"],
+        input=f"{port} token {task.to_json()}\n",
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+    assert not device.on()
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+    assert "its guardian ended; the output is off, confirmed" in done.stderr

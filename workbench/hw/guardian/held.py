@@ -81,8 +81,7 @@ class Held:
         """The open supply, which is not left from here on without its output off.
 
         Raises:
-            SupplyBusyError: when another program drives it.
-            SafetyStop: when it cannot be held against others.
+            SupplyBusyError: when another program drives it, or it cannot be held against one.
         """
         supply = self.supply
         if not self.owned and not self._take(0.0) and not self._task.force:
@@ -130,9 +129,10 @@ class Held:
                 ledger.asked_for_off()  # what was asked of the holder before is not for this one
             except OSError as error:
                 if not (self._task.force or self._task.after):  # off needs no lock
-                    raise SafetyStop(
+                    raise SupplyBusyError(
                         f"{self.name}: not taken, as {ledger.path.parent} cannot be written "
-                        f"({error.strerror}); set WORKBENCH_STATE to a folder that can"
+                        f"({error.strerror}); nothing was set. Set WORKBENCH_STATE to a folder "
+                        "that can"
                     ) from error
         self._recorder.event("taken")
         return True

@@ -39,7 +39,7 @@ KEEP_TRYING_S = 90.0
 
 
 class SupplyBusyError(HardwareError):
-    """Another program drives the supply; nothing was set."""
+    """Another program drives the supply, or it cannot be held against one; nothing was set."""
 
 
 _ERRORS: dict[str, type[WorkbenchError]] = {

@@ -103,10 +103,11 @@ class Guardian:
         self._recorder.event(
             "guarding", pid=os.getpid(), client=self._parent, after=self._task.after
         )
+        if self._task.after:  # the first cause, whatever the listener hears
+            self.trip(self._task.after)
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
         if self._task.after:
             self._held.take_over()
-            self.trip(self._task.after)
         while self._trip is None and self._client == "here":
             with suppress(queue.Empty):
                 self._work(self._asked.get(timeout=TICK_S))
@@ -377,6 +378,14 @@ CALLS: dict[str, Callable[..., Any]] = {
 }
 
 
+def _to_nobody() -> Line:
+    """Return a link whose other end is closed: the client died, its output is still to go off."""
+    with socket.create_server((HERE, 0)) as listener:
+        link = socket.create_connection(listener.getsockname(), CONNECT_S)
+        listener.accept()[0].close()
+    return Line(link)
+
+
 def main() -> int:
     """Serve the client that started this process; it tells where it listens on stdin."""
     words = sys.stdin.readline().split(" ", 2)
@@ -384,11 +393,15 @@ def main() -> int:
         sys.stderr.write("a guardian is started by the workbench, not by hand\n")
         return 2
     port, token, task = words
-    link = socket.create_connection((HERE, int(port)), CONNECT_S)
-    link.settimeout(None)
-    line = Line(link)
-    line.send({"token": token})
-    guardian = Guardian(Task.from_json(task), line)
+    to_do = Task.from_json(task)
+    try:
+        line = Line(socket.create_connection((HERE, int(port)), CONNECT_S))
+        line.send({"token": token})
+    except OSError:
+        if not to_do.after:  # its client is dead, and there is nothing to do without it
+            return 1
+        line = _to_nobody()
+    guardian = Guardian(to_do, line)
     for name in IGNORED:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
