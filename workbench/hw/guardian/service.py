@@ -25,11 +25,11 @@ from types import FrameType
 from typing import Any, Literal
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
-from workbench.hw.clock import SystemClock
 from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
 from workbench.hw.guardian.records import Recorder
+from workbench.hw.guardian.waiting import TripClock, TrippedError
 from workbench.hw.supply import Limits
 from workbench.loopback import HERE, Line, Message
 from workbench.output import BY_HAND, MAY_BE_ON
@@ -48,33 +48,6 @@ CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
 
 
-class _Tripped(Exception):
-    """A wait of the supply was cut short by a trip."""
-
-
-class _Clock(SystemClock):
-    """Waits that a trip cuts short, until `calm`."""
-
-    def __init__(self) -> None:
-        self._tripped = threading.Event()
-        self._calm = False
-
-    def interrupt(self) -> None:
-        """Cut waits short from now on."""
-        self._tripped.set()
-
-    def calm(self) -> None:
-        """Wait as long as asked again: off has to be tried with pauses."""
-        self._calm = True
-
-    def sleep(self, seconds: float) -> None:
-        """Wait in real time."""
-        if self._calm:
-            time.sleep(max(seconds, 0.0))
-        elif self._tripped.wait(max(seconds, 0.0)):
-            raise _Tripped
-
-
 class Guardian:
     """One guardian, from its client's first call to the output's end.
 
@@ -85,7 +58,7 @@ class Guardian:
 
     def __init__(self, task: Task, line: Line) -> None:
         self._task, self._line = task, line
-        self._clock = _Clock()
+        self._clock = TripClock()
         self._recorder = Recorder(task.records, self._clock)
         self._lease = Lease(self._clock)
         self._asked: queue.SimpleQueue[Message] = queue.SimpleQueue()
@@ -194,7 +167,7 @@ class Guardian:
             return
         try:
             answer: Message = {"value": CALLS[message["call"]](self, *message["arguments"])}
-        except _Tripped:
+        except TrippedError:
             return
         except HardwareError as error:
             if self._recorder.output.live and not isinstance(error, SupplyBusyError):
