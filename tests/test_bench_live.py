@@ -129,7 +129,9 @@ def test_a_stream_that_does_not_come_ends_the_run_before_the_motor_turns(
     root: Path, tmp_path: Path, supply: str
 ) -> None:
     live = "{server: 127.0.0.1, local: 192.0.2.1}"
-    with pytest.raises(HardwareError, match=r"no NatNet server answers (.|\n)*never switched on"):
+    with pytest.raises(
+        HardwareError, match=r"no NatNet server answers (.|\n)*output is off, confirmed"
+    ):
         list(runs(tmp_path, lab(root, tmp_path, supply, live)))
 
 

@@ -360,7 +360,7 @@ def test_a_release_says_which_base_number_it_is_beyond(rig: MjcfRig) -> None:
         ("    place: {offset", "    plaice: {offset", r"no channel 'plaice'; did you mean 'place'"),
         ("field: mass", "field: stiffness", r"field stiffness is a joint's; name the joint and no"),
         ("cubic_damping: 3", "cubik_damping: 3", r"'cubik_damping' is not one of|cubik_damping"),
-        ("coulomb_friction: 0.05", "coulomb_friction: 0", r"coulomb_friction: must be greater"),
+        ("coulomb_friction: 0.05", "coulomb_friction: 0", r"friction: 0 is not .*above 0"),
         ("force: {actuator", "place: {actuator", r"'place' names a channel and an input"),
         ("effects:\n", "found: [{cause: rail_cubic, parameters: {k3: 1}}]\neffects:\n",
          r"16:10: cause: 'rail_cubic' is none of the rig's effects"),

@@ -121,7 +121,7 @@ def test_an_output_that_stays_on_is_told_loudly_and_written_down(
     assert device.on()
     device.mend()  # the guardian is still trying
     _, err = process.communicate(timeout=10)
-    words = r"read back 1\); OUTPUT MAY BE ON \(its client is dead[^)]*\); switch it off by hand"
+    words = r"OUTPUT MAY BE ON \(its client is dead[^)]*read back 1\); switch it off by hand"
     assert re.search(words, err), err
     assert "the output is off, confirmed" in err.splitlines()[-1]
     assert [e["confirmed"] for e in told(records, "off")][-2:] == [False, True]

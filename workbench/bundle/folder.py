@@ -354,7 +354,8 @@ class Bundle:
     def finish(self, status: Status, **facts: Any) -> None:
         """Write the last status and the checksums; the last thing done to a bundle."""
         self.note({"status": status, **facts})
-        seal(self.path, (GUARDIAN, WIRE) if self.output.live else ())  # its guardian tries on
+        trying = self.guardian_log.exists() and self.output.live  # its guardian goes on
+        seal(self.path, (GUARDIAN, WIRE) if trying else ())
 
 
 def _own(path: Path) -> Path:

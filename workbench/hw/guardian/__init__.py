@@ -1,11 +1,11 @@
 """The guardian: a process that owns the supply's port and switches off when its client dies.
 
-What lives here: the process (`service.py`, started as `python -m workbench.hw.guardian`) and its
-hold on the supply (`held.py`, `waiting.py`), the supply that a client holds instead of the real one (`client.py`,
-over `process.py`), the lease that ties the output to the client's progress (`lease.py`), what they
-say to each other (`messages.py`), and what the guardian writes down (`records.py`); a trip latches
-the supply in its ledger (`workbench.output`). What does not: drivers, and the order of operations
-around an output; both are those of `hw`.
+What lives here: the process (`service.py`, started as `python -m workbench.hw.guardian`), its
+hold on the supply and the clock of that (`held.py`, `waiting.py`), the supply that a client holds
+in place of the real one (`client.py`, over `process.py`), the lease that ties the output to the
+progress of the client (`lease.py`), what they say to each other (`messages.py`), and what the
+guardian writes down (`records.py`); a trip latches the supply in its ledger (`workbench.output`).
+What does not: drivers, and the order of operations around an output; both are those of `hw`.
 
     clock = LeaseClock()
     with open_guarded(connection, clock=clock, records=Records(events=path)) as supply:

@@ -49,8 +49,6 @@ RIDEN_REGISTERS = Registers(
 
 SOURCE = "Baldanos/rd6006, ShayBox/Riden, riden-dongle, libsigrok rdtech-dps"
 LONG_READ = "a read of more than 20 registers fails silently, behind some bridges one of 17"
-    "a read of more than 20 registers fails silently, through some bridges one of more than 16"
-)
 RANGE = "register 20 changes the current's scale: it is read with every reading"
 
 
