@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -334,3 +335,25 @@ def test_supply_off_stops_whoever_drives(
     assert not device.on()
     assert client.end() == 4
     assert "somebody asked for it with `workbench supply off`" in client.err.read_text()
+
+
+@posix
+def test_a_dozen_ctrl_c_end_a_voltage_driven_by_hand_as_one_does(
+    tmp_path: Path, device: Device
+) -> None:
+    code = "from workbench.cli import main; main()"
+    words = ["supply", "set", "2 V", "--bench", str(lab_file(tmp_path, device))]
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *words],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    wait_for(lambda: device.volts == 2.0, 30)
+    for _ in range(12):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+    _, err = process.communicate(timeout=20)
+    assert process.returncode == 130, err
+    assert "stopped by the user; the output is off, confirmed" in err
+    assert not device.on()

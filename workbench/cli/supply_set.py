@@ -18,6 +18,7 @@ from workbench.progress import Stage
 from workbench.protocol.plan import Level
 from workbench.protocol.quantity import parse_quantity
 from workbench.protocol.ramps import Ramps
+from workbench.signals import Signals
 
 __all__ = ["drive_by_hand"]
 
@@ -55,19 +56,21 @@ def drive_by_hand(bench: RealBench, volts: str, amps: str, seconds: str, as_json
     duration = _typed(seconds, "time") if seconds else float("inf")
     reading: Reading | None = None
     confirmed = False
-    try:
-        with bench.open_supply() as supply:
-            try:
-                _prepare(supply, bench, current)
-                reading = _ramp(supply, bench, voltage)
-                reading = _hold(supply, reading, duration)
-                supply.ramp_down()
-            finally:
-                confirmed = supply.off() and supply.terminals_dead()
-    except KeyboardInterrupt:
-        if not confirmed:
-            raise SafetyStop(f"stopped by the user; {MAY_BE_ON}, {BY_HAND}") from None
-        raise Interrupted("stopped by the user; the output is off, confirmed") from None
+    with Signals() as signals:
+        try:
+            with signals.first_only(), bench.open_supply() as supply:
+                try:
+                    _prepare(supply, bench, current)
+                    reading = _ramp(supply, bench, voltage)
+                    reading = _hold(supply, reading, duration)
+                    supply.ramp_down()
+                finally:
+                    signals.hold()  # a second Ctrl-C would cut off what the first one leads to
+                    confirmed = supply.off() and supply.terminals_dead()
+        except KeyboardInterrupt:
+            if not confirmed:
+                raise SafetyStop(f"stopped by the user; {MAY_BE_ON}, {BY_HAND}") from None
+            raise Interrupted("stopped by the user; the output is off, confirmed") from None
     if as_json and reading is not None:
         emit(asdict(reading) | {"output": False})
     else:
