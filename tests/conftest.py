@@ -52,9 +52,9 @@ class Answer:
 Command = Callable[..., Answer]
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(autouse=True)
 def _ctrl_c_is_handled() -> None:
-    """Handle SIGINT, which a shell's `&` has ignored, so that children do not inherit that."""
+    """Handle SIGINT, so that children do not inherit that a shell's `&` or a test ignored it."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -98,11 +98,13 @@ def workbench(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
     def run(*words: object) -> Answer:
         monkeypatch.setattr(sys, "argv", ["workbench", *map(str, words)])
         capsys.readouterr()
-        code = 0
+        code, before = 0, signal.getsignal(signal.SIGINT)
         try:
             main()
         except SystemExit as end:
             code = int(end.code or 0)
+        finally:
+            signal.signal(signal.SIGINT, before)
         out, err = capsys.readouterr()
         return Answer(code, out, err)
 

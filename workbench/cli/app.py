@@ -110,6 +110,8 @@ def main() -> None:
     try:
         _call(moved_to_front(sys.argv[1:]))
     except WorkbenchError as error:
+        if isinstance(error, Interrupted):  # one more would only cover what there is to tell
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
         from rich.console import Console  # only now: most commands print no error
 
         Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(
