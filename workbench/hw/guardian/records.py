@@ -44,8 +44,8 @@ class Recorder:
         self.place = ""
         self._released = False
         self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._crier = threading.Thread(target=self._cry, name="crier", daemon=True)
-        self._crier.start()
+        self._printer = threading.Thread(target=self._print, name="printer", daemon=True)
+        self._printer.start()
 
     def event(self, event: str, **facts: object) -> None:
         """Append one event and wait until the disk has it."""
@@ -106,9 +106,9 @@ class Recorder:
     def fall_silent(self) -> None:
         """Shout no more; give the terminal a moment to take what was said."""
         self._said.put(None)
-        self._crier.join(LAST_WORDS_S)
+        self._printer.join(LAST_WORDS_S)
 
-    def _cry(self) -> None:
+    def _print(self) -> None:
         """Write what is said, in a thread of its own: a stopped terminal takes nothing."""
         with suppress(OSError, ValueError, AttributeError):  # a program may have no terminal at all
             number = sys.stderr.fileno()
