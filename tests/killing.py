@@ -244,7 +244,10 @@ class BothKilled:
         honest = not (self.live and "off" in (self.record, self.ledger))
         as_before = self.record != "untouched" or self.live == self.found_on
         doubt = self.ledger in ("on", "unknown")
-        return honest and as_before and self.told == doubt and (self.refused or not doubt)
+        warned = self.refused and self.told
+        # a client that lived a moment longer may have had its guardian replaced, which switched off
+        # after the next command had told
+        return honest and as_before and (warned if doubt else self.refused or not self.told)
 
 
 def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) -> BothKilled:
