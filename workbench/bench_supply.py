@@ -1,15 +1,33 @@
-"""What a bench file says of its supply: model, place, and the ledgers that may be its own."""
+"""What a bench file says of its supply: model, place, ledgers, and how it is made ready."""
 
 from __future__ import annotations
 
 from workbench.errors import InputError
-from workbench.hw import Connection, Model, model_named
+from workbench.hw import (
+    Connection,
+    Limits,
+    Model,
+    Prepared,
+    Reading,
+    Supply,
+    check_scale,
+    model_named,
+    prepare,
+)
 from workbench.hw.models import ScpiModel
 from workbench.hw.ports import find_supply
 from workbench.output import Ledger, ledgers
+from workbench.progress import Progress
 from workbench.protocol import BenchFile
 
-__all__ = ["connection_of", "found_at", "ledgers_of", "model_of"]
+__all__ = [
+    "check_new_scale",
+    "connection_of",
+    "found_at",
+    "ledgers_of",
+    "made_ready",
+    "model_of",
+]
 
 
 def model_of(file: BenchFile) -> Model:
@@ -74,3 +92,34 @@ def ledgers_of(file: BenchFile) -> list[Ledger]:
     place = connection_of(file).place
     key = Ledger.key_of(model_of(file).name, file.supply.serial_number, place)
     return [one for one in ledgers() if one.key == key or (place and one.place == place)]
+
+
+def made_ready(file: BenchFile, supply: Supply, limits: Limits) -> Prepared:
+    """Prepare a supply as the one that a bench file names. Raises as `prepare`."""
+    section = file.supply
+    return prepare(supply, limits, model=section.model, serial=section.serial_number)
+
+
+def check_new_scale(
+    supply: Supply, ledger: Ledger | None, firmware: str, progress: Progress
+) -> Reading | None:
+    """Check the scale of a supply whose ledger does not know it, and keep that it was right.
+
+    Args:
+        supply: a prepared one.
+        ledger: its own; None where there is nothing to harm.
+        firmware: of the supply.
+        progress: is told before it is driven.
+
+    Returns:
+        what it measured; None where nothing had to be checked.
+
+    Raises:
+        SafetyStop: as `check_scale`.
+    """
+    if ledger is None or ledger.knows_scale(firmware):
+        return None
+    progress("check the supply's scale with 0.5 V")
+    seen = check_scale(supply)
+    ledger.write("scale", firmware=firmware, voltage_V=seen.voltage_V)
+    return seen

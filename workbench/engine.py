@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
+from workbench.bench_supply import check_new_scale, made_ready
 from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Bundle
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
-from workbench.hw import Reading, Supply, check_scale, prepare, switch_on, watch
+from workbench.hw import Reading, Supply, switch_on, watch
 from workbench.operator_name import operator_name
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
@@ -298,22 +299,14 @@ class _Conductor:
         self.bench.clock.sleep(self.run.rest)
 
     def _prepare(self, supply: Supply) -> None:
-        section = self.experiment.bench.content.supply
         self.progress("prepare the supply")
-        ready = prepare(
-            supply,
-            self.bench.limits(self.experiment.plan.current_limit),
-            model=section.model,
-            serial=section.serial_number,
-        )
+        limits = self.bench.limits(self.experiment.plan.current_limit)
+        ready = made_ready(self.experiment.bench.content, supply, limits)
         self.bundle.note({"supply": ready.identity._asdict()})
         self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
-        ledger = self.bench.ledger_of(ready.identity)
-        if ledger is not None and not ledger.knows_scale(ready.identity.firmware):
-            self.progress("check the supply's scale with 0.5 V")
-            seen = check_scale(supply)
+        ledger, firmware = self.bench.ledger_of(ready.identity), ready.identity.firmware
+        if seen := check_new_scale(supply, ledger, firmware, self.progress):
             self._journal("scale", set_voltage_V=seen.set_voltage_V, voltage_V=seen.voltage_V)
-            ledger.write("scale", firmware=ready.identity.firmware, voltage_V=seen.voltage_V)
 
     def _drive(self, supply: Supply, drive: PlannedDrive) -> None:
         clock = self.bench.clock

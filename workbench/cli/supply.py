@@ -31,9 +31,9 @@ from workbench.hw import (
     Supply,
     SystemClock,
     model_named,
-    open_supply,
 )
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
+from workbench.hw.ports import who_answers
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
 from workbench.output import BY_HAND, MAY_BE_ON, Ledger, Standing
@@ -132,19 +132,10 @@ def _who(place: str, families: list[Family], rtu_over_tcp: bool) -> dict[str, ob
     for family in families:
         bauds = sorted({model.baud for model in MODELS if model.family == family})
         for baud in bauds if is_serial else bauds[:1]:
-            with suppress(HardwareError, InputError):
-                device = open_supply(
-                    Connection(kind, place, baud=baud),
-                    clock=SystemClock(),
-                    wire_log=lambda line: None,
-                    family=family,
-                )
-                try:
-                    return {"port": place, "family": family, "baud": baud} | (
-                        device.identify()._asdict()
-                    )
-                finally:
-                    device.close()
+            with suppress(InputError):  # this family cannot be reached in that way
+                who = who_answers(Connection(kind, place, baud=baud), family)
+                if who is not None:
+                    return {"port": place, "family": family, "baud": baud} | who._asdict()
     return None
 
 

@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 
 from workbench.bench import RealBench
+from workbench.bench_supply import check_new_scale, made_ready
 from workbench.cli.output import emit, people, tell
 from workbench.errors import InputError, Interrupted, SafetyStop
-from workbench.hw import Reading, Supply, check_scale, prepare, switch_on, watch
+from workbench.hw import Reading, Supply, switch_on, watch
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.progress import Stage
 from workbench.protocol.plan import Level
@@ -79,15 +80,8 @@ def drive_by_hand(bench: RealBench, volts: str, amps: str, seconds: str, as_json
 
 def _prepare(supply: Supply, bench: RealBench, current: float) -> None:
     tell("prepare the supply")
-    section = bench.file.supply
-    ready = prepare(
-        supply, bench.limits(current), model=section.model, serial=section.serial_number
-    )
-    ledger = bench.ledger_of(ready.identity)
-    if not ledger.knows_scale(ready.identity.firmware):
-        tell("check the supply's scale with 0.5 V")
-        seen = check_scale(supply)
-        ledger.write("scale", firmware=ready.identity.firmware, voltage_V=seen.voltage_V)
+    identity = made_ready(bench.file, supply, bench.limits(current)).identity
+    check_new_scale(supply, bench.ledger_of(identity), identity.firmware, tell)
 
 
 def _ramp(supply: Supply, bench: RealBench, voltage: float) -> Reading:

@@ -21,13 +21,12 @@ from workbench.hw.connect import open_supply
 from workbench.hw.connection import Connection
 from workbench.hw.models import MODELS, Model, model_named
 from workbench.hw.safety import Prepared, check_scale, prepare, switch_on, watch
-from workbench.hw.supply import DEAD_V, LIES, Identity, Limits, Reading, Supply
+from workbench.hw.supply import DEAD_V, Identity, Limits, Reading, Supply
 from workbench.hw.wirelog import WireLog
 from workbench.hw.words import written
 
 __all__ = [
     "DEAD_V",
-    "LIES",
     "MODELS",
     "Clock",
     "Connection",

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from serial.tools.list_ports import comports
+from serial.tools.list_ports_common import ListPortInfo
 
 from workbench.errors import HardwareError
 from workbench.hw.clock import SystemClock
@@ -15,7 +16,7 @@ from workbench.hw.connect import open_supply
 from workbench.hw.connection import Connection
 from workbench.hw.supply import Identity
 
-__all__ = ["Adapter", "find_supply"]
+__all__ = ["Adapter", "find_supply", "who_answers"]
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,7 @@ class Adapter:
         if connection.kind == "serial":
             for port in comports():
                 if os.path.realpath(port.device) == connection.place:
-                    maker = None if port.vid is None else (port.vid, port.pid)
-                    return cls(maker, port.serial_number)
+                    return cls(_maker(port), port.serial_number)
         return cls(None, None)
 
     def elsewhere(self, connection: Connection) -> Iterator[Connection]:
@@ -45,9 +45,12 @@ class Adapter:
         if connection.kind != "serial" or self.maker is None:
             return
         for port in sorted(comports(), key=lambda port: port.serial_number != self.serial):
-            maker = None if port.vid is None else (port.vid, port.pid)
-            if os.path.realpath(port.device) != connection.place and maker == self.maker:
+            if os.path.realpath(port.device) != connection.place and _maker(port) == self.maker:
                 yield replace(connection, address=port.device)
+
+
+def _maker(port: ListPortInfo) -> tuple[int, int] | None:
+    return None if port.vid is None else (port.vid, port.pid)
 
 
 def find_supply(connection: Connection, family: str, model: str, serial: str) -> Connection:
@@ -65,7 +68,7 @@ def find_supply(connection: Connection, family: str, model: str, serial: str) ->
     met: list[str] = []
     for port in comports():
         place = replace(connection, address=port.device)
-        who = _who(place, family)
+        who = who_answers(place, family)
         if who is not None and (who.model, who.serial) == (model, serial):
             return place
         met.append(port.device if who is None else f"{port.device} ({who.model} {who.serial})")
@@ -75,7 +78,7 @@ def find_supply(connection: Connection, family: str, model: str, serial: str) ->
     )
 
 
-def _who(place: Connection, family: str) -> Identity | None:
+def who_answers(place: Connection, family: str) -> Identity | None:
     """Return who answers at a place, and change nothing there."""
     with suppress(HardwareError):
         supply = open_supply(place, clock=SystemClock(), wire_log=lambda line: None, family=family)

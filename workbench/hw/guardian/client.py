@@ -192,7 +192,7 @@ class GuardedSupply(Supply):
         if not self._owned:
             self.close()
             return
-        if isinstance(error, SafetyStop) and self._gone is None and self._owned:
+        if isinstance(error, SafetyStop) and self._gone is None:
             with suppress(WorkbenchError):
                 self._ask("latch", str(error))
         super().__exit__(kind, error, trace)
