@@ -17,12 +17,18 @@ from serial import Serial, SerialException
 from workbench.errors import HardwareError
 from workbench.hw.connection import Connection, not_reachable, resolved
 
-__all__ = ["Channel", "open_channel"]
+__all__ = ["ECHOED", "NEVER_SILENT", "Channel", "drop_waiting", "open_channel"]
 
 CHUNK = 4096
 CONNECT_S, RECONNECT_S = 2.0, 0.5
 SEND_S = 0.4  # the longest command takes 0.1 s at 9600 baud
 DRAIN_POLL_S = 0.001
+DROP_BYTES, DROP_S = 4096, 0.1
+NEVER_SILENT = "the line never falls silent; who sends there?"
+ECHOED = (
+    "the adapter sends back what it is sent, as some for RS485 do; switch that off, "
+    "or write `echo: true` below `connection` in the bench file"
+)
 
 
 class Channel(Protocol):
@@ -63,6 +69,22 @@ def open_channel(connection: Connection) -> Channel:
 
 
 _reached: set[tuple[str, int]] = set()  # what was once in reach is known to be near
+
+
+def drop_waiting(channel: Channel) -> bytes:
+    """Take out what came unasked, as far as it ends, and return the first of it.
+
+    What a sender that has ended left behind is over within 0.1 s; one without end is not awaited.
+
+    Raises:
+        OSError: when the way is gone.
+    """
+    waiting, end = b"", time.monotonic() + DROP_S
+    while piece := channel.receive(0.0):
+        waiting = (waiting + piece)[: DROP_BYTES + 1]
+        if len(waiting) > DROP_BYTES and time.monotonic() > end:
+            break
+    return waiting
 
 
 class _Socket:

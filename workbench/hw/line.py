@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import Channel, open_channel
+from workbench.hw.channel import ECHOED, NEVER_SILENT, Channel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -27,14 +27,7 @@ WHO = "*IDN?"
 QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so long
 WHO_QUIET_S = 0.2  # one of known length, which may come in pieces
 MOST_BYTES = 256  # longer answers there are none
-DRAIN_BYTES = 4096  # who sends more without being asked never falls silent
-DROP_S = 0.1
-NEVER_SILENT = "the line never falls silent; who sends there?"
 ROUNDS = 2
-ECHOED = (
-    "the adapter sends back what it is sent, as some for RS485 do; switch that off, "
-    "or write `echo: true` below `connection` in the bench file"
-)
 PADDING = b"\x00\x01\xbc\r\n "  # what may stand behind an identity
 
 
@@ -278,11 +271,7 @@ class Line:
 
         A command must get through beside an endless sender: "off" is one.
         """
-        waiting, end = b"", time.monotonic() + DROP_S
-        while piece := channel.receive(0.0):
-            waiting = (waiting + piece)[: DRAIN_BYTES + 1]
-            if len(waiting) > DRAIN_BYTES and time.monotonic() > end:
-                break  # what a sender that has ended left behind is over before that
+        waiting = drop_waiting(channel)
         if len(waiting) > MOST_BYTES:
             self._suspect = True
             self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")

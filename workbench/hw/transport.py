@@ -26,7 +26,7 @@ from pymodbus.pdu import DecodePDU, ModbusPDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteSingleRegisterRequest
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import Channel, open_channel
+from workbench.hw.channel import ECHOED, NEVER_SILENT, Channel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -39,7 +39,6 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
-DROP_S = 0.1
 DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
 MBAP_MORE = 4  # bytes of Modbus TCP: 6 more in front, no CRC
 NOISE_BYTES = 32  # more around an answer is no line that one can trust
@@ -331,11 +330,7 @@ class Transport:
 
     def _discard_waiting(self, channel: Channel, what: str, *, urgent: bool) -> None:
         """Drop what came since the last exchange; "off" goes out even where that never ends."""
-        stale, end = b"", time.monotonic() + DROP_S
-        while piece := channel.receive(0.0):
-            stale = (stale + piece)[: DRAIN_BYTES + 1]
-            if len(stale) > DRAIN_BYTES and time.monotonic() > end:
-                break  # what a sender that has ended left behind is over before that
+        stale = drop_waiting(channel)
         if stale:
             self._tap.note("discarded", stale)
         if len(stale) > MOST_BYTES:
@@ -354,10 +349,7 @@ class Transport:
                 f"unit id {asked} and {self.connection.baud} baud right?"
             )
         if heard.startswith(self._sent):
-            return (
-                "the adapter sends back what it is sent, as some for RS485 do; "
-                "switch that off, or write `echo: true` below `connection` in the bench file"
-            )
+            return ECHOED
         if len(heard) >= MOST_BYTES:
             return NEVER_SILENT
         if unit and unit[0] != asked:
@@ -374,9 +366,6 @@ class Transport:
         if self._suspect or not self.connected:
             self._health.fault(told)
         return kind(told)
-
-
-NEVER_SILENT = "the line never falls silent; who sends there?"
 
 
 def _gap(connection: Connection) -> float:
