@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from workbench.output import FOUND, MAY_BE_ON
+from workbench.output import FOUND, MAY_BE_ON, OutputState
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
 from workbench.panel.following import Following
@@ -46,7 +46,8 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
     """Return everything that is shown, but for times and readings."""
     fact, shown = controller.fact, controller.shown
     alive = controller.state in ("alive", "silent")
-    banner = _banner(controller, following)
+    known = None if following is None else following.output  # reads the run's files, so once
+    banner = _banner(controller, following, known)
     return {
         "controller": controller.state,
         "title": fact.get("title", ""),
@@ -61,7 +62,7 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
         "stops": shown.get("stops", 0),
         "pausing": bool(shown.get("pausing")) and alive,
         "run": _run(controller, following),
-        "output": _output(controller, following),
+        "output": _output(controller, known),
         "log": [] if following is None else following.told[-LOG_LINES:],
     }
 
@@ -119,11 +120,11 @@ def _run(controller: Controller, following: Following | None) -> dict[str, Any] 
     }
 
 
-def _output(controller: Controller, following: Following | None) -> dict[str, str]:
+def _output(controller: Controller, known: OutputState | None) -> dict[str, str]:
     """Return what is known of the supply's output; what nobody watches any more may be on."""
-    if following is None:
+    if known is None:
         return {"level": "plain", "text": "not on yet" if controller.state == "alive" else ""}
-    known, watched = following.output, controller.state == "alive"
+    watched = controller.state == "alive"
     match known.state:
         case "off":
             return {"level": "plain", "text": "off, confirmed"}
@@ -140,7 +141,9 @@ def _output(controller: Controller, following: Following | None) -> dict[str, st
             return {"level": "alarm", "text": "MAY BE ON"}
 
 
-def _banner(controller: Controller, following: Following | None) -> _Banner | None:
+def _banner(
+    controller: Controller, following: Following | None, known: OutputState | None
+) -> _Banner | None:
     match controller.state:
         case "gone":
             title = controller.fact.get("title", "a run")
@@ -148,7 +151,7 @@ def _banner(controller: Controller, following: Following | None) -> _Banner | No
                 f"Process {controller.fact.get('pid')}, which carried out “{title}”, ended without "
                 "a word: it was killed, or crashed."
             )
-            return _Banner("alarm", "Controller gone", f"{died} {_left_behind(following)}")
+            return _Banner("alarm", "Controller gone", f"{died} {_left_behind(following, known)}")
         case "silent":
             return _Banner(
                 "alarm",
@@ -164,29 +167,27 @@ def _banner(controller: Controller, following: Following | None) -> _Banner | No
             said = "" if ended["kind"] in ("complete", "ended") else ended["text"]
             return _Banner(level, title, said)
         case _:
-            return _doubt(following)
+            return _doubt(known)
 
 
-def _doubt(following: Following | None) -> _Banner | None:
+def _doubt(known: OutputState | None) -> _Banner | None:
     """Say at once that a supply that is driven does not answer."""
-    if following is None or following.output.state != "unknown":
+    if known is None or known.state != "unknown" or known.cause == FOUND:
         return None
-    if following.output.cause == FOUND:
-        return None
-    return _Banner("alarm", MAY_BE_ON, f"{following.output.cause}. Use {OWN_SWITCH} now.")
+    return _Banner("alarm", MAY_BE_ON, f"{known.cause}. Use {OWN_SWITCH} now.")
 
 
-def _left_behind(following: Following | None) -> str:
+def _left_behind(following: Following | None, known: OutputState | None) -> str:
     """Tell what became of the output of a run whose process died."""
-    if following is None or following.output.state in ("untouched", "not driven"):
+    if following is None or known is None or known.state in ("untouched", "not driven"):
         return "It had not touched the supply."
     events = following.bundle.read_guardian()
     trips = [event["reason"] for event in events if event["event"] == "trip"]
-    if following.output.state == "off":
+    if known.state == "off":
         if not trips:
             return "Its output was off."
         return f"Its guardian switched the output off, and read back that it is off ({trips[-1]})."
     if not events:
         return f"No guardian watched its output. {MAY_BE_ON}: use {OWN_SWITCH} now."
-    cause = f" ({following.output.cause})" if following.output.cause else ""
+    cause = f" ({known.cause})" if known.cause else ""
     return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {OWN_SWITCH} now."
