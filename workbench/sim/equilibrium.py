@@ -16,11 +16,12 @@ from workbench.sim.laws import within_play
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
-__all__ = ["FALLEN_M", "hinge_ids", "settle", "unloaded", "world_angle"]
+__all__ = ["FALLEN_M", "hinge_ids", "hold_top", "settle", "unloaded", "world_angle"]
 
 _ROUNDS = 60
 _BALANCED = 1e-10  # [N, N m]
 _LONGEST_STEP = 0.1  # [m, rad] of one round
+_HELD_M = 1e-8  # how near T is held to its place
 _LOAD_ROUNDS = 3
 _HANGING = np.pi / 2  # the rotor straight below T loads no hinge with a moment of its own
 FALLEN_M = 0.05
@@ -92,6 +93,48 @@ def settle(
     hold_rotor(model, data)
     _hold_on_slope(model, data, robot, foot)
     return model, data
+
+
+def hold_top(
+    model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float
+) -> NDArray[np.float64]:
+    """Pull T to a place and return the force that holds it there, forward and up, (2,) [N].
+
+    The foot is fixed. Newton's method on the static forces and the two places at once:
+    [K, -J'; J, 0] [dq; dF] = [force; place - T], J the derivative of T's x and z. The data's pose is
+    the one held, without the force; the rotor keeps its angle in the world.
+
+    Args:
+        model: with its foot fixed.
+        data: at rest without a pull; changed in place.
+        x: where T is held, in the world [m].
+        z: the same upward [m].
+
+    Raises:
+        InputError: when no force in this plane holds it there.
+    """
+    free, top = moving_dofs(model, "fixed"), model.body("top").id
+    pull, jacobian = np.zeros(2), np.empty((3, model.nv))
+    for _ in range(_ROUNDS):
+        data.xfrc_applied[top, [0, 2]] = pull
+        stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
+        mujoco.mj_jac(model, data, jacobian, None, data.xpos[top], top)
+        slopes = jacobian[[0, 2]][:, free]
+        away = np.array([x, z]) - data.xpos[top, [0, 2]]
+        if np.abs(force).max() < _BALANCED and np.abs(away).max() < _HELD_M:
+            data.xfrc_applied[:] = 0
+            hold_rotor(model, data)
+            mujoco.mj_forward(model, data)
+            return pull
+        whole = np.block([[stiffness, -slopes.T], [slopes, np.zeros((2, 2))]])
+        step = np.linalg.solve(whole, np.concatenate([force, away]))
+        share = min(1.0, _LONGEST_STEP / max(float(np.abs(step[:-2]).max()), 1e-12))
+        displace(model, data, free, share * step[:-2])
+        pull = pull + share * step[-2:]
+    raise InputError(
+        f"no force holds T at x = {x:.3f} m, z = {z:.3f} m of the foot's frame; check where T rested "
+        "before the release, and the shape"
+    )
 
 
 def _drifted(robot: Robot) -> Robot:

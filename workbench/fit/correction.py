@@ -1,0 +1,150 @@
+"""The correction of one sample, compiled: from what was seen to where the robot is.
+
+For every simulation, with H = dy/dz at its present pose, z = (c, c') the coordinates of the lowest
+modes (q = basis c) and P their covariance before the sample:
+
+    e = y - h(q),   S = H P H' + R,   z += P H' S^-1 e
+
+A sample that was not seen in a channel (NaN) leaves that channel out. Written in scalars: an array
+made here would be an allocation in every sample.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["correct", "predicted"]
+
+Array = NDArray[np.float64]
+
+
+@numba.njit(cache=True, nogil=True)
+def predicted(
+    places: Array, axes: Array, bodies: NDArray[np.int64], offsets: Array, points: Array
+) -> None:
+    """Write the world's places of points on bodies.
+
+    Args:
+        places: (s, nbody, 3) xpos [m].
+        axes: (s, nbody, 9) xmat.
+        bodies: (p,) of the points.
+        offsets: (s, p, 3) in the bodies' frames [m].
+        points: (s, p, 3) written [m].
+    """
+    for s in range(points.shape[0]):
+        for p in range(points.shape[1]):
+            b = bodies[p]
+            for i in range(3):
+                total = places[s, b, i]
+                for j in range(3):
+                    total += axes[s, b, 3 * i + j] * offsets[s, p, j]
+                points[s, p, i] = total
+
+
+@numba.njit(cache=True, nogil=True)
+def correct(
+    seen: Array, points: Array, jacobian: Array, mix: Array, pick: Array, bias: Array,
+    basis: Array, covariance: Array, noise: Array, follow: NDArray[np.int64],
+    qpos: Array, qvel: Array, userdata: Array,
+    innovation: Array, white: Array, information: Array, slopes: Array,
+) -> None:  # fmt: skip
+    """Correct all simulations by one sample.
+
+    Args:
+        seen: (s, c) measured channels; NaN where not seen.
+        points: (s, p, 3) predicted places [m].
+        jacobian: (s, 3 p, nv) of the points.
+        mix: (s, c, 3 p) from points to channels.
+        pick: (s, c, nq) from joints to channels.
+        bias: (s, c) added to the channels.
+        basis: (s, nv, m) modes.
+        covariance: (s, 2 m, 2 m) before the sample.
+        noise: (s, c) variance of the channels.
+        follow: entries of userdata that move with the first degree of freedom.
+        qpos: (s, nq) corrected in place.
+        qvel: (s, nv) corrected in place.
+        userdata: (s, nuserdata) corrected in place.
+        innovation: (s, c) written: measured less predicted, NaN where not seen.
+        white: (s, c) written: L^-1 e with L L' = S, zero where not seen.
+        information: (s,) written: log det S of the channels seen.
+        slopes: (s, c, m) written: H of the places; that of the rates is zero.
+    """
+    count, channels = seen.shape
+    modes = basis.shape[2]
+    width, dofs, spots = 2 * modes, basis.shape[1], mix.shape[2]
+    factor, spread = np.empty((channels, channels)), np.empty((channels, width))
+    solved, change = np.empty(channels), np.empty(width)
+    row = np.empty(dofs)
+    for s in range(count):
+        for c in range(channels):
+            value = bias[s, c]
+            for i in range(spots):
+                value += mix[s, c, i] * points[s, i // 3, i % 3]
+            for i in range(qpos.shape[1]):
+                value += pick[s, c, i] * qpos[s, i]
+            innovation[s, c] = seen[s, c] - value
+            for d in range(dofs):
+                row[d] = pick[s, c, d]
+            for i in range(spots):
+                weight = mix[s, c, i]
+                if weight != 0.0:
+                    for d in range(dofs):
+                        row[d] += weight * jacobian[s, i, d]
+            for m in range(modes):
+                total = 0.0
+                for d in range(dofs):
+                    total += row[d] * basis[s, d, m]
+                slopes[s, c, m] = total
+        for c in range(channels):
+            for a in range(width):
+                total = 0.0
+                for m in range(modes):
+                    total += slopes[s, c, m] * covariance[s, m, a]
+                spread[c, a] = total
+        information[s] = 0.0
+        for c in range(channels):  # Cholesky's factor of S, and L^-1 e on the way
+            missing = np.isnan(innovation[s, c])
+            for b in range(c + 1):
+                total = noise[s, c] if b == c else 0.0
+                if missing or np.isnan(innovation[s, b]):
+                    factor[c, b] = 1.0 if b == c else 0.0
+                    continue
+                for m in range(modes):
+                    total += spread[c, m] * slopes[s, b, m]
+                for i in range(b):
+                    total -= factor[c, i] * factor[b, i]
+                factor[c, b] = np.sqrt(total) if b == c else total / factor[b, b]
+            if missing:
+                white[s, c] = 0.0
+                continue
+            total = innovation[s, c]
+            for b in range(c):
+                total -= factor[c, b] * white[s, b]
+            white[s, c] = total / factor[c, c]
+            information[s] += 2 * np.log(factor[c, c])
+        for c in range(channels - 1, -1, -1):
+            total = white[s, c]
+            for b in range(c + 1, channels):
+                total -= factor[b, c] * solved[b]
+            solved[c] = total / factor[c, c]
+            if np.isnan(innovation[s, c]):
+                solved[c] = 0.0
+        for a in range(width):
+            total = 0.0
+            for c in range(channels):
+                total += spread[c, a] * solved[c]
+            change[a] = total
+        moved = 0.0
+        for d in range(dofs):
+            place, rate = 0.0, 0.0
+            for m in range(modes):
+                place += basis[s, d, m] * change[m]
+                rate += basis[s, d, m] * change[modes + m]
+            qpos[s, d] += place
+            qvel[s, d] += rate
+            if d == 0:
+                moved = place
+        for i in follow:
+            userdata[s, i] += moved

@@ -1,0 +1,106 @@
+"""The drive is an input: the rotor's angle against T, as the cameras saw it.
+
+What the motor was told and what it did differ by a gain, a lag and a delay; that regression is made
+without a simulation, and what it leaves is smoothed without lag and added to it. The angle against T
+is the one in the world less T's turn, which the observer estimates: so two or three passes are made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+__all__ = ["DriveFit", "commanded_angle", "fit_drive"]
+
+Array = NDArray[np.float64]
+Steps = Sequence[tuple[float, float]]
+
+_LAG_S, _LEAST_LAG_S = 0.05, 1e-3
+_ROBUST = 3.0  # residuals beyond so many deviations pull less
+_WILD = 6.0  # deviations from the median of its neighbours: a glitch
+_NEIGHBOURS = 7
+
+
+@dataclass(frozen=True, eq=False)
+class DriveFit:
+    """What the motor did with its command.
+
+    Args:
+        gain: true over commanded speed.
+        lag: time constant of the speed behind the command [s].
+        delay: of the whole motion against the command's clock [s].
+        deviation: standard errors of gain, lag and delay, (3,).
+        left: standard deviation of what the regression leaves after smoothing [rad]: a motor that
+            does otherwise than gain, lag and delay say.
+        angle: (n,) smoothed angle against T [rad].
+    """
+
+    gain: float
+    lag: float
+    delay: float
+    deviation: Array
+    left: float
+    angle: Array
+
+
+def commanded_angle(times: Array, steps: Steps, gain: float, lag: float, delay: float) -> Array:
+    """Return the angle that a motor with a lag has turned since its first command, (n,) [rad].
+
+    Args:
+        times: (n,) [s].
+        steps: (time [s], commanded speed [rad/s]) in order of time; zero before the first.
+        gain: true over commanded speed.
+        lag: time constant of the speed behind the command [s].
+        delay: [s].
+    """
+    angle, before = np.zeros_like(times), 0.0
+    for begin, speed in steps:
+        since = np.maximum(times - delay - begin, 0.0)
+        angle += gain * (speed - before) * (since + lag * np.expm1(-since / lag))
+        before = speed
+    return angle
+
+
+def fit_drive(times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True) -> DriveFit:
+    """Return what the motor did.
+
+    Args:
+        times: (n,) [s].
+        angle: (n,) of the rotor [rad], NaN where not seen.
+        steps: as commanded.
+        sigma: standard deviation of the angle's noise [rad].
+        smooth: whether what the regression leaves is kept, smoothed (a cubic smoothing spline, its
+            strength by generalised cross-validation); else it is taken for the turn of T.
+    """
+    seen = np.isfinite(angle)
+    t, a = times[seen], angle[seen]
+
+    def left(x: Array) -> Array:
+        return (a - x[3] - commanded_angle(t, steps, x[0], x[1], x[2])) / sigma
+
+    spread = 1.0 if smooth else max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
+    found = scipy.optimize.least_squares(
+        left, [1.0, _LAG_S, 0.0, float(a[0])], loss="soft_l1", f_scale=_ROBUST * spread,
+        bounds=([0.2, _LEAST_LAG_S, -0.5, -np.inf], [5.0, 2.0, 0.5, np.inf]),
+        x_scale=[0.01, 0.01, 0.01, 0.01],
+    )  # fmt: skip
+    gain, lag, delay, offset = found.x
+    smoothed = offset + commanded_angle(times, steps, gain, lag, delay)
+    covariance = np.linalg.pinv(found.jac.T @ found.jac)
+    rest = 0.0
+    if smooth:
+        more = _smoothed(times, angle - smoothed, sigma)
+        smoothed, rest = smoothed + more, float(np.std(more))
+    return DriveFit(float(gain), float(lag), float(delay), np.sqrt(np.diag(covariance))[:3], rest,
+                    smoothed)  # fmt: skip
+
+
+def _smoothed(times: Array, left: Array, sigma: float) -> Array:
+    usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="nearest")
+    kept = np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma)
+    spline = scipy.interpolate.make_smoothing_spline(times[kept], left[kept])
+    return np.asarray(spline(times))

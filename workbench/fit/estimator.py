@@ -1,0 +1,126 @@
+"""The statistical model, and the residuals and derivatives that follow from it.
+
+For a run with samples k, theta the parameters:
+
+    x[k+1] = F(x[k], u[k]; theta) + w[k],   w ~ N(0, Q)     F: MuJoCo over one sample
+    y[k]   = h(x[k]; theta) + v[k],         v ~ N(0, R)
+    e[k]   = y[k] - h(xp[k]),   S[k] = H P H' + R           xp: predicted, then corrected by P H' S^-1 e
+
+    -2 log L = sum over k of (e' S^-1 e + log det S)  +  sum over priors of ((theta - nominal) / deviation)^2
+
+The innovations e are one-step prediction errors: their sum is smooth in theta where a free
+simulation dephases or becomes chaotic (Ljung, System Identification, 1999, chapter 7). Q is the
+process noise per group of joints, what the model lacks in N m sqrt(s) and N sqrt(s); with Q = 0 they
+are simulation errors. P stays the same while theta changes, so derivatives are plain differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError
+from workbench.fit.gain import Gain, stationary
+from workbench.fit.observer import Innovations, Job, observe
+from workbench.fit.parameters import ParameterVector
+from workbench.fit.system import System
+
+__all__ = ["Estimator"]
+
+Array = NDArray[np.float64]
+
+_WANTED = 0.03  # of the noise: what a finite difference moves the residuals by
+_STEP, _LEAST, _MOST = 3e-3, 1e-6, 0.1
+_REFUSED = 1e3  # residual of a run that cannot be simulated
+
+
+@dataclass(frozen=True, eq=False)
+class Estimator:
+    """The innovations of a system's runs as a function of its parameters.
+
+    Args:
+        system: with its runs.
+        vector: of the parameters.
+        noise: process noise of each group of joints.
+        gains: of each run.
+        masks: of each run, (n, c): samples that are left out.
+        threads: 0 takes all cores.
+    """
+
+    system: System
+    vector: ParameterVector
+    noise: Mapping[str, float]
+    gains: tuple[Gain, ...]
+    masks: tuple[NDArray[np.bool_], ...]
+    threads: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        system: System,
+        vector: ParameterVector,
+        noise: Mapping[str, float],
+        masks: Sequence[NDArray[np.bool_]] = (),
+        threads: int = 0,
+    ) -> Estimator:
+        """Return the estimator of a system with a process noise."""
+        runs = range(len(system.names))
+        gains = tuple(
+            stationary(system.modes(k), system.process(k, noise), system.sigma(k), system.sample_s)
+            for k in runs
+        )
+        given = tuple(masks) or tuple(np.zeros(system.seen(k).shape, dtype=np.bool_) for k in runs)
+        return cls(system, vector, noise, gains, given, threads)
+
+    def job(self, run: int, x: Array, coarse: bool = False) -> Job:
+        """Return the observer's job of a run at parameters (p,).
+
+        Raises:
+            InputError: when they cannot be simulated.
+        """
+        start = self.system.start(run, self.vector.values(x), coarse)
+        seen = np.where(self.masks[run], np.nan, self.system.seen(run))
+        return Job(start.model, start.state, start.control, seen, start.observation,
+                   self.gains[run], start.steps, start.lead, start.follow)  # fmt: skip
+
+    def innovations(self, x: Array, keep: bool = False) -> list[Innovations]:
+        """Return the innovations of every run."""
+        runs = range(len(self.system.names))
+        return observe([self.job(k, x) for k in runs], self.threads, keep)
+
+    def residuals(self, x: Array) -> Array:
+        """Return the whitened innovations of all runs, then the priors, (m,)."""
+        try:
+            found = self.innovations(x)
+        except InputError:
+            sizes = sum(self.system.seen(k).size for k in range(len(self.system.names)))
+            return np.concatenate([np.full(sizes, _REFUSED), x[self.vector.weighted]])
+        return np.concatenate([*(_flat(one) for one in found), x[self.vector.weighted]])
+
+    def jacobian(self, x: Array) -> Array:
+        """Return the derivatives of the residuals, (m, p), by differences of coarse simulations."""
+        runs = range(len(self.system.names))
+        moves = [(k, i) for k in runs for i in self.vector.touching(k)]
+        jobs = [self.job(k, x, coarse=True) for k in runs]
+        for k, i in moves:
+            moved = x.copy()
+            moved[i] += _STEP
+            jobs.append(self.job(k, moved, coarse=True))
+        found = observe(jobs, self.threads)
+        base = [_flat(one) for one in found[: len(runs)]]
+        begin = np.concatenate([[0], np.cumsum([len(b) for b in base])])
+        weighted = np.flatnonzero(self.vector.weighted)
+        jacobian = np.zeros((begin[-1] + len(weighted), len(x)))
+        for (k, i), one in zip(moves, found[len(runs) :], strict=True):
+            jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / _STEP
+        jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
+        return jacobian
+
+
+def _flat(one: Innovations) -> Array:
+    white = one.white.copy()
+    white[one.sane :] = _REFUSED
+    return np.nan_to_num(white, nan=_REFUSED).ravel()

@@ -1,0 +1,210 @@
+"""The observer: simulations that are corrected towards what was seen after every sample.
+
+A job is one model on one run. Jobs of equal layout go through MuJoCo's batch together, some at a
+time on each thread; between two samples the engine steps by itself, and the correction of all of
+them is one compiled call. Results do not depend on the number of threads, bit for bit.
+"""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+from numpy.typing import NDArray
+
+from workbench.fit.correction import correct, predicted
+from workbench.fit.gain import Gain
+from workbench.sim import keep_engine_quiet, spread
+
+__all__ = ["Innovations", "Job", "Observation", "observe"]
+
+Array = NDArray[np.float64]
+
+_AT_ONCE = 8
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """What is seen of a state:  y = mix x + pick qpos + bias,  x the places of points on bodies.
+
+    Args:
+        bodies: (p,) of the points.
+        offsets: (p, 3) in the bodies' frames [m].
+        mix: (c, 3 p).
+        pick: (c, nq).
+        bias: (c,).
+    """
+
+    bodies: NDArray[np.int64]
+    offsets: Array
+    mix: Array
+    pick: Array
+    bias: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One model on one run.
+
+    Args:
+        model: of the system.
+        state: mjSTATE_INTEGRATION where it starts.
+        control: (n, nu) from each sample to the next.
+        seen: (n, c) measured channels, NaN where not seen.
+        observation: of those channels.
+        gain: of the correction.
+        steps: of the engine from one sample to the next.
+        lead: time from the start to the first sample [s].
+        follow: entries of userdata that move with the first degree of freedom.
+    """
+
+    model: mujoco.MjModel
+    state: Array
+    control: Array
+    seen: Array
+    observation: Observation
+    gain: Gain
+    steps: int
+    lead: float = 0.0
+    follow: tuple[int, ...] = ()
+
+    @property
+    def layout(self) -> tuple[object, ...]:
+        """Return what jobs must share to be stepped together."""
+        model = self.model
+        sizes = (model.nq, model.nv, model.nu, model.na, model.nbody, len(self.state))
+        shapes = (self.seen.shape[1], self.gain.basis.shape[1])
+        return (*sizes, *shapes, tuple(self.observation.bodies), self.steps, self.follow)
+
+
+@dataclass(frozen=True, eq=False)
+class Innovations:
+    """What a run shows that was not predicted.
+
+    Args:
+        error: (n, c) measured less predicted, NaN where not seen.
+        white: (n, c) L^-1 error with L L' = S; zero where not seen.
+        information: (n,) log det S.
+        slopes: (n, c, m) derivative of the channels by the modes' coordinates.
+        qpos: (n, nq) before each correction; empty unless kept.
+        qvel: (n, nv) the same.
+        sane: samples before the numbers blew up.
+    """
+
+    error: Array
+    white: Array
+    information: Array
+    slopes: Array
+    qpos: Array
+    qvel: Array
+    sane: int
+
+
+def observe(jobs: Sequence[Job], threads: int = 0, keep: bool = False) -> list[Innovations]:
+    """Return the innovations of many jobs, in their order.
+
+    Args:
+        jobs: of any layouts.
+        threads: 0 takes all cores.
+        keep: whether the states before each correction are kept.
+    """
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, job in enumerate(jobs):
+        groups.setdefault(job.layout, []).append(i)
+    size = min(_AT_ONCE, -(-len(jobs) // (threads or os.cpu_count() or 1)))
+    chunks = [
+        sorted(members, key=lambda i: len(jobs[i].seen))[a : a + size]
+        for members in groups.values()
+        for a in range(0, len(members), size)
+    ]
+    done: dict[int, Innovations] = {}
+    results = spread(lambda chunk: _observe([jobs[i] for i in chunk], keep), chunks, threads)
+    for chunk, found in zip(chunks, results, strict=True):
+        done |= dict(zip(chunk, found, strict=True))
+    return [done[i] for i in range(len(jobs))]
+
+
+def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
+    """Observe jobs of equal layout on the calling thread."""
+    keep_engine_quiet()
+    batch = Batch(jobs[0].model, nsim=len(jobs), nthread=1, persistent=True)
+    for row, job in enumerate(jobs):
+        batch.state[row] = job.state
+    _lead(batch, jobs)
+    batch.set_models([job.model for job in jobs])
+    batch.forward(stage=_CURRENT)
+    length, steps = max(len(job.seen) for job in jobs), jobs[0].steps
+    seen = _padded([job.seen for job in jobs], length, np.nan)
+    control = _padded([job.control for job in jobs], length, 0.0)
+    bodies = jobs[0].observation.bodies
+    offsets, mix, pick, bias = (
+        np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
+        for name in ("offsets", "mix", "pick", "bias")
+    )
+    basis, covariance, noise = (
+        np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
+        for name in ("basis", "covariance", "noise")
+    )
+    follow = np.array(jobs[0].follow, dtype=np.int64)
+    qpos, qvel, userdata = (batch.bind(name) for name in ("qpos", "qvel", "userdata"))
+    places, axes, command = batch.bind("xpos"), batch.bind("xmat"), batch.bind("ctrl")
+    count, channels, modes = len(jobs), seen.shape[2], basis.shape[2]
+    points = np.empty((count, len(bodies), 3))
+    jacobian = np.empty((count, 3 * len(bodies), jobs[0].model.nv))
+    error, white = np.full((2, length, count, channels), np.nan)
+    information = np.zeros((length, count))
+    slopes = np.zeros((length, count, channels, modes))
+    kept = [np.zeros((length if keep else 0, *part.shape)) for part in (qpos, qvel)]
+    sane = np.full(count, length)
+    for k in range(length):
+        if k:
+            command[:] = control[:, k - 1]
+            with suppress(SimulationError):  # the engine's own warnings count below
+                batch.step(nstep=steps, stage=_CURRENT)
+            broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
+            sane[broken] = np.minimum(sane[broken], k)
+        predicted(places, axes, bodies, offsets, points)
+        for p, body in enumerate(bodies):
+            jacobian[:, 3 * p : 3 * p + 3] = batch.jac(int(body), points[:, p])[0]
+        if keep:
+            kept[0][k], kept[1][k] = qpos, qvel
+        correct(
+            seen[:, k], points, jacobian, mix, pick, bias, basis, covariance, noise, follow,
+            qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
+        )  # fmt: skip
+    return [
+        Innovations(
+            *(part[: len(job.seen), row] for part in (error, white, information, slopes, *kept)),
+            sane=int(min(sane[row], len(job.seen))),
+        )
+        for row, job in enumerate(jobs)
+    ]
+
+
+def _lead(batch: Batch, jobs: Sequence[Job]) -> None:
+    """Step from the starts to the first samples, by a step of its own in each simulation."""
+    led = [row for row, job in enumerate(jobs) if job.lead > 0]
+    if not led:
+        return
+    models = [copy.copy(job.model) for job in jobs]
+    for row in led:
+        models[row].opt.timestep = jobs[row].lead / jobs[row].steps
+    batch.set_models(models)
+    with suppress(SimulationError):
+        batch.step(ids=led, nstep=jobs[0].steps)
+
+
+def _padded(parts: Sequence[Array], length: int, value: float) -> Array:
+    """Stack rows of different lengths, (s, length, ...)."""
+    full = np.full((len(parts), length, parts[0].shape[1]), value)
+    for row, part in enumerate(parts):
+        full[row, : len(part)] = part
+    return full

@@ -1,0 +1,118 @@
+"""What a fit may change, and how the numbers of a minimiser become values with units.
+
+A parameter says by itself where it belongs and how it acts; nothing is told from its name. The
+minimiser sees x = 0 at the nominal value and x = 1 one prior deviation above it; a parameter that
+must stay positive moves in logarithms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Acts", "Parameter", "ParameterVector", "Scope"]
+
+Array = NDArray[np.float64]
+
+
+class Scope(StrEnum):
+    """Whose value it is: the model's, a candidate's that extends the model, or one run's."""
+
+    MODEL = "model"
+    CANDIDATE = "candidate"
+    RUN = "run"
+
+
+class Acts(StrEnum):
+    """Where it acts: in the model's equations, on where a run starts, its drive, or what is seen."""
+
+    MODEL = "model"
+    START = "start"
+    DRIVE = "drive"
+    OBSERVATION = "observation"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number that a fit may change.
+
+    Args:
+        name: as it is reported.
+        unit: SI.
+        nominal: its stated value.
+        deviation: of its prior [unit]; scales the minimiser's number even where the prior is flat.
+        low: least value allowed [unit].
+        high: greatest value allowed [unit].
+        scope: whose it is.
+        acts: where it acts.
+        run: number of the run that it belongs to; -1 for all runs.
+        positive: whether it moves in logarithms.
+        flat: whether its prior is left out of the likelihood.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    deviation: float
+    low: float = -np.inf
+    high: float = np.inf
+    scope: Scope = Scope.MODEL
+    acts: Acts = Acts.MODEL
+    run: int = -1
+    positive: bool = False
+    flat: bool = False
+
+    @property
+    def share(self) -> float:
+        """Return the prior deviation as a share of the nominal value."""
+        return self.deviation / self.nominal
+
+    def value(self, x: float) -> float:
+        """Return the value at a minimiser's number."""
+        if self.positive:
+            return float(self.nominal * np.exp(self.share * x))
+        return float(self.nominal + self.deviation * x)
+
+    def number(self, value: float) -> float:
+        """Return the minimiser's number of a value."""
+        if self.positive:
+            return float(np.log(value / self.nominal) / self.share)
+        return float((value - self.nominal) / self.deviation)
+
+
+@dataclass(frozen=True)
+class ParameterVector:
+    """The parameters of one fit, in the order of the minimiser's numbers."""
+
+    parameters: tuple[Parameter, ...]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.parameters)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the least and greatest numbers, (p,) each."""
+        low = [-np.inf if p.positive and p.low <= 0 else p.number(p.low) for p in self.parameters]
+        return np.array(low), np.array([p.number(p.high) for p in self.parameters])
+
+    @property
+    def weighted(self) -> NDArray[np.bool_]:
+        """Return which have a prior in the likelihood, (p,)."""
+        return np.array([not p.flat for p in self.parameters], dtype=np.bool_)
+
+    def values(self, x: Array) -> dict[Parameter, float]:
+        """Return the value of each parameter at numbers (p,)."""
+        return {p: p.value(float(v)) for p, v in zip(self.parameters, x, strict=True)}
+
+    def numbers(self, values: Mapping[Parameter, float]) -> Array:
+        """Return the numbers (p,) of values; a parameter that is not given is nominal."""
+        return np.array([p.number(values.get(p, p.nominal)) for p in self.parameters])
+
+    def touching(self, run: int) -> Sequence[int]:
+        """Return which parameters act on a run."""
+        return [i for i, p in enumerate(self.parameters) if p.run in (-1, run)]

@@ -1,0 +1,90 @@
+"""What a fit needs to know of a mechanical system: how to build, drive and observe it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.fit.gain import Modes
+from workbench.fit.observer import Observation
+from workbench.fit.parameters import Parameter
+
+__all__ = ["Start", "System"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A model where a run starts, and what it is given.
+
+    Args:
+        model: compiled.
+        state: mjSTATE_INTEGRATION at the start.
+        control: (n, nu) from each sample to the next.
+        observation: of the run's channels.
+        steps: of the engine from one sample to the next.
+        lead: time from the start to the first sample [s].
+        follow: entries of userdata that move with the first degree of freedom.
+    """
+
+    model: mujoco.MjModel
+    state: Array
+    control: Array
+    observation: Observation
+    steps: int
+    lead: float = 0.0
+    follow: tuple[int, ...] = ()
+
+
+class System(Protocol):
+    """A mechanical system and the runs that were measured of it."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Return the names of the runs."""
+        ...
+
+    @property
+    def groups(self) -> Sequence[str]:
+        """Return the names of the groups of joints that have a process noise of their own."""
+        ...
+
+    @property
+    def sample_s(self) -> float:
+        """Return the time from one sample to the next [s]."""
+        ...
+
+    def seen(self, run: int) -> Array:
+        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        ...
+
+    def sigma(self, run: int) -> Array:
+        """Return the standard deviation of their noise, (c,)."""
+        ...
+
+    def modes(self, run: int) -> Modes:
+        """Return the lowest modes about the rest of the nominal system."""
+        ...
+
+    def process(self, run: int, noise: Mapping[str, float]) -> Array:
+        """Return the process noise of each degree of freedom, (nv,), from that of the groups."""
+        ...
+
+    def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
+        """Return the model of a run at its start.
+
+        Args:
+            run: its number.
+            values: of the parameters that are not nominal.
+            coarse: whether derivatives are taken of it: cheaper steps will do.
+
+        Raises:
+            InputError: when the values cannot be simulated.
+        """
+        ...

@@ -1,0 +1,369 @@
+"""The hopping robot as a system: planar, its rotor turned as it was seen to turn.
+
+Every channel has its origin where it rested, in the measurement and in the model alike. A driven
+run starts from the robot at rest, a ring-down from the equilibrium that holds T where it rested, a
+drop from the shape that the strip has in the hand. The rotor's joint angle is an input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from workbench.errors import InputError, did_you_mean
+from workbench.fit.drive import fit_drive
+from workbench.fit.gain import Modes
+from workbench.fit.observer import Observation
+from workbench.fit.parameters import Acts, Parameter, Scope
+from workbench.fit.system import Start
+from workbench.identify.measured import MeasuredRun
+from workbench.motion import PITCH, ROTOR_ANGLE
+from workbench.protocol import UNITS, ModelFile
+from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
+from workbench.sim.equilibrium import hold_top
+from workbench.sim.ground import CORNER_FIELDS, CORNERS
+from workbench.sim.modes import mass_matrix
+from workbench.sim.simulate import at_rest
+from workbench.sim.statics import moving_dofs, static_stiffness
+
+__all__ = ["BEAM", "FOOT", "Hopper", "free_parameters"]
+
+Array = NDArray[np.float64]
+
+BEAM, FOOT = "beam", "foot"
+"""Groups of joints; process noise in N m sqrt(s) at a hinge, in N sqrt(s) at the foot."""
+
+_LEAD_S = 0.1  # driven runs are observed from this long before the first motion
+_AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
+_LEAD_STEPS = 2  # times the steps of a sample
+_LATE_S = 4e-3
+_PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in other runs, or not
+_HEIGHT_M = 1e-3
+_MODES = 3
+_COARSE_STEPS, _COARSE_ARMATURE = 12, 1e-6
+_MOST_STEPS = 136
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_STEEP = 3.0  # a parameter stays within a third and three times its nominal value
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """One run as it is observed."""
+
+    first: int
+    seen: Array
+    sigma: Array
+    rest: Array
+
+
+def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, ...]:
+    """Return nominal parameters of a model file, freed from their tolerance.
+
+    Raises:
+        InputError: for one that is unknown, not positive or known exactly.
+    """
+    found = []
+    for name in names:
+        if name not in UNITS:
+            hint = did_you_mean(name, UNITS)
+            raise InputError(f"parameter {name!r} is unknown{hint}; there are {', '.join(UNITS)}")
+        stated = getattr(model.parameters, name)
+        if stated.value <= 0 or stated.tolerance == 0:
+            raise InputError(
+                f"parameter {name} is {stated.value:g} with tolerance {stated.tolerance:g} in "
+                f"model {model.name!r}; to be fitted it needs a positive value and a tolerance"
+            )
+        found.append(
+            Parameter(name, UNITS[name], stated.value, stated.tolerance, stated.value / _STEEP,
+                      stated.value * _STEEP, positive=True, flat=True)
+        )  # fmt: skip
+    return tuple(found)
+
+
+class Hopper:
+    """The robot and its runs.
+
+    Args:
+        robot: everything that is not fitted stays as it is here.
+        runs: measured.
+        free: parameters of the model that are fitted.
+        turned: (n,) angle of each run's rotor against T at every observed sample [rad]; None where
+            nothing drives it.
+    """
+
+    groups = (BEAM, FOOT)
+    sample_s = 1 / SAMPLE_RATE_HZ
+
+    def __init__(
+        self,
+        robot: Robot,
+        runs: Sequence[MeasuredRun],
+        free: Sequence[Parameter] = (),
+        turned: Sequence[Array | None] = (),
+    ) -> None:
+        self.robot, self.runs, self.free = replace(robot, planar=True), tuple(runs), tuple(free)
+        self._seen = [_seen(run) for run in runs]
+        self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
+        self._stood = self._rest_of_top()
+        self.late, self.place, self.height = self._own()
+
+    @property
+    def names(self) -> list[str]:
+        """Return the names of the runs."""
+        return [run.name for run in self.runs]
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return what is fitted: the model's parameters, then those of single runs."""
+        places = (one for pair in self.place.values() for one in pair)
+        return (*self.free, *self.late.values(), *places, *self.height.values())
+
+    def turning(self, turned: Sequence[Array | None]) -> Hopper:
+        """Return the system with other rotor angles."""
+        return Hopper(self.robot, self.runs, self.free, turned)
+
+    def freeing(self, free: Sequence[Parameter]) -> Hopper:
+        """Return the system with other parameters of the model to be fitted."""
+        return Hopper(self.robot, self.runs, free, self.turned)
+
+    def times(self, run: int) -> Array:
+        """Return the times of a run's observed samples, (n,) [s]."""
+        first = self._seen[run].first
+        return self.runs[run].motion.times[first : first + len(self._seen[run].seen)]
+
+    def world_angle(self, run: int) -> Array:
+        """Return the rotor's angle in the world at the observed samples, (n,) [rad], NaN unseen."""
+        motion, first = self.runs[run].motion, self._seen[run].first
+        angle = np.where(motion.validity(ROTOR_ANGLE), motion[ROTOR_ANGLE], np.nan)
+        return angle[first : first + len(self._seen[run].seen)]
+
+    def seen(self, run: int) -> Array:
+        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        return self._seen[run].seen
+
+    def sigma(self, run: int) -> Array:
+        """Return the standard deviation of their noise, (c,)."""
+        return self._seen[run].sigma
+
+    def process(self, run: int, noise: Mapping[str, float]) -> Array:
+        """Return the process noise of each degree of freedom, (nv,); that of the rotor is zero."""
+        held = self.runs[run].mode in ("clamped", "decay")
+        hinges = [noise[BEAM] for hinge in self.robot.hinges if hinge.stiffness is not None]
+        lever = self.robot.values["foot_length"] / 2
+        foot = [] if held else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
+        return np.array([*foot, *hinges, 0.0])
+
+    def modes(self, run: int) -> Modes:
+        """Return the lowest modes of the nominal robot, the rotor locked to T.
+
+        A free foot has no ground under it here, so that x, z and pitch move without a spring.
+        """
+        robot = unloaded(applied(self.robot))
+        model, data = settle(robot, "fixed", self.runs[run].start_angle)
+        dofs = moving_dofs(model, "fixed")
+        stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
+        mujoco.mj_forward(model, data)
+        if self._held(run):
+            count = _MODES
+        else:
+            model, data = settle(robot, "free", self.runs[run].start_angle)
+            foot = model.nv - 1 - len(dofs)
+            dofs = np.concatenate([np.arange(foot), dofs + foot])
+            stiffness = scipy.linalg.block_diag(np.zeros((foot, foot)), stiffness)
+            count = foot + _MODES
+        mass = mass_matrix(model, data)[np.ix_(dofs, dofs)]
+        squares, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
+        basis = np.zeros((model.nv, count))
+        basis[dofs] = shapes[:, :count]
+        observation = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
+        jacobian = np.vstack([_jacobian(model, data, int(b)) for b in observation.bodies])
+        return Modes(
+            basis,
+            np.diag(np.maximum(squares[:count], 0.0)),
+            basis.T @ (model.dof_damping[:, None] * basis),
+            observation.mix @ jacobian @ basis + observation.pick @ basis,
+        )
+
+    def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
+        """Return the model of a run at its start.
+
+        Raises:
+            InputError: when the values cannot be simulated, in however short steps.
+        """
+        robot = self._robot(values)
+        while True:
+            try:
+                return self._start(run, robot, values, coarse)
+            except InputError:
+                robot = replace(robot, steps_per_sample=2 * robot.steps_per_sample)
+                if robot.steps_per_sample > _MOST_STEPS:
+                    raise
+
+    def _start(
+        self, run: int, robot: Robot, values: Mapping[Parameter, float], coarse: bool
+    ) -> Start:
+        one, seen = self.runs[run], self._seen[run]
+        control, lead, bias = np.zeros(len(seen.seen)), 0.0, np.zeros(0)
+        if run in self.late:
+            late = values.get(self.late[run], 0.0)
+            lead = float(one.motion.times[seen.first]) - late
+        elif (turned := self.turned[run]) is not None:
+            control[:-1] = np.diff(turned) / self.sample_s
+        height = one.height
+        if run in self.height:
+            height = max(values.get(self.height[run], height), 0.0)
+        condition = Condition(one.mode, np.zeros(2), one.start_angle, height=height)
+        model, data = at_rest(robot, condition)
+        if run in self.place:
+            offset = np.array([values.get(p, p.nominal) for p in self.place[run]])
+            base, top = data.body("foot").xpos[[0, 2]].copy(), data.body("top").xpos[[0, 2]].copy()
+            bias = self._stood - top + offset if self._stood is not None else offset - base
+            hold_top(model, data, *(seen.rest - bias))
+        else:
+            bias = seen.rest - self._predicted(run, model, data)
+        steps = robot.steps_per_sample
+        if coarse:
+            steps = _coarsen(model, data, steps)
+        state = np.empty(mujoco.mj_stateSize(model, _STATE))
+        mujoco.mj_getState(model, data, state, _STATE)
+        return Start(
+            model, state, np.repeat(control[:, None], model.nu, axis=1),
+            self._observation(run, model, data, bias), steps, lead, _anchors(model),
+        )  # fmt: skip
+
+    def _robot(self, values: Mapping[Parameter, float]) -> Robot:
+        own, effects = dict(self.robot.values), {n: dict(v) for n, v in self.robot.effects.items()}
+        for parameter in self.free:
+            value = values.get(parameter, parameter.nominal)
+            if parameter.scope is Scope.CANDIDATE:
+                effect, _, quantity = parameter.name.partition(".")
+                effects.setdefault(effect, {})[quantity] = value
+            else:
+                own[parameter.name] = value
+        return applied(replace(self.robot, values=own, effects=effects), turning=False)
+
+    def _held(self, run: int) -> bool:
+        return self.runs[run].mode in ("clamped", "decay")
+
+    def _observation(
+        self, run: int, model: mujoco.MjModel, data: mujoco.MjData, bias: Array
+    ) -> Observation:
+        """Return what is seen of x and z of T, and before them of a free foot; pitch last."""
+        names = ["top"] if self._held(run) else ["foot", "top"]
+        bodies = np.array([model.body(name).id for name in names], dtype=np.int64)
+        count = len(self.sigma(run))
+        mix, pick = np.zeros((count, 3 * len(bodies))), np.zeros((count, model.nq))
+        for p in range(len(bodies)):
+            mix[2 * p, 3 * p] = mix[2 * p + 1, 3 * p + 2] = 1.0
+        if count > 2 * len(bodies):
+            pick[-1, 2] = 1.0
+        return Observation(bodies, np.zeros((len(bodies), 3)), mix, pick, bias)
+
+    def _predicted(self, run: int, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+        seen = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
+        return np.asarray(seen.mix @ data.xpos[seen.bodies].ravel() + seen.pick @ data.qpos)
+
+    def _own(
+        self,
+    ) -> tuple[dict[int, Parameter], dict[int, tuple[Parameter, Parameter]], dict[int, Parameter]]:
+        """Return what only single runs know: instants of release, T's place, heights of fall."""
+        late, place, height = {}, {}, {}
+        for k, run in enumerate(self.runs):
+            if run.driven:
+                continue
+            latest = float(run.motion.times[self._seen[k].first]) - 1e-3
+            late[k] = Parameter(f"release of {run.name}", "s", 0.0, _LATE_S, -latest, latest,
+                                Scope.RUN, Acts.START, k)  # fmt: skip
+            if run.mode == "decay":
+                deviation = _UNSEEN_M if self._stood is None else _PLACE_M
+                x, z = (Parameter(f"T of {run.name} {axis}", "m", 0.0, deviation, scope=Scope.RUN,
+                                  acts=Acts.OBSERVATION, run=k) for axis in ("forward", "up"))  # fmt: skip
+                place[k] = (x, z)
+            else:
+                height[k] = Parameter(f"height of {run.name}", "m", run.height, _HEIGHT_M,
+                                      0.0, np.inf, Scope.RUN, Acts.START, k)  # fmt: skip
+        return late, place, height
+
+    def _rest_of_top(self) -> Array | None:
+        """Return where T rests without a pull, (2,) [m], as the driven runs saw it."""
+        rests = [self._seen[k].rest[:2] for k, run in enumerate(self.runs) if run.mode == "clamped"]
+        rests += [self._seen[k].rest[2:4] for k, run in enumerate(self.runs) if run.mode == "hop"]
+        return np.median(rests, axis=0) if rests else None
+
+    def _guessed(self, run: int) -> Array | None:
+        """Return the rotor's angle against T as commanded, T's turn taken for noise."""
+        one = self.runs[run]
+        if not one.driven:
+            return None
+        sigma = float(one.noise()[-1])
+        return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
+
+    def with_turns(self, qpos: Sequence[Array]) -> Hopper:
+        """Return the system with rotor angles against T whose turn was estimated.
+
+        Args:
+            qpos: (n, nq) of each run, of an observer.
+        """
+        turned: list[Array | None] = []
+        for k, (run, states) in enumerate(zip(self.runs, qpos, strict=True)):
+            if not run.driven:
+                turned.append(None)
+                continue
+            turn = states[:, 0 if self._held(k) else 2 : -1].sum(axis=1)
+            angle = self.world_angle(k) - (turn - turn[0])
+            turned.append(fit_drive(self.times(k), angle, run.steps, float(run.noise()[-1])).angle)
+        return self.turning(turned)
+
+
+def _seen(run: MeasuredRun) -> _Seen:
+    channels = [*run.places, *([PITCH] if not _clamped(run) and PITCH in run.motion else [])]
+    part = run.motion.select(channels)
+    values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
+    after = -_LEAD_S if run.driven else _AFTER / SAMPLE_RATE_HZ
+    first = int(np.searchsorted(run.motion.times, after))
+    still = values[run.motion.times < 0]
+    if not np.isfinite(still).any(axis=0).all():
+        missing = [c for c, ok in zip(channels, np.isfinite(still).any(axis=0), strict=True) if not ok]
+        raise InputError(
+            f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some rest "
+            "before its first motion"
+        )
+    return _Seen(first, values[first:], run.noise()[: len(channels)], np.nanmedian(still, axis=0))
+
+
+def _clamped(run: MeasuredRun) -> bool:
+    return run.mode in ("clamped", "decay")
+
+
+def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
+    found = np.empty((3, model.nv))
+    mujoco.mj_jac(model, data, found, None, data.xpos[body], body)
+    return found
+
+
+def _anchors(model: mujoco.MjModel) -> tuple[int, ...]:
+    """Return where the corners' anchors are in userdata; they move with a correction of the foot."""
+    if not model.nuserdata:
+        return ()
+    width, place = len(CORNER_FIELDS), CORNER_FIELDS.index("anchor_m")
+    return tuple(width * corner + place for corner in range(CORNERS))
+
+
+def _coarsen(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> int:
+    """Make a model cheap for derivatives: a little armature on the hinges, and longer steps."""
+    share = steps / _COARSE_STEPS
+    hinges = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) & (model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0)
+    model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
+    model.opt.timestep *= share
+    if model.nuserdata:
+        ground = model.numeric("ground").data
+        ground[16] *= share
+        ground[10] /= share**2
+        ground[11] /= share
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return _COARSE_STEPS
