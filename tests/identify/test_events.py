@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.identify.robots import SHAPE, changed, driven
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.events import LEAST_HOPS, compare_events, hop_events, twins
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import LEAD_S, Problem
 from workbench.motion import FOOT
 from workbench.protocol import ModelFile

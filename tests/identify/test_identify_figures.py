@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tests.bundles import carried_out
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify import (
     Estimate,
     Identification,
@@ -32,7 +33,6 @@ from workbench.identify.figures import (
     figure_4_5,
     sweep_figure,
 )
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import (
     Pair,
     fitted_pairs,

@@ -65,7 +65,9 @@ def commanded_angle(times: Array, steps: Steps, gain: float, lag: float, delay: 
     return angle
 
 
-def fit_drive(times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True) -> DriveFit:
+def fit_drive(
+    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True
+) -> DriveFit:
     """Return what the motor did.
 
     Args:

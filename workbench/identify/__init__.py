@@ -18,6 +18,7 @@ answers and rings; `figures` and `report` show it, `fit_report` beside what a fi
 The room simulates and fits; it opens no device.
 """
 
+from workbench.fit.measured import MeasuredRun, measured_run
 from workbench.identify.calibrate import (
     LeftOut,
     SpeedCalibration,
@@ -31,7 +32,6 @@ from workbench.identify.contact import CONTACT, Contact, identify_contact
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.fit_report import made_from, report_fit
 from workbench.identify.identification import BEAM, Estimate, Identification, identify
-from workbench.identify.measured import MeasuredRun, measured_run
 from workbench.identify.new_model import write_model
 from workbench.identify.report import Part, write_identification, write_resonances
 from workbench.identify.resonance import Resonances, resonances

@@ -11,8 +11,8 @@ import numpy as np
 
 from workbench.bundle import Bundle
 from workbench.errors import InputError
+from workbench.fit.measured import measured_run
 from workbench.identify.line_checks import Check, check_line, voltage_groups
-from workbench.identify.measured import measured_run
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import Interval, SpeedLine, SpeedPoint, fit_line
 from workbench.motion import Mode

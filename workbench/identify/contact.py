@@ -17,11 +17,11 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.determinacy import undetermined
 from workbench.identify.excitation import first_slip, unexcited
 from workbench.identify.identification import Estimate, estimates_of
 from workbench.identify.kinked import Minimum, minimum, redrawn
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import Problem
 from workbench.identify.solution import Solution
 from workbench.progress import Progress

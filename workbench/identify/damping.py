@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.spectrum import Oscillation, oscillation
 from workbench.motion import TOP, position
 from workbench.swings import LEAST_SAMPLES, Pole, fit_swings

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.motion import FOOT, position
 from workbench.sim import Condition
 from workbench.timeseries import TimeSeries

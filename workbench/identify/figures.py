@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.damping import ModeDamping
 from workbench.identify.identification import Estimate
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import FrequencySurface, Pair, label
 from workbench.identify.resonance import Resonances
 from workbench.identify.spectrum import Line, Spectrum

@@ -9,10 +9,10 @@ import numpy as np
 
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.contact import Contact
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.identification import Identification
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import simulated_pair
 from workbench.identify.report import Part, write_identification
 from workbench.identify.resonance import Resonances, resonances

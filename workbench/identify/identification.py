@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.determinacy import Combination
 from workbench.identify.intervals import bootstrap
 from workbench.identify.leftover import leftover
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import run_misfits
 from workbench.identify.solution import Solution
 from workbench.identify.solve import BOUND, Fit, fit_runs

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.solution import Solution, root_mean_square
 from workbench.motion import time_zero
 from workbench.sim import Condition, Robot, linear_modes, sample_times, simulate, staircase

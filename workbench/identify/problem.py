@@ -20,8 +20,8 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.drive import lagged_command
-from workbench.identify.measured import MeasuredRun
 from workbench.sim import Condition, Robot, Simulation, sample_times, simulate_all
 
 __all__ = ["LEAD_S", "Problem", "Rows", "Unknown", "needs_no_simulation"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 from markupsafe import Markup
 
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.damping import ModeDamping
 from workbench.identify.figures import (
     damping_figure,
@@ -21,7 +22,6 @@ from workbench.identify.figures import (
     sweep_figure,
 )
 from workbench.identify.identification import Identification
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.pairs import Pair, fitted_pairs, frequency_surface, run_misfits
 from workbench.identify.resonance import Resonances
 from workbench.identify.spectrum import Spectrum

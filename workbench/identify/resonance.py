@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.oscillator import fit_oscillator
 from workbench.identify.spectrum import Oscillation, Spectrum, oscillation, spectrum
 from workbench.identify.sweep import ORDERS, Direction, SweepPoint, read_sweep

@@ -19,8 +19,8 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.determinacy import Combination, undetermined
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.mesh import Meshed, best_mesh
 from workbench.identify.problem import Problem
 from workbench.identify.solution import ROBUST, Solution

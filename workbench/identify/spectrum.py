@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.motion import TOP, position
 
 __all__ = ["Line", "Oscillation", "Spectrum", "oscillation", "spectrum"]

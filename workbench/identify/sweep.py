@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.identify.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
 from workbench.swings import LEAST_SAMPLES, Pole, Swings, fit_swings
 from workbench.timeseries import TimeSeries

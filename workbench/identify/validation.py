@@ -17,9 +17,9 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
 from workbench.identify.events import EventTest, compare_events, twins
 from workbench.identify.excitation import first_slip
-from workbench.identify.measured import MeasuredRun
 from workbench.identify.problem import LEAD_S, Problem
 from workbench.identify.solution import ROBUST
 from workbench.motion import FOOT, TOP

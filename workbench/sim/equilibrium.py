@@ -95,14 +95,12 @@ def settle(
     return model, data
 
 
-def hold_top(
-    model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float
-) -> NDArray[np.float64]:
+def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> NDArray[np.float64]:
     """Pull T to a place and return the force that holds it there, forward and up, (2,) [N].
 
     The foot is fixed. Newton's method on the static forces and the two places at once:
-    [K, -J'; J, 0] [dq; dF] = [force; place - T], J the derivative of T's x and z. The data's pose is
-    the one held, without the force; the rotor keeps its angle in the world.
+    [K, -J'; J, 0] [dq; dF] = [force; place - T], J the derivative of T's x and z. The data's pose
+    is the one held, without the force; the rotor keeps its angle in the world.
 
     Args:
         model: with its foot fixed.
@@ -132,8 +130,8 @@ def hold_top(
         displace(model, data, free, share * step[:-2])
         pull = pull + share * step[-2:]
     raise InputError(
-        f"no force holds T at x = {x:.3f} m, z = {z:.3f} m of the foot's frame; check where T rested "
-        "before the release, and the shape"
+        f"no force holds T at x = {x:.3f} m, z = {z:.3f} m of the foot's frame; check where T "
+        "rested before the release, and the shape"
     )
 
 

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
+from workbench.fit.measured import MeasuredRun
 from workbench.fit.observer import Observation
 from workbench.fit.parameters import Acts, Parameter, Scope
 from workbench.fit.system import Start
-from workbench.identify.measured import MeasuredRun
 from workbench.motion import PITCH, ROTOR_ANGLE
 from workbench.protocol import UNITS, ModelFile
 from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
@@ -328,7 +328,9 @@ def _seen(run: MeasuredRun) -> _Seen:
     first = int(np.searchsorted(run.motion.times, after))
     still = values[run.motion.times < 0]
     if not np.isfinite(still).any(axis=0).all():
-        missing = [c for c, ok in zip(channels, np.isfinite(still).any(axis=0), strict=True) if not ok]
+        missing = [
+            c for c, ok in zip(channels, np.isfinite(still).any(axis=0), strict=True) if not ok
+        ]
         raise InputError(
             f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some rest "
             "before its first motion"
@@ -347,7 +349,7 @@ def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
 
 
 def _anchors(model: mujoco.MjModel) -> tuple[int, ...]:
-    """Return where the corners' anchors are in userdata; they move with a correction of the foot."""
+    """Return where the corners' anchors are in userdata: they move with the foot's correction."""
     if not model.nuserdata:
         return ()
     width, place = len(CORNER_FIELDS), CORNER_FIELDS.index("anchor_m")
@@ -357,7 +359,9 @@ def _anchors(model: mujoco.MjModel) -> tuple[int, ...]:
 def _coarsen(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> int:
     """Make a model cheap for derivatives: a little armature on the hinges, and longer steps."""
     share = steps / _COARSE_STEPS
-    hinges = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) & (model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0)
+    hinges = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) & (
+        model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
+    )
     model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
     model.opt.timestep *= share
     if model.nuserdata:
