@@ -17,7 +17,7 @@ are simulation errors. P stays the same while theta changes, so derivatives are 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,14 @@ from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import ParameterVector
 from workbench.fit.system import System
 
-__all__ = ["Estimator"]
+__all__ = ["ROBUST", "Estimator"]
 
 Array = NDArray[np.float64]
 
-_WANTED = 0.03  # of the noise: what a finite difference moves the residuals by
-_STEP, _LEAST, _MOST = 3e-3, 1e-6, 0.1
+ROBUST = 4.0
+"""Innovations beyond so many deviations pull less: glitches are not the robot."""
+
+_STEP = 3e-3  # of a parameter's prior deviation
 _REFUSED = 1e3  # residual of a run that cannot be simulated
 
 
@@ -48,6 +50,8 @@ class Estimator:
         gains: of each run.
         masks: of each run, (n, c): samples that are left out.
         threads: 0 takes all cores.
+        window: how much of each run is observed, from its first sample [s].
+        coarse: whether residuals may be those of coarse steps, far from the minimum.
     """
 
     system: System
@@ -56,6 +60,8 @@ class Estimator:
     gains: tuple[Gain, ...]
     masks: tuple[NDArray[np.bool_], ...]
     threads: int = 0
+    window: float = np.inf
+    coarse: bool = False
 
     @classmethod
     def of(
@@ -75,16 +81,51 @@ class Estimator:
         given = tuple(masks) or tuple(np.zeros(system.seen(k).shape, dtype=np.bool_) for k in runs)
         return cls(system, vector, noise, gains, given, threads)
 
+    def with_noise(self, noise: Mapping[str, float]) -> Estimator:
+        """Return the estimator with another process noise."""
+        other = Estimator.of(self.system, self.vector, noise, self.masks, self.threads)
+        return replace(self, noise=dict(noise), gains=other.gains)
+
+    def with_system(self, system: System) -> Estimator:
+        """Return the estimator with the same parameters of a system that is driven otherwise."""
+        return replace(self, system=system)
+
+    def depends_on(self, group: str) -> bool:
+        """Tell whether a group's process noise acts in any run."""
+        probe = dict.fromkeys(self.system.groups, 0.0) | {group: 1.0}
+        return any(self.system.process(k, probe).any() for k in range(len(self.system.names)))
+
+    def log_likelihood(self, x: Array) -> float:
+        """Return log L at parameters (p,), without the priors and what does not depend on them.
+
+        Innovations count as in a robust fit: far beyond the noise they count in proportion.
+        """
+        total = 0.0
+        for one in self.innovations(x):
+            white = _flat(one)
+            total += float(np.sum(_soft(white))) + float(np.sum(one.information))
+        return -total / 2
+
     def job(self, run: int, x: Array, coarse: bool = False) -> Job:
         """Return the observer's job of a run at parameters (p,).
 
         Raises:
             InputError: when they cannot be simulated.
         """
-        start = self.system.start(run, self.vector.values(x), coarse)
-        seen = np.where(self.masks[run], np.nan, self.system.seen(run))
-        return Job(start.model, start.state, start.control, seen, start.observation,
+        start = self.system.start(run, self.vector.values(x), coarse or self.coarse)
+        kept = slice(0, self.samples(run))
+        seen = np.where(self.masks[run], np.nan, self.system.seen(run))[kept]
+        return Job(start.model, start.state, start.control[kept], seen, start.observation,
                    self.gains[run], start.steps, start.lead, start.follow)  # fmt: skip
+
+    def samples(self, run: int) -> int:
+        """Return how many samples of a run are observed."""
+        count = len(self.system.seen(run))
+        return (
+            count
+            if np.isinf(self.window)
+            else min(count, round(self.window / self.system.sample_s))
+        )
 
     def innovations(self, x: Array, keep: bool = False) -> list[Innovations]:
         """Return the innovations of every run."""
@@ -96,14 +137,27 @@ class Estimator:
         try:
             found = self.innovations(x)
         except InputError:
-            sizes = sum(self.system.seen(k).size for k in range(len(self.system.names)))
+            sizes = sum(
+                self.samples(k) * self.system.seen(k).shape[1]
+                for k in range(len(self.system.names))
+            )
             return np.concatenate([np.full(sizes, _REFUSED), x[self.vector.weighted]])
+        return self.residuals_of(found, x)
+
+    def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
+        """Return the residuals, (m,), of innovations that were observed at parameters (p,)."""
         return np.concatenate([*(_flat(one) for one in found), x[self.vector.weighted]])
 
-    def jacobian(self, x: Array) -> Array:
-        """Return the derivatives of the residuals, (m, p), by differences of coarse simulations."""
+    def jacobian(self, x: Array, asked: Sequence[int] | NDArray[np.int64] | None = None) -> Array:
+        """Return the derivatives of the residuals, (m, p), by differences of coarse simulations.
+
+        Args:
+            x: (p,) parameters.
+            asked: columns that are wanted, the others stay zero; all where left out.
+        """
         runs = range(len(self.system.names))
-        moves = [(k, i) for k in runs for i in self.vector.touching(k)]
+        wanted = set(range(len(x)) if asked is None else map(int, asked))
+        moves = [(k, i) for k in runs for i in self.vector.touching(k) if i in wanted]
         jobs = [self.job(k, x, coarse=True) for k in runs]
         for k, i in moves:
             moved = x.copy()
@@ -118,6 +172,11 @@ class Estimator:
             jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / _STEP
         jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
+
+
+def _soft(white: Array) -> Array:
+    """Return the robust square of whitened innovations (scipy's soft_l1)."""
+    return 2 * ROBUST**2 * (np.sqrt(1 + (white / ROBUST) ** 2) - 1)
 
 
 def _flat(one: Innovations) -> Array:

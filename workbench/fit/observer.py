@@ -27,6 +27,7 @@ __all__ = ["Innovations", "Job", "Observation", "observe"]
 Array = NDArray[np.float64]
 
 _AT_ONCE = 8
+_LED = 3  # times the steps of a sample: a lead of up to three samples is in no longer steps
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
@@ -196,10 +197,10 @@ def _lead(batch: Batch, jobs: Sequence[Job]) -> None:
         return
     models = [copy.copy(job.model) for job in jobs]
     for row in led:
-        models[row].opt.timestep = jobs[row].lead / jobs[row].steps
+        models[row].opt.timestep = jobs[row].lead / (_LED * jobs[row].steps)
     batch.set_models(models)
     with suppress(SimulationError):
-        batch.step(ids=led, nstep=jobs[0].steps)
+        batch.step(ids=led, nstep=_LED * jobs[0].steps)
 
 
 def _padded(parts: Sequence[Array], length: int, value: float) -> Array:

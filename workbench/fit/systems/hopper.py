@@ -25,6 +25,7 @@ from workbench.fit.system import Start
 from workbench.motion import PITCH, ROTOR_ANGLE
 from workbench.protocol import UNITS, ModelFile
 from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
+from workbench.sim.checks import highest_mode
 from workbench.sim.equilibrium import hold_top
 from workbench.sim.ground import CORNER_FIELDS, CORNERS
 from workbench.sim.modes import mass_matrix
@@ -40,14 +41,16 @@ BEAM, FOOT = "beam", "foot"
 
 _LEAD_S = 0.1  # driven runs are observed from this long before the first motion
 _AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
-_LEAD_STEPS = 2  # times the steps of a sample
 _LATE_S = 4e-3
 _PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in other runs, or not
 _HEIGHT_M = 1e-3
 _MODES = 3
-_COARSE_STEPS, _COARSE_ARMATURE = 12, 1e-6
+_COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 12, 1e-6, 0.6
 _MOST_STEPS = 136
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_LEAST_LEAD_S = 1e-3
+_Ones = dict[int, Parameter]
+_Pairs = dict[int, tuple[Parameter, ...]]
 _STEEP = 3.0  # a parameter stays within a third and three times its nominal value
 
 
@@ -110,7 +113,7 @@ class Hopper:
         self._seen = [_seen(run) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
-        self.late, self.place, self.height = self._own()
+        self.late, self.place, self.height, self.phase = self._own()
 
     @property
     def names(self) -> list[str]:
@@ -120,8 +123,8 @@ class Hopper:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted: the model's parameters, then those of single runs."""
-        places = (one for pair in self.place.values() for one in pair)
-        return (*self.free, *self.late.values(), *places, *self.height.values())
+        pairs = (one for pair in (*self.place.values(), *self.phase.values()) for one in pair)
+        return (*self.free, *self.late.values(), *self.height.values(), *pairs)
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
@@ -208,16 +211,18 @@ class Hopper:
         self, run: int, robot: Robot, values: Mapping[Parameter, float], coarse: bool
     ) -> Start:
         one, seen = self.runs[run], self._seen[run]
-        control, lead, bias = np.zeros(len(seen.seen)), 0.0, np.zeros(0)
+        control, lead, start_angle = np.zeros(len(seen.seen)), 0.0, one.start_angle
         if run in self.late:
             late = values.get(self.late[run], 0.0)
             lead = float(one.motion.times[seen.first]) - late
         elif (turned := self.turned[run]) is not None:
-            control[:-1] = np.diff(turned) / self.sample_s
+            offset, slope = (values.get(p, 0.0) for p in self.phase[run])
+            angle = turned + offset + slope * np.linspace(-1, 1, len(turned))
+            control[:-1], start_angle = np.diff(angle) / self.sample_s, float(angle[0])
         height = one.height
         if run in self.height:
             height = max(values.get(self.height[run], height), 0.0)
-        condition = Condition(one.mode, np.zeros(2), one.start_angle, height=height)
+        condition = Condition(one.mode, np.zeros(2), start_angle, height=height)
         model, data = at_rest(robot, condition)
         if run in self.place:
             offset = np.array([values.get(p, p.nominal) for p in self.place[run]])
@@ -228,7 +233,7 @@ class Hopper:
             bias = seen.rest - self._predicted(run, model, data)
         steps = robot.steps_per_sample
         if coarse:
-            steps = _coarsen(model, data, steps)
+            steps = _coarsen(model, steps)
         state = np.empty(mujoco.mj_stateSize(model, _STATE))
         mujoco.mj_getState(model, data, state, _STATE)
         return Start(
@@ -268,26 +273,37 @@ class Hopper:
         seen = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
         return np.asarray(seen.mix @ data.xpos[seen.bodies].ravel() + seen.pick @ data.qpos)
 
-    def _own(
-        self,
-    ) -> tuple[dict[int, Parameter], dict[int, tuple[Parameter, Parameter]], dict[int, Parameter]]:
-        """Return what only single runs know: instants of release, T's place, heights of fall."""
-        late, place, height = {}, {}, {}
+    def _own(self) -> tuple[_Ones, _Pairs, _Ones, _Pairs]:
+        """Return what only single runs know.
+
+        Instants of release, T's places and heights of fall; of driven runs how far the rotor may
+        stand ahead of its smoothed angle, constant and growing from minus to plus over the run.
+        """
+        late, place, height, phase = _Ones(), _Pairs(), _Ones(), _Pairs()
         for k, run in enumerate(self.runs):
             if run.driven:
+                error = float(run.noise()[-1]) / np.sqrt(len(self._seen[k].seen))
+                ahead = (("rotor ahead in", error), ("rotor gains in", np.sqrt(3) * error))
+                phase[k] = tuple(
+                    Parameter(f"{words} {run.name}", "rad", 0.0, deviation, scope=Scope.RUN,
+                              acts=Acts.DRIVE, run=k)
+                    for words, deviation in ahead
+                )  # fmt: skip
                 continue
-            latest = float(run.motion.times[self._seen[k].first]) - 1e-3
+            latest = float(run.motion.times[self._seen[k].first]) - _LEAST_LEAD_S
             late[k] = Parameter(f"release of {run.name}", "s", 0.0, _LATE_S, -latest, latest,
                                 Scope.RUN, Acts.START, k)  # fmt: skip
             if run.mode == "decay":
                 deviation = _UNSEEN_M if self._stood is None else _PLACE_M
-                x, z = (Parameter(f"T of {run.name} {axis}", "m", 0.0, deviation, scope=Scope.RUN,
-                                  acts=Acts.OBSERVATION, run=k) for axis in ("forward", "up"))  # fmt: skip
-                place[k] = (x, z)
+                place[k] = tuple(
+                    Parameter(f"T of {run.name} {axis}", "m", 0.0, deviation, scope=Scope.RUN,
+                              acts=Acts.OBSERVATION, run=k)
+                    for axis in ("forward", "up")
+                )  # fmt: skip
             else:
                 height[k] = Parameter(f"height of {run.name}", "m", run.height, _HEIGHT_M,
                                       0.0, np.inf, Scope.RUN, Acts.START, k)  # fmt: skip
-        return late, place, height
+        return late, place, height, phase
 
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the driven runs saw it."""
@@ -303,7 +319,7 @@ class Hopper:
         sigma = float(one.noise()[-1])
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
-    def with_turns(self, qpos: Sequence[Array]) -> Hopper:
+    def refined(self, qpos: Sequence[Array]) -> Hopper:
         """Return the system with rotor angles against T whose turn was estimated.
 
         Args:
@@ -356,18 +372,24 @@ def _anchors(model: mujoco.MjModel) -> tuple[int, ...]:
     return tuple(width * corner + place for corner in range(CORNERS))
 
 
-def _coarsen(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> int:
-    """Make a model cheap for derivatives: a little armature on the hinges, and longer steps."""
-    share = steps / _COARSE_STEPS
-    hinges = (model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE) & (
-        model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
-    )
+def _coarsen(model: mujoco.MjModel, steps: int) -> int:
+    """Make a model cheap for derivatives and return its steps a sample.
+
+    A little armature on the hinges slows the highest modes, so that longer steps are stable; what
+    holds a sticking corner grows softer with the step.
+    """
+    hinges = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
     model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
+    data = mujoco.MjData(model)
+    mujoco.mj_setConst(model, data)
+    mujoco.mj_forward(model, data)
+    longest = _COARSE_MARGIN * highest_mode(model, data).longest_step
+    coarse = min(max(_COARSE_STEPS, int(np.ceil(1 / (SAMPLE_RATE_HZ * longest)))), steps)
+    share = steps / coarse
     model.opt.timestep *= share
     if model.nuserdata:
         ground = model.numeric("ground").data
-        ground[16] *= share
         ground[10] /= share**2
         ground[11] /= share
-    mujoco.mj_setConst(model, mujoco.MjData(model))
-    return _COARSE_STEPS
+        ground[16] *= share
+    return coarse

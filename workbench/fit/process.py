@@ -1,0 +1,59 @@
+"""Process noise by maximum likelihood: what the model lacks, in N m sqrt(s) and N sqrt(s).
+
+Strong noise lets the observer follow whatever was seen and forget at once: the cost is smooth even
+far from the truth, and little is learnt. Weak noise remembers and learns more, and sees every
+difference. The likelihood weighs both: log det S pays for every strength that is not needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.fit.estimator import Estimator
+
+__all__ = ["FACTOR", "STRONG", "likeliest"]
+
+STRONG: Mapping[str, float] = {"beam": 2e-4, "foot": 5e-3}
+FACTOR = 10**0.5
+"""From one strength that is tried to the next."""
+
+
+def likeliest(
+    estimator: Estimator, x: NDArray[np.float64], down: int = 6, up: int = 3
+) -> Estimator:
+    """Return the estimator with the process noise that makes what was seen most likely.
+
+    One group after the other, from its present strength towards the better neighbour as long as the
+    likelihood grows.
+
+    Args:
+        estimator: with the present noise.
+        x: (p,) parameters, kept.
+        down: most steps towards a weaker noise.
+        up: most steps towards a stronger one.
+    """
+    best, value = estimator, estimator.log_likelihood(x)
+    for group in estimator.system.groups:
+        if not estimator.depends_on(group):
+            continue
+        start = best
+        for ways, factor in ((down, 1 / FACTOR), (up, FACTOR)):
+            moved, current = False, start
+            for _ in range(ways):
+                current = _changed(current, group, factor)
+                likelihood = current.log_likelihood(x)
+                if likelihood <= value:
+                    break
+                best, value, moved = current, likelihood, True
+            if moved:
+                break
+    return best
+
+
+def _changed(estimator: Estimator, group: str, factor: float) -> Estimator:
+    noise = dict(estimator.noise)
+    noise[group] *= factor
+    return estimator.with_noise(noise)
