@@ -2,16 +2,19 @@
 
 For a run with samples k, theta the parameters:
 
-    x[k+1] = F(x[k], u[k]; theta) + w[k],   w ~ N(0, Q)     F: MuJoCo over one sample
+    x[k+1] = F(x[k], u[k]; theta) + w[k],   w ~ N(0, Q),   F: MuJoCo over one sample
     y[k]   = h(x[k]; theta) + v[k],         v ~ N(0, R)
-    e[k]   = y[k] - h(xp[k]),   S[k] = H P H' + R           xp: predicted, then corrected by P H' S^-1 e
+    e[k]   = y[k] - h(xp[k]),               S[k] = H P H' + R
+    xp: the predicted state; it is corrected by P H' S^-1 e before the next sample
 
-    -2 log L = sum over k of (e' S^-1 e + log det S)  +  sum over priors of ((theta - nominal) / deviation)^2
+    -2 log L = sum over k of (e' S^-1 e + log det S)
+               + sum over priors of ((theta - nominal) / deviation)^2
 
 The innovations e are one-step prediction errors: their sum is smooth in theta where a free
 simulation dephases or becomes chaotic (Ljung, System Identification, 1999, chapter 7). Q is the
-process noise per group of joints, what the model lacks in N m sqrt(s) and N sqrt(s); with Q = 0 they
-are simulation errors. P stays the same while theta changes, so derivatives are plain differences.
+process noise per group of joints, what the model lacks in N m sqrt(s) and N sqrt(s); with Q = 0
+they are simulation errors. P stays the same while theta changes, so derivatives are plain
+differences.
 """
 
 from __future__ import annotations

@@ -8,9 +8,8 @@ so that the cost is smooth. The minimiser is scipy's trust-region reflective met
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -23,7 +22,7 @@ from workbench.fit.process import STRONG, likeliest
 from workbench.fit.system import System
 from workbench.progress import Progress
 
-__all__ = ["Fit", "Refining", "fit_system", "minimised"]
+__all__ = ["Fit", "fit_system", "minimised"]
 
 Array = NDArray[np.float64]
 
@@ -32,14 +31,6 @@ _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
 _LONGEST = 3  # samples of a glitch; what lasts longer is not one
 _FTOL, _XTOL = 3e-5, 1e-4
-
-
-class Refining(System, Protocol):
-    """A system whose inputs get better with the states that are observed."""
-
-    def refined(self, qpos: Sequence[Array]) -> Refining:
-        """Return the system with inputs made from states, (n, nq) of each run."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +73,7 @@ class Fit:
 
 
 def fit_system(
-    system: Refining,
+    system: System,
     vector: ParameterVector,
     *,
     start: Array | None = None,

@@ -55,7 +55,7 @@ class Modes:
         """Return Q, (2 m, 2 m): what white forces of deviation `process`, (nv,), do in a time."""
         force = self.basis.T @ (process[:, None] ** 2 * self.basis)
         t = seconds
-        return np.kron([[t**3 / 3, t**2 / 2], [t**2 / 2, t]], force)
+        return np.asarray(np.kron([[t**3 / 3, t**2 / 2], [t**2 / 2, t]], force), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)

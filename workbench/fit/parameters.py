@@ -28,7 +28,7 @@ class Scope(StrEnum):
 
 
 class Acts(StrEnum):
-    """Where it acts: in the model's equations, on where a run starts, its drive, or what is seen."""
+    """Where it acts: in the equations, on where a run starts, on its drive, or on what is seen."""
 
     MODEL = "model"
     START = "start"

@@ -76,6 +76,10 @@ class System(Protocol):
         """Return the process noise of each degree of freedom, (nv,), from that of the groups."""
         ...
 
+    def refined(self, qpos: Sequence[Array]) -> System:
+        """Return the system with inputs made from observed states, (n, nq) of each run."""
+        ...
+
     def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
         """Return the model of a run at its start.
 

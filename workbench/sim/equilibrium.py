@@ -127,7 +127,7 @@ def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> 
         whole = np.block([[stiffness, -slopes.T], [slopes, np.zeros((2, 2))]])
         step = np.linalg.solve(whole, np.concatenate([force, away]))
         share = min(1.0, _LONGEST_STEP / max(float(np.abs(step[:-2]).max()), 1e-12))
-        displace(model, data, free, share * step[:-2])
+        displace(model, data, free, np.asarray(share * step[:-2], dtype=np.float64))
         pull = pull + share * step[-2:]
     raise InputError(
         f"no force holds T at x = {x:.3f} m, z = {z:.3f} m of the foot's frame; check where T "

@@ -343,13 +343,11 @@ def _seen(run: MeasuredRun) -> _Seen:
     after = -_LEAD_S if run.driven else _AFTER / SAMPLE_RATE_HZ
     first = int(np.searchsorted(run.motion.times, after))
     still = values[run.motion.times < 0]
-    if not np.isfinite(still).any(axis=0).all():
-        missing = [
-            c for c, ok in zip(channels, np.isfinite(still).any(axis=0), strict=True) if not ok
-        ]
+    missing = [name for name, one in zip(channels, still.T, strict=True) if np.isnan(one).all()]
+    if missing:
         raise InputError(
-            f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some rest "
-            "before its first motion"
+            f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
+            "rest before its first motion"
         )
     return _Seen(first, values[first:], run.noise()[: len(channels)], np.nanmedian(still, axis=0))
 
