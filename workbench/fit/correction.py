@@ -3,7 +3,7 @@
 For every simulation, with H = dy/dz at its present pose, z = (c, c') the coordinates of the lowest
 modes (q = basis c) and P their covariance before the sample:
 
-    e = y - h(q),   S = H P H' + R,   z += P H' S^-1 e
+    e = y - h(q, q'),   S = H P H' + R,   z += P H' S^-1 e
 
 A sample that was not seen in a channel (NaN) leaves that channel out. Written in scalars: an array
 made here would be an allocation in every sample.
@@ -45,7 +45,8 @@ def predicted(
 
 @numba.njit(cache=True, nogil=True)
 def correct(
-    seen: Array, points: Array, jacobian: Array, mix: Array, pick: Array, bias: Array,
+    seen: Array, points: Array, jacobian: Array,
+    mix: Array, pick: Array, pick_rate: Array, bias: Array,
     basis: Array, covariance: Array, noise: Array, follow: NDArray[np.int64],
     qpos: Array, qvel: Array, userdata: Array,
     innovation: Array, white: Array, information: Array, slopes: Array,
@@ -58,6 +59,7 @@ def correct(
         jacobian: (s, 3 p, nv) of the points.
         mix: (s, c, 3 p) from points to channels.
         pick: (s, c, nq) from joints to channels.
+        pick_rate: (s, c, nv) from the joints' rates to channels.
         bias: (s, c) added to the channels.
         basis: (s, nv, m) modes.
         covariance: (s, 2 m, 2 m) before the sample.
@@ -69,14 +71,14 @@ def correct(
         innovation: (s, c) written: measured less predicted, NaN where not seen.
         white: (s, c) written: L^-1 e with L L' = S, zero where not seen.
         information: (s,) written: log det S of the channels seen.
-        slopes: (s, c, m) written: H of the places; that of the rates is zero.
+        slopes: (s, c, m) written: H of the coordinates; that of their rates is pick_rate basis.
     """
     count, channels = seen.shape
     modes = basis.shape[2]
     width, dofs, spots = 2 * modes, basis.shape[1], mix.shape[2]
     factor, spread = np.empty((channels, channels)), np.empty((channels, width))
     solved, change = np.empty(channels), np.empty(width)
-    row = np.empty(dofs)
+    row, rates = np.empty(dofs), np.empty((channels, modes))
     for s in range(count):
         for c in range(channels):
             value = bias[s, c]
@@ -84,6 +86,8 @@ def correct(
                 value += mix[s, c, i] * points[s, i // 3, i % 3]
             for i in range(qpos.shape[1]):
                 value += pick[s, c, i] * qpos[s, i]
+            for d in range(dofs):
+                value += pick_rate[s, c, d] * qvel[s, d]
             innovation[s, c] = seen[s, c] - value
             for d in range(dofs):
                 row[d] = pick[s, c, d]
@@ -93,15 +97,17 @@ def correct(
                     for d in range(dofs):
                         row[d] += weight * jacobian[s, i, d]
             for m in range(modes):
-                total = 0.0
+                total, rate = 0.0, 0.0
                 for d in range(dofs):
                     total += row[d] * basis[s, d, m]
-                slopes[s, c, m] = total
+                    rate += pick_rate[s, c, d] * basis[s, d, m]
+                slopes[s, c, m], rates[c, m] = total, rate
         for c in range(channels):
             for a in range(width):
                 total = 0.0
                 for m in range(modes):
                     total += slopes[s, c, m] * covariance[s, m, a]
+                    total += rates[c, m] * covariance[s, modes + m, a]
                 spread[c, a] = total
         information[s] = 0.0
         for c in range(channels):  # Cholesky's factor of S, and L^-1 e on the way
@@ -113,6 +119,7 @@ def correct(
                     continue
                 for m in range(modes):
                     total += spread[c, m] * slopes[s, b, m]
+                    total += spread[c, modes + m] * rates[b, m]
                 for i in range(b):
                     total -= factor[c, i] * factor[b, i]
                 factor[c, b] = np.sqrt(total) if b == c else total / factor[b, b]

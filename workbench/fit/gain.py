@@ -34,12 +34,14 @@ class Modes:
         stiffness: (m, m) basis' K basis [1/s^2].
         damping: (m, m) basis' D basis [1/s].
         slopes: (c, m) derivative of the channels by the modes' coordinates at rest.
+        rates: (c, m) the same by the coordinates' rates; None where no rate is seen.
     """
 
     basis: Array
     stiffness: Array
     damping: Array
     slopes: Array
+    rates: Array | None = None
 
     def transition(self, seconds: float) -> Array:
         """Return A, (2 m, 2 m), over a time."""
@@ -85,7 +87,8 @@ def stationary(modes: Modes, process: Array, sigma: Array, seconds: float) -> Ga
     size = 2 * modes.basis.shape[1]
     if not process.any():
         return Gain(modes.basis, np.zeros((size, size)), sigma**2)
-    slopes = np.hstack([modes.slopes, np.zeros_like(modes.slopes)])
+    rates = np.zeros_like(modes.slopes) if modes.rates is None else modes.rates
+    slopes = np.hstack([modes.slopes, rates])
     covariance = scipy.linalg.solve_discrete_are(
         modes.transition(seconds).T, slopes.T, modes.kicks(process, seconds), np.diag(sigma**2)
     )

@@ -34,7 +34,9 @@ _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """What is seen of a state:  y = mix x + pick qpos + bias,  x the places of points on bodies.
+    """What is seen of a state, x the places of points on bodies.
+
+        y = mix x + pick qpos + pick_rate qvel + bias
 
     Args:
         bodies: (p,) of the points.
@@ -42,6 +44,7 @@ class Observation:
         mix: (c, 3 p).
         pick: (c, nq).
         bias: (c,).
+        pick_rate: (c, nv); None where no rate is seen.
     """
 
     bodies: NDArray[np.int64]
@@ -49,6 +52,12 @@ class Observation:
     mix: Array
     pick: Array
     bias: Array
+    pick_rate: Array | None = None
+
+    @property
+    def rates(self) -> Array:
+        """Return pick_rate, zeros where no rate is seen, (c, nv)."""
+        return np.zeros_like(self.pick) if self.pick_rate is None else self.pick_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +104,7 @@ class Innovations:
         white: (n, c) L^-1 error with L L' = S; zero where not seen.
         information: (n,) log det S.
         slopes: (n, c, m) derivative of the channels by the modes' coordinates.
+        rates: (c, m) the same by the coordinates' rates.
         qpos: (n, nq) before each correction; empty unless kept.
         qvel: (n, nv) the same.
         sane: samples before the numbers blew up.
@@ -104,6 +114,7 @@ class Innovations:
     white: Array
     information: Array
     slopes: Array
+    rates: Array
     qpos: Array
     qvel: Array
     sane: int
@@ -146,9 +157,9 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
     bodies = jobs[0].observation.bodies
-    offsets, mix, pick, bias = (
+    offsets, mix, pick, pick_rate, bias = (
         np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
-        for name in ("offsets", "mix", "pick", "bias")
+        for name in ("offsets", "mix", "pick", "rates", "bias")
     )
     basis, covariance, noise = (
         np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
@@ -178,12 +189,15 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
         if keep:
             kept[0][k], kept[1][k] = qpos, qvel
         correct(
-            seen[:, k], points, jacobian, mix, pick, bias, basis, covariance, noise, follow,
-            qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
+            seen[:, k], points, jacobian, mix, pick, pick_rate, bias, basis, covariance, noise,
+            follow, qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
         )  # fmt: skip
     return [
         Innovations(
-            *(part[: len(job.seen), row] for part in (error, white, information, slopes, *kept)),
+            *(part[: len(job.seen), row] for part in (error, white, information, slopes)),
+            rates=pick_rate[row] @ basis[row],
+            qpos=kept[0][: len(job.seen), row],
+            qvel=kept[1][: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),
         )
         for row, job in enumerate(jobs)
