@@ -1,0 +1,373 @@
+"""Any MJCF with hinges and slides as a system: parameters are edits of its MjSpec.
+
+A run starts at time zero from given or fitted places and speeds of its joints, is driven by its
+recorded inputs and observed in joint positions, joint speeds and places. The observer corrects all
+degrees of freedom of a small mechanism, the lowest modes of a larger one; they are those of the
+linearisation, by finite differences of MuJoCo's accelerations, at the start of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from workbench.errors import InputError, did_you_mean
+from workbench.fit.gain import Modes
+from workbench.fit.observer import Observation
+from workbench.fit.parameters import Acts, Parameter, Scope
+from workbench.fit.system import Start
+from workbench.fit.systems.mjcf_model import (
+    KINDS,
+    is_hinge,
+    linearised,
+    names_of,
+    require_hinges_and_slides,
+)
+from workbench.fit.systems.mjcf_parameters import Edit, Free, explicit_inertias, owner_of, parameter
+from workbench.fit.systems.mjcf_runs import Channel, Input, MjcfRun, held_control, white_noise
+
+__all__ = ["HINGES", "SLIDES", "MjcfSystem"]
+
+Array = NDArray[np.float64]
+
+HINGES, SLIDES = "hinges", "slides"
+"""Groups of joints; process noise in N m sqrt(s) and N sqrt(s)."""
+
+_MODES = 6
+_RATE_TOLERANCE = 1e-3
+_AFTER = 1.5  # samples between a time zero that is fitted and the first that is observed
+_SURE = 3.0  # deviations of a time zero after which samples are observed
+_AT_ZERO = 1e-6  # of a sample
+_COARSE = 2  # times the step, for derivatives
+_FOLLOWING = (mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT)
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+@dataclass(frozen=True)
+class _RunParameters:
+    """What one run alone knows: a joint's place and speed at the start, and when that is."""
+
+    places: Mapping[str, Parameter]
+    speeds: Mapping[str, Parameter]
+    late: Parameter | None
+
+
+class MjcfSystem:
+    """A mechanism and its runs.
+
+    Args:
+        spec: of the MJCF file; it is not changed.
+        channels: in the order of the runs' values.
+        runs: measured.
+        inputs: in the order of the runs' inputs; an actuator without one gets no control.
+        free: what is fitted of the model, its drive and its sensors.
+        per_joint: whether each joint has a process noise of its own; else hinges share one, and
+            slides another.
+        modes: that are corrected, at most.
+
+    Raises:
+        InputError: for a model with ball or free joints, for a name that it does not have, and for
+            data that cannot be used.
+    """
+
+    def __init__(
+        self,
+        spec: mujoco.MjSpec,
+        channels: Sequence[Channel],
+        runs: Sequence[MjcfRun],
+        inputs: Sequence[Input] = (),
+        free: Sequence[Free] = (),
+        per_joint: bool = False,
+        modes: int = _MODES,
+    ) -> None:
+        self.spec, self.model = explicit_inertias(spec)
+        require_hinges_and_slides(self.model)
+        self.channels, self.inputs, self.runs = tuple(channels), tuple(inputs), tuple(runs)
+        self.free, self.per_joint, self.most_modes = tuple(free), per_joint, modes
+        self.sample_s = self._common_sample()
+        self._check_names()
+        self.edits: dict[Parameter, Edit] = dict(
+            parameter(self.spec, one, self._turns(owner_of(one), one.owner)) for one in self.free
+        )
+        self._of_edit = {edit: p for p, edit in self.edits.items()}
+        self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
+        self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
+        self._sigma = self._channel_noise()
+
+    @property
+    def names(self) -> list[str]:
+        """Return the names of the runs."""
+        return [run.name for run in self.runs]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Return the groups of joints that have a process noise of their own."""
+        return tuple(dict.fromkeys(self._group(j) for j in range(self.model.njnt)))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return what is fitted: that of the model, its drive and sensors, then that of runs."""
+        own = [
+            one
+            for run in self._of_run
+            for one in (*run.places.values(), *run.speeds.values(), run.late)
+            if one is not None
+        ]
+        return (*self.edits, *own)
+
+    def freeing(self, free: Sequence[Free]) -> MjcfSystem:
+        """Return the system with other numbers to be fitted."""
+        return MjcfSystem(self.spec, self.channels, self.runs, self.inputs, free, self.per_joint,
+                          self.most_modes)  # fmt: skip
+
+    def times(self, run: int) -> Array:
+        """Return the times of a run's observed samples, (n,) [s]."""
+        one = self.runs[run]
+        return one.times[0] + self.sample_s * np.arange(self._first[run], len(one.times))
+
+    def seen(self, run: int) -> Array:
+        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        return self.runs[run].values[self._first[run] :]
+
+    def sigma(self, run: int) -> Array:
+        """Return the standard deviation of their noise, (c,), the same in all runs."""
+        return self._sigma
+
+    def process(self, run: int, noise: Mapping[str, float]) -> Array:
+        """Return the process noise of each degree of freedom, (nv,)."""
+        return np.array([noise[self._group(j)] for j in self.model.dof_jntid])
+
+    def modes(self, run: int) -> Modes:
+        """Return the modes of the nominal mechanism about the start of a run."""
+        model, data = self.model, self._data(self.model, run, {})
+        data.qvel[:] = 0.0
+        data.ctrl[:] = self._control(run, self._edges(run), {})[0]
+        mass, stiffness, damping = linearised(model, data)
+        _, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
+        basis = shapes[:, : self.most_modes]
+        observation = self._observation(model, {})
+        blocks = [np.zeros((0, model.nv))]
+        for body, offset in zip(observation.bodies, observation.offsets, strict=True):
+            point = data.xpos[body] + data.xmat[body].reshape(3, 3) @ offset
+            jacobian = np.empty((3, model.nv))
+            mujoco.mj_jac(model, data, jacobian, None, point, int(body))
+            blocks.append(jacobian)
+        return Modes(
+            basis,
+            basis.T @ stiffness @ basis,
+            basis.T @ damping @ basis,
+            (observation.mix @ np.vstack(blocks) + observation.pick) @ basis,
+            observation.rates @ basis,
+        )
+
+    def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
+        """Return the model of a run at its start.
+
+        Raises:
+            InputError: when MuJoCo refuses the values.
+        """
+        spec = self.spec.copy()
+        steps = max(1, int(np.ceil(self.sample_s / spec.option.timestep - 1e-9)))
+        steps = -(-steps // _COARSE) if coarse else steps
+        spec.option.timestep = self.sample_s / steps
+        for one, edit in self.edits.items():
+            if values.get(one, one.nominal) != one.nominal:
+                edit.apply(spec, values[one])
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            raise InputError(f"{self.names[run]}: MuJoCo refuses the values: {error}") from None
+        data = self._data(model, run, values)
+        control = self._control(run, self._edges(run), values)
+        self._until_first(run, model, data, values)
+        state = np.empty(mujoco.mj_stateSize(model, _STATE))
+        mujoco.mj_getState(model, data, state, _STATE)
+        return Start(model, state, control, self._observation(model, values), steps)
+
+    def _edges(self, run: int) -> Array:
+        """Return the times between which the controls act, (n + 1,) [s]."""
+        times = self.times(run)
+        return np.append(times, times[-1] + self.sample_s)
+
+    def _data(
+        self, model: mujoco.MjModel, run: int, values: Mapping[Parameter, float]
+    ) -> mujoco.MjData:
+        """Return the state at time zero."""
+        data, own = mujoco.MjData(model), self._of_run[run]
+        for joint, start in self.runs[run].start.items():
+            place, speed = own.places.get(joint), own.speeds.get(joint)
+            here = start.position if place is None else values.get(place, place.nominal)
+            rate = start.speed if speed is None else values.get(speed, speed.nominal)
+            data.joint(joint).qpos[:], data.joint(joint).qvel[:] = here, rate
+        mujoco.mj_forward(model, data)
+        return data
+
+    def _until_first(
+        self, run: int, model: mujoco.MjModel, data: mujoco.MjData,
+        values: Mapping[Parameter, float],
+    ) -> None:  # fmt: skip
+        """Simulate from time zero, which may be fitted, to the first observed sample.
+
+        The number of steps is that of the nominal time, so that what comes out is smooth in it.
+        """
+        first, late = float(self.times(run)[0]), self._of_run[run].late
+        begin = 0.0 if late is None else values.get(late, late.nominal)
+        count, step = int(np.ceil(first / model.opt.timestep - 1e-9)), model.opt.timestep
+        if count <= 0:
+            begin, count = first, 0
+        edges = np.linspace(begin, first, count + 1) if count else np.array([first, first + step])
+        control = self._control(run, edges, values)
+        follows = np.isin(model.actuator_dyntype, _FOLLOWING) & (model.actuator_actnum == 1)
+        data.act[model.actuator_actadr[follows]] = control[0, follows]
+        model.opt.timestep = (first - begin) / count if count else step
+        for k in range(count):
+            data.ctrl[:] = control[k]
+            mujoco.mj_step(model, data)
+        model.opt.timestep, data.time = step, 0.0
+        data.ctrl[:] = control[-1]
+
+    def _control(self, run: int, edges: Array, values: Mapping[Parameter, float]) -> Array:
+        """Return the controls between edges, (n - 1, nu)."""
+        control, one = np.zeros((len(edges) - 1, self.model.nu)), self.runs[run]
+        for column, given in enumerate(self.inputs):
+            scale, offset, delay, lag = (
+                self._number(key, given.name, values)
+                for key in ("input_scale", "input_offset", "input_delay", "input_lag")
+            )
+            held = held_control(
+                one.input_times, one.inputs[:, column], given.hold, edges, delay, lag
+            )
+            control[:, self.model.actuator(given.actuator).id] = (1 + scale) * held + offset
+        return control
+
+    def _number(self, key: str, owner: str, values: Mapping[Parameter, float]) -> float:
+        """Return the value of a field that is no part of the spec, zero where it is not fitted."""
+        found = self._of_edit.get(Edit(key, owner))
+        return 0.0 if found is None else values.get(found, found.nominal)
+
+    def _observation(self, model: mujoco.MjModel, values: Mapping[Parameter, float]) -> Observation:
+        """Return what the channels see; a delayed position is that minus delay times speed."""
+        count, places = len(self.channels), [c for c in self.channels if c.of in ("site", "body")]
+        points = list(dict.fromkeys((c.of, c.owner) for c in places))
+        bodies, offsets = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
+        for p, (of, owner) in enumerate(points):
+            if of == "body":
+                bodies[p] = model.body(owner).id
+            else:
+                site = model.site(owner)
+                bodies[p], offsets[p] = site.bodyid[0], site.pos
+        mix, pick = np.zeros((count, 3 * len(points))), np.zeros((count, model.nq))
+        rate, bias = np.zeros((count, model.nv)), np.zeros(count)
+        for c, channel in enumerate(self.channels):
+            scale = 1 + self._number("scale", channel.name, values)
+            bias[c] = self._number("offset", channel.name, values)
+            if channel.of in ("site", "body"):
+                p = points.index((channel.of, channel.owner))
+                mix[c, 3 * p : 3 * p + 3] = scale * np.array(channel.axis)
+                continue
+            dof = int(model.joint(channel.owner).dofadr[0])
+            if channel.of == "position":
+                pick[c, dof] = scale
+                rate[c, dof] = -scale * self._number("delay", channel.name, values)
+            else:
+                rate[c, dof] = scale
+        return Observation(bodies, offsets, mix, pick, bias, rate)
+
+    def _run_parameters(self, run: int) -> _RunParameters:
+        one = self.runs[run]
+        places, speeds, late = {}, {}, None
+        for joint, start in one.start.items():
+            unit = "rad" if self._turns("joint", joint) else "m"
+            if start.position_deviation > 0:
+                places[joint] = Parameter(
+                    f"{joint} at the start of {one.name}", unit, start.position,
+                    start.position_deviation, scope=Scope.RUN, acts=Acts.START, run=run,
+                )  # fmt: skip
+            if start.speed_deviation > 0:
+                speeds[joint] = Parameter(
+                    f"speed of {joint} at the start of {one.name}", f"{unit}/s", start.speed,
+                    start.speed_deviation, scope=Scope.RUN, acts=Acts.START, run=run,
+                )  # fmt: skip
+        if one.late_deviation > 0:
+            latest = float(one.times[0] + self.sample_s * self._first_sample(run)) - self.sample_s
+            late = Parameter(f"time zero of {one.name}", "s", 0.0, one.late_deviation, -latest,
+                             latest, Scope.RUN, Acts.START, run)  # fmt: skip
+        return _RunParameters(places, speeds, late)
+
+    def _first_sample(self, run: int) -> int:
+        """Return the number of the first observed sample: after time zero, however late that is."""
+        one = self.runs[run]
+        wait = _SURE * one.late_deviation
+        wait = max(wait, _AFTER * self.sample_s) if wait else -_AT_ZERO * self.sample_s
+        return max(0, int(np.ceil((wait - one.times[0]) / self.sample_s)))
+
+    def _common_sample(self) -> float:
+        samples = [run.sample_s for run in self.runs]
+        if not samples:
+            raise InputError("a system needs at least one run")
+        if max(samples) - min(samples) > _RATE_TOLERANCE * min(samples):
+            rates = ", ".join(f"{run.name} {1 / run.sample_s:g} Hz" for run in self.runs)
+            raise InputError(f"all runs must have one sample rate; they have {rates}; resample")
+        return float(np.mean(samples))
+
+    def _channel_noise(self) -> Array:
+        """Return each channel's stated noise, or the median of what its runs show."""
+        found = []
+        for c, channel in enumerate(self.channels):
+            sigma = channel.sigma
+            if sigma is None:
+                guesses = np.array([white_noise(run.values[:, c]) for run in self.runs])
+                known = guesses[np.isfinite(guesses)]
+                sigma = float(np.median(known)) if len(known) else 0.0
+            if not sigma > 0:
+                raise InputError(
+                    f"channel {channel.name}: its noise cannot be found from the data; state it "
+                    "(a resolution divided by sqrt(12) where steps are all that shows)"
+                )
+            found.append(sigma)
+        return np.array(found)
+
+    def _group(self, joint: int) -> str:
+        if self.per_joint:
+            return self.model.joint(joint).name or f"joint {joint}"
+        return HINGES if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else SLIDES
+
+    def _turns(self, kind: str, owner: str) -> bool:
+        """Tell whether the joint that an element concerns is a hinge."""
+        if kind == "channel":
+            channel = next(c for c in self.channels if c.name == owner)
+            kind, owner = ("body" if channel.of == "body" else "joint"), channel.owner
+            kind = "site" if channel.of == "site" else kind
+        if kind == "input":
+            kind, owner = "actuator", next(i.actuator for i in self.inputs if i.name == owner)
+        if kind == "actuator":
+            return is_hinge(self.model, int(self.model.actuator(owner).trnid[0]))
+        return kind == "joint" and is_hinge(self.model, self.model.joint(owner).id)
+
+    def _check_names(self) -> None:
+        """Refuse names that the model does not have, and runs of another width."""
+        have: dict[str, list[str]] = {kind: names_of(self.model, kind) for kind in KINDS}
+        have |= {"channel": [c.name for c in self.channels], "gravity": [""]}
+        have |= {"input": [i.name for i in self.inputs]}
+        wanted = [(c.of if c.of in have else "joint", c.owner) for c in self.channels]
+        wanted += [("actuator", i.actuator) for i in self.inputs]
+        wanted += [("joint", joint) for run in self.runs for joint in run.start]
+        wanted += [(owner_of(one), one.owner) for one in self.free]
+        for kind, name in wanted:
+            if name not in have[kind]:
+                there = ", ".join(have[kind]) or "none with a name"
+                hint = did_you_mean(name, have[kind])
+                raise InputError(f"there is no {kind} {name!r}{hint}; there are {there}")
+        for run in self.runs:
+            shapes = run.values.shape, run.inputs.shape
+            wide = (len(run.times), len(self.channels)), (len(run.input_times), len(self.inputs))
+            if shapes != wide:
+                raise InputError(
+                    f"{run.name}: values and inputs have shapes {shapes[0]} and {shapes[1]}; their "
+                    f"stamps, channels and inputs ask for {wide[0]} and {wide[1]}"
+                )
