@@ -29,7 +29,14 @@ from workbench.fit.systems.mjcf_model import (
     require_hinges_and_slides,
 )
 from workbench.fit.systems.mjcf_parameters import Edit, Free, explicit_inertias, owner_of, parameter
-from workbench.fit.systems.mjcf_runs import Channel, Input, MjcfRun, held_control, white_noise
+from workbench.fit.systems.mjcf_runs import (
+    Channel,
+    Input,
+    MjcfRun,
+    channel_noise,
+    common_sample,
+    held_control,
+)
 
 __all__ = ["HINGES", "SLIDES", "MjcfSystem"]
 
@@ -39,7 +46,6 @@ HINGES, SLIDES = "hinges", "slides"
 """Groups of joints; process noise in N m sqrt(s) and N sqrt(s)."""
 
 _MODES = 6
-_RATE_TOLERANCE = 1e-3
 _AFTER = 1.5  # samples between a time zero that is fitted and the first that is observed
 _SURE = 3.0  # deviations of a time zero after which samples are observed
 _AT_ZERO = 1e-6  # of a sample
@@ -89,7 +95,7 @@ class MjcfSystem:
         require_hinges_and_slides(self.model)
         self.channels, self.inputs, self.runs = tuple(channels), tuple(inputs), tuple(runs)
         self.free, self.per_joint, self.most_modes = tuple(free), per_joint, modes
-        self.sample_s = self._common_sample()
+        self.sample_s = common_sample(self.runs)
         self._check_names()
         self.edits: dict[Parameter, Edit] = dict(
             parameter(self.spec, one, self._turns(owner_of(one), one.owner)) for one in self.free
@@ -97,7 +103,7 @@ class MjcfSystem:
         self._of_edit = {edit: p for p, edit in self.edits.items()}
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
-        self._sigma = self._channel_noise()
+        self._sigma = channel_noise(self.channels, self.runs)
 
     @property
     def names(self) -> list[str]:
@@ -306,32 +312,6 @@ class MjcfSystem:
         wait = max(wait, _AFTER * self.sample_s) if wait else -_AT_ZERO * self.sample_s
         return max(0, int(np.ceil((wait - one.times[0]) / self.sample_s)))
 
-    def _common_sample(self) -> float:
-        samples = [run.sample_s for run in self.runs]
-        if not samples:
-            raise InputError("a system needs at least one run")
-        if max(samples) - min(samples) > _RATE_TOLERANCE * min(samples):
-            rates = ", ".join(f"{run.name} {1 / run.sample_s:g} Hz" for run in self.runs)
-            raise InputError(f"all runs must have one sample rate; they have {rates}; resample")
-        return float(np.mean(samples))
-
-    def _channel_noise(self) -> Array:
-        """Return each channel's stated noise, or the median of what its runs show."""
-        found = []
-        for c, channel in enumerate(self.channels):
-            sigma = channel.sigma
-            if sigma is None:
-                guesses = np.array([white_noise(run.values[:, c]) for run in self.runs])
-                known = guesses[np.isfinite(guesses)]
-                sigma = float(np.median(known)) if len(known) else 0.0
-            if not sigma > 0:
-                raise InputError(
-                    f"channel {channel.name}: its noise cannot be found from the data; state it "
-                    "(a resolution divided by sqrt(12) where steps are all that shows)"
-                )
-            found.append(sigma)
-        return np.array(found)
-
     def _group(self, joint: int) -> str:
         if self.per_joint:
             return self.model.joint(joint).name or f"joint {joint}"
@@ -363,6 +343,13 @@ class MjcfSystem:
                 there = ", ".join(have[kind]) or "none with a name"
                 hint = did_you_mean(name, have[kind])
                 raise InputError(f"there is no {kind} {name!r}{hint}; there are {there}")
+        late = {one.owner for one in self.free if one.field == "delay"}
+        for channel in self.channels:
+            if channel.name in late and channel.of != "position":
+                raise InputError(
+                    f"channel {channel.name}: only that of a joint's position can have a fitted "
+                    "delay; one that all channels share is the opposite of an input_delay"
+                )
         for run in self.runs:
             shapes = run.values.shape, run.inputs.shape
             wide = (len(run.times), len(self.channels)), (len(run.input_times), len(self.inputs))

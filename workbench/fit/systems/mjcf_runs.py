@@ -7,7 +7,7 @@ its own rate, so that the momentum it gives is exact and a delay of a fraction o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -17,7 +17,16 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 
-__all__ = ["Channel", "Input", "JointStart", "MjcfRun", "held_control", "white_noise"]
+__all__ = [
+    "Channel",
+    "Input",
+    "JointStart",
+    "MjcfRun",
+    "channel_noise",
+    "common_sample",
+    "held_control",
+    "white_noise",
+]
 
 Array = NDArray[np.float64]
 Hold = Literal["zero", "first"]
@@ -25,6 +34,7 @@ Hold = Literal["zero", "first"]
 _UNEVEN = 0.1  # of a sample that a stamp may be off
 _LEAST = 12  # samples of a run
 _ORDERS = range(2, 11)
+_RATE_TOLERANCE = 1e-3
 _FIRST = 9  # samples that determine a moving start
 _WEAK = 10.0  # standard errors: the prior of a start that was read from the data themselves
 
@@ -156,10 +166,10 @@ def held_control(
 ) -> Array:
     """Return the constants from edge to edge that act like a delayed, lagged input, (n - 1,).
 
-    It is the mean of the delayed input over that time, m. Held, a sine of angular frequency w would
-    act with 1 - (w T)^2 / 12 of its amplitude, so lines give m less a twelfth of m's second
-    difference, which keeps the momentum and brings the rest to (w T)^4. A first-order lag,
-    f' = (u - f) / lag, is exact where u is constant between edges; it starts where the input is.
+    It is the mean m of the delayed, lagged input over that time. Held, a sine of angular frequency
+    w would act with 1 - (w T)^2 / 12 of its amplitude; so what is smooth, lines and what a lag made
+    smooth, gives m less a twelfth of m's second difference, which keeps the momentum. The lag is
+    first order, f' = (u - f) / lag, from the first stamp on.
 
     Args:
         stamps: (m,) [s], increasing.
@@ -169,6 +179,9 @@ def held_control(
         delay: [s].
         lag: time constant [s], not negative.
     """
+    width, count = float(edges[1] - edges[0]), len(edges) - 1
+    before = max(0, int(np.ceil((edges[0] - stamps[0]) / width))) + 2
+    edges = edges[0] + width * np.arange(-before, len(edges) + 1)
     steps = np.diff(stamps)
     parts = values[:-1] * steps if hold == "zero" else (values[:-1] + values[1:]) / 2 * steps
     integral = np.concatenate([[0.0], np.cumsum(parts)])
@@ -181,16 +194,16 @@ def held_control(
         area += (values[k + 1] - values[k]) / steps[k] * since**2 / 2
     area += values[0] * np.minimum(at - stamps[0], 0.0)
     area += values[-1] * np.maximum(at - stamps[-1], 0.0)
-    width = np.diff(edges)
-    acted = np.diff(area) / width
-    if hold == "first" and len(acted) > 2:
-        acted[1:-1] -= np.diff(acted, 2) / 12
-    if lag <= 0:
-        return acted
-    keep = np.exp(-float(width[0]) / lag)
-    after = scipy.signal.lfilter([1 - keep], [1, -keep], acted, zi=[keep * acted[0]])[0]
-    before = np.concatenate([acted[:1], after[:-1]])
-    return acted - lag * (after - before) / width
+    mean = np.diff(area) / width
+    keep = float(np.exp(-width / lag)) if lag > 0 else 0.0
+    if lag > 0:
+        rise = np.diff(np.interp(at, stamps, values)) if hold == "first" else 0.0
+        # f at the interval's end, less keep f at its begin, where u is a line within it
+        pushed = (1 - keep) * mean + rise * ((1 + keep) / 2 - lag / width * (1 - keep))
+        ends = scipy.signal.lfilter([1.0], [1, -keep], pushed, zi=[keep * values[0]])[0]
+        mean -= lag * np.diff(ends, prepend=values[0]) / width
+    mean[1:-1] -= (1.0 if hold == "first" else keep) * np.diff(mean, 2) / 12
+    return mean[before : before + count]
 
 
 def white_noise(values: Array) -> float:
@@ -213,3 +226,40 @@ def white_noise(values: Array) -> float:
             found.append(1.4826 * float(np.median(differences)) / gain)
     least = min(found, default=0.0)
     return least if least > 0 else np.nan
+
+
+def common_sample(runs: Sequence[MjcfRun]) -> float:
+    """Return the time from one sample to the next in all runs [s].
+
+    Raises:
+        InputError: when there is no run, or when their rates differ.
+    """
+    samples = [run.sample_s for run in runs]
+    if not samples:
+        raise InputError("a system needs at least one run")
+    if max(samples) - min(samples) > _RATE_TOLERANCE * min(samples):
+        rates = ", ".join(f"{run.name} {1 / run.sample_s:g} Hz" for run in runs)
+        raise InputError(f"all runs must have one sample rate; they have {rates}; resample")
+    return float(np.mean(samples))
+
+
+def channel_noise(channels: Sequence[Channel], runs: Sequence[MjcfRun]) -> Array:
+    """Return each channel's stated noise, or the median of what the runs show, (c,).
+
+    Raises:
+        InputError: for a channel whose noise is neither stated nor found.
+    """
+    found = []
+    for c, channel in enumerate(channels):
+        sigma = channel.sigma
+        if sigma is None:
+            guesses = np.array([white_noise(run.values[:, c]) for run in runs])
+            known = guesses[np.isfinite(guesses)]
+            sigma = float(np.median(known)) if len(known) else 0.0
+        if not sigma > 0:
+            raise InputError(
+                f"channel {channel.name}: its noise cannot be found from the data; state it "
+                "(a resolution divided by sqrt(12) where steps are all that shows)"
+            )
+        found.append(sigma)
+    return np.array(found)

@@ -1,0 +1,42 @@
+"""The compiled correction against Kalman's formulas, written with matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from workbench.fit.correction import correct
+
+
+@pytest.mark.parametrize("missing", [(), (1,)])
+def test_places_joints_and_rates_correct_the_state_as_kalman_says(missing):
+    rng = np.random.default_rng(5)
+    channels, dofs, modes = 3, 4, 2
+    seen, bias = rng.normal(size=(2, channels))
+    seen[list(missing)] = np.nan
+    points, jacobian = rng.normal(size=(1, 3)), rng.normal(size=(3, dofs))
+    mix = rng.normal(size=(channels, 3))
+    pick, pick_rate = rng.normal(size=(2, channels, dofs))
+    basis, noise = rng.normal(size=(dofs, modes)), rng.uniform(0.5, 1, channels)
+    root = rng.normal(size=(2 * modes, 2 * modes))
+    covariance = root @ root.T
+    qpos, qvel = rng.normal(size=(2, dofs))
+    at, rates = qpos.copy(), qvel.copy()
+    innovation, white = np.empty((2, 1, channels))
+    information, slopes = np.empty(1), np.empty((1, channels, modes))
+    correct(
+        seen[None], points[None], jacobian[None], mix[None], pick[None], pick_rate[None],
+        bias[None], basis[None], covariance[None], noise[None], np.zeros(0, dtype=np.int64),
+        qpos[None], qvel[None], np.zeros((1, 0)), innovation, white, information, slopes,
+    )  # fmt: skip
+
+    kept = [c for c in range(channels) if c not in missing]
+    h = np.hstack([(mix @ jacobian + pick) @ basis, pick_rate @ basis])[kept]
+    error = (seen - mix @ points[0] - pick @ at - pick_rate @ rates - bias)[kept]
+    spread = h @ covariance @ h.T + np.diag(noise[kept])
+    change = covariance @ h.T @ np.linalg.solve(spread, error)
+    assert innovation[0, kept] == pytest.approx(error)
+    assert qpos == pytest.approx(at + basis @ change[:modes])
+    assert qvel == pytest.approx(rates + basis @ change[modes:])
+    assert white[0] @ white[0] == pytest.approx(error @ np.linalg.solve(spread, error))
+    assert information[0] == pytest.approx(np.linalg.slogdet(spread)[1])
