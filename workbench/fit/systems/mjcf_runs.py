@@ -34,6 +34,7 @@ Hold = Literal["zero", "first"]
 _UNEVEN = 0.1  # of a sample that a stamp may be off
 _LEAST = 12  # samples of a run
 _ORDERS = range(2, 11)
+_NEAR = 1.3  # two to four times the scatter of one order at a thousand samples
 _RATE_TOLERANCE = 1e-3
 _FIRST = 9  # samples that determine a moving start
 _WEAK = 10.0  # standard errors: the prior of a start that was read from the data themselves
@@ -210,9 +211,9 @@ def white_noise(values: Array) -> float:
     """Return the standard deviation of white noise in a channel.
 
     From differences of increasing order, whose variance is binomial(2 m, m) times that of the noise
-    while a smooth motion dies out; the least over the orders is taken, and medians, so that impacts
-    and glitches count little. NaN when nothing can be said: too few samples, or steps so coarse
-    that most differences vanish.
+    while a smooth motion dies out: the median over the orders that come near the least, each a
+    median itself, so that impacts and glitches count little. NaN when nothing can be said: too few
+    samples, or steps so coarse that most differences vanish.
 
     Args:
         values: (n,), NaN where not seen.
@@ -224,8 +225,8 @@ def white_noise(values: Array) -> float:
         if len(differences) >= _LEAST:
             gain = np.sqrt(scipy.special.binom(2 * order, order))
             found.append(1.4826 * float(np.median(differences)) / gain)
-    least = min(found, default=0.0)
-    return least if least > 0 else np.nan
+    near = [sigma for sigma in found if sigma <= _NEAR * min(found)]
+    return float(np.median(near)) if near and min(near) > 0 else np.nan
 
 
 def common_sample(runs: Sequence[MjcfRun]) -> float:
