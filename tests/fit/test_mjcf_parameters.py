@@ -43,11 +43,12 @@ def sweep(t: Any) -> Any:
 def moved(
     delay: float = 0.0, lag: float = 0.0, cubic: float = 0.0, quadratic: float = 0.0,
     friction: float = 0.0, tilt: float = 0.0, pulled: float = 0.0, late: float = 0.0,
+    share: float = 0.0, offset: float = 0.0,
 ) -> Array:  # fmt: skip
     """Return the cart's true places, (n,), driven or let go from where it was pulled to."""
 
     def rates(t: float, x: Array) -> list[float]:
-        told = 0.0 if pulled else sweep(t - delay)
+        told = 0.0 if pulled else (1 + share) * sweep(t - delay) + offset
         if pulled and t < late:
             return [0.0, 0.0, 0.0]
         force = (x[2] if lag else told) - 40 * x[0] - cubic * x[0] ** 3 - 0.5 * x[1]
@@ -74,6 +75,8 @@ CANDIDATES = [
     (Free("cubic_stiffness", "rail", 500), {"cubic": 2000}, 2000, 40),
     (Free("quadratic_damping", "rail", 0.5), {"quadratic": 1.5}, 1.5, 0.03),
     (Free("frictionloss", "rail", 0.05), {"friction": 0.1}, 0.1, 3e-3),
+    (Free("input_scale", "force", 0.05), {"share": 0.1}, 0.1, 2e-3),
+    (Free("input_offset", "force", 0.05), {"offset": 0.2}, 0.2, 4e-3),
     (Free("tilt_y", "", 0.01), {"tilt": 0.02}, 0.02, 4e-4),
 ]
 
