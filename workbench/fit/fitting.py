@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.fit.estimator import ROBUST, Estimator
 from workbench.fit.observer import Innovations
 from workbench.fit.parameters import ParameterVector, Scope
-from workbench.fit.process import STRONG, likeliest
+from workbench.fit.process import likeliest
 from workbench.fit.system import System
 from workbench.progress import Progress
 
@@ -31,6 +31,7 @@ _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
 _LONGEST = 3  # samples of a glitch; what lasts longer is not one
 _FTOL, _XTOL = 3e-5, 1e-4
+_OFF = 0.1  # prior deviations between a start and its bounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,8 @@ def fit_system(
         InputError: when the start cannot be simulated.
     """
     x = np.zeros(len(vector)) if start is None else start.copy()
-    strong = {group: STRONG.get(group, 0.0) for group in system.groups}
+    x = _inside(vector, x)
+    strong = dict(system.strong)
     far = {group: _FAR * noise for group, noise in strong.items()}
     estimator = Estimator.of(system, vector, far, threads=threads)
     estimator = replace(estimator, coarse=True)
@@ -148,6 +150,12 @@ def minimised(
         ftol=_FTOL, xtol=_XTOL, x_scale=1.0,
     )  # fmt: skip
     return whole(found.x), int(found.nfev), bool(found.status > 0)
+
+
+def _inside(vector: ParameterVector, x: Array) -> Array:
+    """Move numbers off their bounds: the minimiser would stay on one."""
+    low, high = vector.bounds
+    return np.clip(x, low + _OFF, np.maximum(high - _OFF, low + _OFF))
 
 
 def _remembered(function: Callable[[Array], Array]) -> Callable[[Array], Array]:

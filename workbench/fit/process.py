@@ -7,22 +7,19 @@ difference. The likelihood weighs both: log det S pays for every strength that i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.fit.estimator import Estimator
 
-__all__ = ["FACTOR", "STRONG", "likeliest"]
+__all__ = ["FACTOR", "likeliest"]
 
-STRONG: Mapping[str, float] = {"beam": 2e-4, "foot": 5e-3}
 FACTOR = 10**0.5
 """From one strength that is tried to the next."""
 
 
 def likeliest(
-    estimator: Estimator, x: NDArray[np.float64], down: int = 6, up: int = 3
+    estimator: Estimator, x: NDArray[np.float64], down: int = 8, up: int = 3
 ) -> Estimator:
     """Return the estimator with the process noise that makes what was seen most likely.
 

@@ -56,6 +56,11 @@ class System(Protocol):
         ...
 
     @property
+    def strong(self) -> Mapping[str, float]:
+        """Return each group's process noise that lets the observer follow a far model."""
+        ...
+
+    @property
     def sample_s(self) -> float:
         """Return the time from one sample to the next [s]."""
         ...

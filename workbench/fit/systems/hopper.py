@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
@@ -100,6 +101,7 @@ class Hopper:
     """
 
     groups = (BEAM, FOOT)
+    strong: Mapping[str, float] = MappingProxyType({BEAM: 2e-4, FOOT: 5e-3})
     sample_s = 1 / SAMPLE_RATE_HZ
 
     def __init__(

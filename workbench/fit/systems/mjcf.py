@@ -46,6 +46,7 @@ HINGES, SLIDES = "hinges", "slides"
 """Groups of joints; process noise in N m sqrt(s) and N sqrt(s)."""
 
 _MODES = 6
+_FOLLOWED = 10.0  # [rad/s^2] or [m/s^2]
 _AFTER = 1.5  # samples between a time zero that is fitted and the first that is observed
 _SURE = 3.0  # deviations of a time zero after which samples are observed
 _AT_ZERO = 1e-6  # of a sample
@@ -116,6 +117,21 @@ class MjcfSystem:
         return tuple(dict.fromkeys(self._group(j) for j in range(self.model.njnt)))
 
     @property
+    def strong(self) -> dict[str, float]:
+        """Return each group's process noise that lets the observer follow a far model.
+
+        An acceleration of 10 rad/s^2 or m/s^2 over one sample, times the joint's own inertia.
+        """
+        data = self._data(self.model, 0, {})
+        mass, _, _ = linearised(self.model, data)
+        found: dict[str, float] = {}
+        for joint, inertia in zip(self.model.dof_jntid, np.diag(mass), strict=True):
+            group = self._group(int(joint))
+            noise = _FOLLOWED * float(inertia) * np.sqrt(self.sample_s)
+            found[group] = max(noise, found.get(group, 0.0))
+        return found
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted: that of the model, its drive and sensors, then that of runs."""
         own = [
@@ -170,6 +186,10 @@ class MjcfSystem:
             (observation.mix @ np.vstack(blocks) + observation.pick) @ basis,
             observation.rates @ basis,
         )
+
+    def refined(self, qpos: Sequence[Array]) -> MjcfSystem:
+        """Return the system itself: its inputs are measured."""
+        return self
 
     def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
         """Return the model of a run at its start.
