@@ -113,8 +113,9 @@ def _smoothed(times: Array, left: Array, sigma: float) -> Array:
     kept = np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma)
     count, values = len(times), np.where(kept, left, 0.0)
     bands, difference = np.zeros((3, count)), (1.0, -2.0, 1.0)
-    for i, j in ((i, j) for i in range(3) for j in range(i, 3)):
-        bands[2 + i - j, j : count - 2 + j] += difference[i] * difference[j]
+    for i in range(3):
+        for j in range(i, 3):
+            bands[2 + i - j, j : count - 2 + j] += difference[i] * difference[j]
     squares = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
     best, least = values, np.inf
     for strength in _STRENGTHS:
