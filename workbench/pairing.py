@@ -5,7 +5,7 @@ Everything here is made from the bundle alone, so it can be made again from it a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -14,6 +14,8 @@ import numpy as np
 from workbench import review
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError, WorkbenchError
+from workbench.fit.estimation import estimate
+from workbench.fit.measured import MeasuredRun
 from workbench.motion import (
     DRIVEN,
     ROTOR_ANGLE,
@@ -51,7 +53,7 @@ from workbench.tracking import (
     noise_floor,
     read_take,
 )
-from workbench.twin import Command, Release, find_release, make_twin
+from workbench.twin import Command, Release, find_release, make_twin, robot_of
 
 __all__ = ["pair", "pair_extended", "settings"]
 
@@ -102,11 +104,33 @@ def pair(bundle: Bundle) -> Comparison:
     bundle.write_series("raw", track.raw, {"take": track.take_sha256})
     bundle.write_series("twin", twin, made_from)
     _note(bundle, made)
+    _observe(bundle, made, made_from)
     bundle.note(_signals(bundle, track, twin, made.command))
     comparison = recall(bundle)
     bundle.write_view("recording", lambda path: review.write_recording(comparison, path))
     bundle.write_view("report", lambda path: review.write_report(comparison, path))
     return comparison
+
+
+def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
+    """Estimate the run's state and how well the model predicts it; where it cannot be, say why."""
+    track, command, release = made.track, made.command, made.release or Release()
+    run = MeasuredRun(
+        name=bundle.path.name,
+        mode=bundle.manifest["mode"],
+        motion=track.raw.between(-np.inf, command.duration),
+        steps=command.steps,
+        start_angle=track.start_angle_rad,
+        pull=release.pull,
+        height=release.height,
+    )
+    try:
+        found = estimate(robot_of(made.model, made.shape), run)
+    except InputError as error:
+        bundle.note({"state": str(error)})
+        return
+    bundle.write_series("state", found.state, made_from)
+    bundle.note({"state": "estimated", **found.as_json()})
 
 
 def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:

@@ -6,6 +6,7 @@ named, and the whole is marked.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -17,7 +18,7 @@ from workbench.bundle import Bundle, Series, find_folder, sha256, verify
 from workbench.errors import InputError, did_you_mean
 from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, Misfit, Summary
 from workbench.protocol import ModelFile, ShapeFile, load, load_model, load_shape
-from workbench.review import Comparison, Figure, Phase
+from workbench.review import Comparison, Figure, Phase, Predicted
 from workbench.review.condition import condition
 from workbench.review.journal import sentence
 from workbench.review.phases import phases, with_prompts
@@ -38,6 +39,7 @@ class _Kept(NamedTuple):
     real: TimeSeries
     twin: TimeSeries
     supply: TimeSeries | None
+    state: TimeSeries | None
     warnings: Sequence[str]
     mark: str | None = None
 
@@ -58,6 +60,7 @@ def recall(bundle: Bundle) -> Comparison:
         bundle.read_series("track"),
         bundle.read_series("twin"),
         supply,
+        bundle.read_series("state") if bundle.has("state") else None,
         bundle.manifest["warnings"],
     )
     return _comparison(bundle, kept)
@@ -70,9 +73,10 @@ def recall_damaged(bundle: Bundle) -> Comparison:
     """
     wrong = _wrong(bundle)
     real, twin = (_series(bundle, kind, wrong) for kind in ("track", "twin"))
-    supply = _series(bundle, "supply", wrong)
+    supply, state = (_series(bundle, kind, wrong) for kind in ("supply", "state"))
     warnings = [*dict.fromkeys(wrong), *bundle.manifest.get("warnings", ())]
-    kept = _Kept(real or _NOTHING, twin or _NOTHING, supply, warnings, _mark(bundle, wrong))
+    mark = _mark(bundle, wrong)
+    kept = _Kept(real or _NOTHING, twin or _NOTHING, supply, state, warnings, mark)
     return _comparison(bundle, kept)
 
 
@@ -192,7 +196,17 @@ def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
         label=_label(facts, shape),
         protocol=_protocol(bundle),
         mark=kept.mark,
+        estimate=kept.state,
+        predictions=_predictions(facts),
     )
+
+
+def _predictions(facts: dict[str, Any]) -> tuple[Predicted, ...]:
+    """Return the errors of predictions from the estimated state, of those that were made."""
+    errors = facts.get("prediction_mm") or {}
+    told = [Predicted(float(ahead), mm) for ahead, mm in errors.items() if mm is not None]
+    driven = facts.get("measured_input_mm")
+    return (*told, *([Predicted(math.inf, driven)] if driven is not None else ()))
 
 
 def _robot(bundle: Bundle) -> tuple[ModelFile, ShapeFile]:
@@ -321,6 +335,11 @@ def _table(bundle: Bundle, model: ModelFile, shape: ShapeFile) -> dict[str, str]
     return told | {
         "supply": " ".join(str(v) for v in facts.get("supply", {}).values()) or "not recorded",
         "output at the end": bundle.output_off or "not driven by the workbench",
+        **(
+            {"estimated pose": facts["state"]}
+            if facts.get("state", "estimated") != "estimated"
+            else {}
+        ),
         "versions": ", ".join(f"{k} {v}" for k, v in facts.get("versions", {}).items()),
     }
 

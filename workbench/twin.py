@@ -28,7 +28,7 @@ from workbench.sim import (
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Track
 
-__all__ = ["Command", "Release", "check_twin", "find_release", "make_twin"]
+__all__ = ["Command", "Release", "check_twin", "find_release", "make_twin", "robot_of"]
 
 _LEAST_REST_S = 0.6  # what the estimators of time zero need to know the rest
 _MOST_REST_S = 5.0
@@ -86,7 +86,7 @@ def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> Non
     """
     for mode in sorted(set(modes)):
         foot = Condition(mode, np.zeros(1)).foot
-        require_stable(*settle(unloaded(applied(_robot(model, shape))), foot, np.pi / 2))
+        require_stable(*settle(unloaded(applied(robot_of(model, shape))), foot, np.pi / 2))
 
 
 def make_twin(
@@ -109,7 +109,7 @@ def make_twin(
         InputError: when the model has unknown effects or does not stand.
     """
     condition = _condition(mode, command, track, release or Release())
-    result = simulate(_robot(model, shape), condition)
+    result = simulate(robot_of(model, shape), condition)
     zero = time_zero(mode, result.motion) or 0.0
     return result.motion.shifted(-zero), result.outcome
 
@@ -125,7 +125,7 @@ def find_release(
     Raises:
         InputError: when the displacement is not seen, or the model cannot be displaced so far.
     """
-    robot, start = _robot(model, shape), _condition(mode, command, track, Release())
+    robot, start = robot_of(model, shape), _condition(mode, command, track, Release())
     what, unit = ("pull", "N") if mode == "decay" else ("height", "m")
     wanted = summarize_release(track.motion, mode, command.duration).displacement_m
     if not np.isfinite(wanted):
@@ -179,5 +179,6 @@ def _condition(mode: Mode, command: Command, track: Track, release: Release) -> 
     return Condition(mode, speed, track.start_angle_rad, rest, pull, height)
 
 
-def _robot(model: ModelFile, shape: ShapeFile) -> Robot:
+def robot_of(model: ModelFile, shape: ShapeFile) -> Robot:
+    """Return the robot of a model and a shape, with the effects that the model has."""
     return make_robot(model.values(), shape, model.increments, model.quantities())

@@ -9,6 +9,7 @@
     guardian.jsonl    what the supply's guardian did; it goes on where the run was killed
     take/             the export, byte for byte
     supply.parquet, raw.parquet, track.parquet, twin.parquet
+    state.parquet     the estimated pose and the missing force, where the run could be observed
     compare.rrd, report.html              views, made again from the rest at any time
     checksums.txt     sha256 of every file above, and of itself
     remarks.jsonl     what people said of the run since: tags, notes, good or bad

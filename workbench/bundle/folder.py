@@ -27,7 +27,7 @@ __all__ = ["Bundle", "Document", "Series", "Status", "View"]
 
 Status = Literal["failed", "complete", "interrupted", "safety-stop"]
 Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
-Series = Literal["supply", "raw", "track", "twin"]
+Series = Literal["supply", "raw", "track", "twin", "state"]
 View = Literal["recording", "report"]
 
 _VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}

@@ -7,7 +7,7 @@ model would need in addition to do as the robot did is the missing force.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -53,6 +53,8 @@ class Observed:
         innovations: of it, with the states before each correction.
         modes: of the gain.
         smoothed: what all samples say of the state.
+        free: (n, nq) where the same model goes from the same start without a correction; it ends
+            where the numbers blow up.
     """
 
     system: Hopper
@@ -61,6 +63,7 @@ class Observed:
     innovations: Innovations
     modes: Modes
     smoothed: Smoothed
+    free: Array
 
     def states(self, change: Array) -> tuple[Array, Array]:
         """Return positions and velocities, (n, nv) each, after a change of the modes, (n, 2 m)."""
@@ -141,10 +144,11 @@ def observed(
         _require_followed(system, run, found)
         system = _turned(system, run, found.qpos)
     last = job(coarse)
-    (found,) = observe([last], threads=1, keep=True)
+    alone = replace(last, seen=np.full_like(last.seen, np.nan))
+    found, free = observe([last, alone], threads=1, keep=True)
     _require_followed(system, run, found)
     smooth = smoothed(found, gain, modes, process, system.sample_s)
-    return Observed(system, run, last, found, modes, smooth)
+    return Observed(system, run, last, found, modes, smooth, free.qpos[: free.sane])
 
 
 def state_of(one: Observed) -> TimeSeries:

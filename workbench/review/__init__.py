@@ -13,7 +13,7 @@ curve to the recording, send it in `curves.py` and give it a view in `layout.py`
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from workbench.review.comparison import Comparison, Extended, Figure, Phase
+from workbench.review.comparison import Comparison, Extended, Figure, Phase, Predicted
 from workbench.review.experiment_page import ExperimentPage, write_experiment_page
 from workbench.review.report import write_report
 
@@ -29,6 +29,7 @@ __all__ = [
     "Figure",
     "HeadlessViewer",
     "Phase",
+    "Predicted",
     "as_jpeg",
     "open_viewer",
     "picture_recording",

@@ -22,6 +22,7 @@ __all__ = [
     "Figure",
     "Largest",
     "Phase",
+    "Predicted",
 ]
 
 FOOT_ERROR = "foot_error_mm"
@@ -54,6 +55,16 @@ class Phase(NamedTuple):
 
     time_s: float
     name: str
+
+
+class Predicted(NamedTuple):
+    """How far a model is off [mm], so long after the state that was estimated [s].
+
+    An infinite time is that of a free simulation, driven and released as was measured.
+    """
+
+    seconds: float
+    mm: float
 
 
 class Largest(NamedTuple):
@@ -105,6 +116,9 @@ class Comparison:
             channel's unit; empty where it is not known.
         label: what tells the run from others of its protocol: condition, beam, repeat.
         protocol: the protocol's, or the sheet's, own text.
+        estimate: the whole pose of the real robot as the observer has it, channels as the twin's;
+            None where it was not estimated.
+        predictions: errors of predictions from the estimated state, in order of time.
         mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
@@ -132,6 +146,8 @@ class Comparison:
     label: tuple[str, ...] = ()
     protocol: str = ""
     mark: str | None = None
+    estimate: TimeSeries | None = None
+    predictions: tuple[Predicted, ...] = ()
 
     @property
     def called(self) -> str:

@@ -16,6 +16,7 @@ __all__ = [
     "headline",
     "largest_rows",
     "misfit_rows",
+    "prediction_rows",
     "verdict",
 ]
 
@@ -49,6 +50,26 @@ def misfit_rows(misfit: Misfit) -> list[tuple[str, str]]:
         ("T", _quantity(misfit.top_mm, "mm", 1)),
         ("foot and T", _quantity(misfit.both_mm, "mm", 1)),
     ]
+
+
+def prediction_rows(comparison: Comparison) -> list[tuple[str, str]]:
+    """Return how far the model is off so long after the estimated state, last freely."""
+    if not comparison.predictions:
+        return []
+    measured = "turned as measured" if comparison.driven else "released as measured"
+    told = [
+        (
+            f"{seconds:g} s ahead, from the estimated state"
+            if math.isfinite(seconds)
+            else f"Free simulation, {measured}",
+            _quantity(mm, "mm", 1 if mm >= 10 else 2),
+        )
+        for seconds, mm in comparison.predictions
+    ]
+    foot = comparison.mode in ("hop", "drop")
+    free = _quantity(comparison.misfit.both_mm if foot else comparison.misfit.top_mm, "mm", 1)
+    asked = "turned as commanded" if comparison.driven else "the twin's release"
+    return [*told, (f"Free simulation, {asked}", free)]
 
 
 def largest_rows(comparison: Comparison) -> list[tuple[str, str, str, str]]:

@@ -15,6 +15,11 @@ _UNSEEN = (
     "The thin orange line from the foot to T stands for the real beam; "
     "the beam between them was not measured."
 )
+_ESTIMATED = (
+    "The orange curve from the foot to T is the real beam as it was estimated: a model corrected "
+    "towards foot and T after each picture. The beam itself was not measured; the eye beside "
+    "`real/beam` hides it."
+)
 _FORCES = (
     "Red arrows: what the ground does to each corner of the twin's foot, 50 mm for each newton. "
     "Nobody measures it on the robot."
@@ -33,7 +38,7 @@ def notes(comparison: Comparison) -> str:
         _numbers(comparison, HEADINGS),
         _extended(comparison),
         "\n".join(f"- **Warning:** {warning}" for warning in comparison.warnings),
-        _UNSEEN,
+        _UNSEEN if comparison.estimate is None else _ESTIMATED,
         _FORCES if any(CORNER_FORCES[0][0] in motion for motion in comparison.motions) else "",
         _noise(comparison),
         _table(("Fact", ""), comparison.facts.items()),

@@ -87,7 +87,7 @@ def _send_run(stream: rr.RecordingStream, comparison: Comparison, root: str) -> 
     figure, extended = comparison.figure, comparison.extended
     draw_floor(stream, comparison, root)
     if len(comparison.real):
-        draw_real(stream, f"{root}real", comparison.real, figure)
+        draw_real(stream, f"{root}real", comparison.real, figure, comparison.estimate)
     if len(comparison.twin):
         draw_simulated(stream, f"{root}sim", comparison.twin, figure, palette.TWIN)
     if extended is not None:

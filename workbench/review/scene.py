@@ -26,6 +26,7 @@ _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
+_ESTIMATED_RADIUS = 0.0015
 FORCE_M_PER_N = 0.05  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
 
 
@@ -53,15 +54,36 @@ def draw_floor(stream: rr.RecordingStream, comparison: Comparison, root: str = "
     stream.log(f"{root}floor/marks", marks, static=True)
 
 
-def draw_real(stream: rr.RecordingStream, path: str, real: TimeSeries, figure: Figure) -> None:
-    """Draw what the cameras saw; between root and T only a thin line, for nobody measured it."""
+def draw_real(
+    stream: rr.RecordingStream,
+    path: str,
+    real: TimeSeries,
+    figure: Figure,
+    estimate: TimeSeries | None = None,
+) -> None:
+    """Draw what the cameras saw; between root and T the beam as estimated, else a thin line."""
     _draw_parts(stream, path, real, figure, palette.REAL)
+    if estimate is not None:
+        _draw_estimate(stream, f"{path}/beam", estimate, figure)
+        return
     link = np.stack([beam_root(real, figure), position(real, TOP)], axis=1)
     _send_strips(stream, f"{path}/link", real.times, link)
     stream.log(
         f"{path}/link",
         rr.LineStrips3D.from_fields(radii=_THIN_RADIUS, colors=rgb(palette.REAL)),
         rr.AnyValues(note="the beam between foot and T was not measured"),
+        static=True,
+    )
+
+
+def _draw_estimate(
+    stream: rr.RecordingStream, path: str, estimate: TimeSeries, figure: Figure
+) -> None:
+    _send_strips(stream, path, estimate.times, beam_points(estimate, figure))
+    stream.log(
+        path,
+        rr.LineStrips3D.from_fields(radii=_ESTIMATED_RADIUS, colors=rgb(palette.REAL)),
+        rr.AnyValues(note="the beam was estimated, not measured"),
         static=True,
     )
 

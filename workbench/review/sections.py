@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
-from workbench.review.headline import HEADINGS, headline, misfit_rows
+from workbench.review.headline import HEADINGS, headline, misfit_rows, prediction_rows
 from workbench.review.page import code, figure, table, warning_list
 from workbench.review.plots import (
     error_plot,
@@ -64,6 +64,19 @@ def _misfit(comparison: Comparison) -> Markup:
         "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing. "
         "Grey: up to twice what noise alone would make.",
     )
+
+
+def _prediction(comparison: Comparison) -> Markup:
+    rows = prediction_rows(comparison)
+    if not rows:
+        return Markup()
+    what = "the drive" if comparison.driven else "the release"
+    words = (
+        "<p>Root mean square distance of what is observed (foot and T, or T of a clamped foot) "
+        "from where the model puts it, started where the robot was seen to be. What grows with the "
+        f"time ahead is the model's; what is in the last line only is {what}'s.</p>"
+    )
+    return Markup(words) + table(rows, ("", "Root mean square"))
 
 
 def _trajectory(comparison: Comparison) -> Markup:
@@ -128,6 +141,7 @@ SECTIONS = (
     Section("Result", _headline),
     Section("Path", _trajectory),
     Section("Error of the twin", _misfit),
+    Section("Prediction", _prediction),
     Section("Motion over time", _motion),
     Section("Rotor speed", _speed),
     Section("Supply", _supply),

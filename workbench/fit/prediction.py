@@ -1,0 +1,130 @@
+"""How well a model predicts a run: from the estimated state, over stated times ahead.
+
+A free simulation of the whole run mixes what the motor did otherwise than commanded, where the
+robot was released, and what the model lacks, and after some hops it is chaotic. A prediction starts
+where the robot was seen to be and is driven as it was seen to turn: what it is off is the model's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch, SimulationError
+from numpy.typing import NDArray
+
+from workbench.fit.state import Observed, pose, start_foot
+from workbench.sim import keep_engine_quiet
+from workbench.timeseries import TimeSeries
+
+__all__ = ["HORIZONS", "Horizon", "free_motion", "prediction_errors"]
+
+Array = NDArray[np.float64]
+
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
+_SETTLED_S = 0.3  # after the first sample, before the first start: the observer has forgotten it
+_LAST = 0.1  # share of a horizon, at its end, over which the error is taken
+
+
+class Horizon(NamedTuple):
+    """A time ahead [s], and how many starts are predicted so far; longer ones add theirs."""
+
+    seconds: float
+    starts: int
+
+
+HORIZONS = (Horizon(0.1, 16), Horizon(0.5, 8), Horizon(2.0, 4))
+
+
+def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> dict[float, float]:
+    """Return horizon [s] -> root mean square distance from where foot and T were seen [mm].
+
+    A start is the state that the samples up to it say; the rotor turns as measured. The error is
+    that over the last tenth of the horizon, of the points that are observed, camera noise included;
+    NaN where the run is too short or nothing was seen, infinite where the numbers blow up.
+
+    Args:
+        one: the observed run, whose model and steps predict.
+        horizons: in order of time.
+    """
+    first, last = round(_SETTLED_S / one.system.sample_s), len(one.job.seen) - 1
+    ahead = [round(horizon.seconds / one.system.sample_s) for horizon in horizons]
+    lives: dict[int, int] = {}
+    for horizon, samples in zip(horizons, ahead, strict=True):
+        if last - samples > first:
+            starts = np.linspace(first, last - samples, horizon.starts)
+            lives |= {round(k): samples for k in starts}
+    squares = _squares(one, lives)
+    return {
+        horizon.seconds: _root_mm([
+            square[round((1 - _LAST) * samples) : samples]
+            for square in squares if len(square) >= samples
+        ])
+        for horizon, samples in zip(horizons, ahead, strict=True)
+    }  # fmt: skip
+
+
+def free_motion(one: Observed) -> TimeSeries:
+    """Return what the model does freely, started and driven as was measured."""
+    times = one.system.times(one.run)[: len(one.free)]
+    return pose(one.system.robot, one.job.model, times, one.free, start_foot(one.job))
+
+
+def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
+    """Return the squared distances of the points, (samples, p) [m^2], of each start.
+
+    Args:
+        one: the observed run.
+        lives: sample of the start -> samples that it is predicted for.
+    """
+    job, rows = one.job, sorted(lives, key=lambda k: -lives[k])
+    if not rows:
+        return []
+    keep_engine_quiet()
+    batch = Batch(job.model, nsim=len(rows), nthread=1, persistent=True)
+    for row, state in enumerate(_starts(one, rows)):
+        batch.state[row] = state
+    batch.forward(stage=_CURRENT)
+    observation, points = job.observation, 2 * len(job.observation.bodies)
+    places, qpos, command = batch.bind("xpos"), batch.bind("qpos"), batch.bind("ctrl")
+    found = [np.empty((lives[k], points)) for k in rows]
+    broken = np.zeros(len(rows), dtype=np.bool_)
+    for j in range(lives[rows[0]]):
+        going = [row for row, k in enumerate(rows) if j < lives[k]]
+        command[going] = [job.control[rows[row] + j] for row in going]
+        with suppress(SimulationError):  # the engine's own warnings count below
+            batch.step(ids=going, nstep=job.steps, stage=_CURRENT)
+        broken |= (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
+        flat = places[:, observation.bodies].reshape(len(rows), -1)
+        seen = flat @ observation.mix.T + qpos @ observation.pick.T + observation.bias
+        for row in going:
+            apart = job.seen[rows[row] + j + 1, :points] - seen[row, :points]
+            found[row][j] = np.inf if broken[row] else apart
+    return [np.sum(one.reshape(len(one), -1, 2) ** 2, axis=2) for one in found]
+
+
+def _starts(one: Observed, rows: Sequence[int]) -> Iterator[Array]:
+    """Yield mjSTATE_INTEGRATION of the filtered states; corners find their hold anew."""
+    job = one.job
+    qpos, qvel = one.states(one.smoothed.filtered)
+    turned = np.concatenate([[0.0], np.cumsum(job.control[:-1, 0])]) * one.system.sample_s
+    data = mujoco.MjData(job.model)
+    for k in rows:
+        mujoco.mj_setState(job.model, data, job.state, _STATE)
+        data.qpos[:], data.qvel[:] = qpos[k], qvel[k]
+        data.act[:] += turned[k]
+        data.userdata[:] = 0.0
+        state = np.empty(len(job.state))
+        mujoco.mj_getState(job.model, data, state, _STATE)
+        yield state
+
+
+def _root_mm(squares: Sequence[Array]) -> float:
+    """Return the root of the mean of all that was seen [mm], NaN of nothing."""
+    all_of_them = np.concatenate([np.zeros(0), *(square.ravel() for square in squares)])
+    seen = all_of_them[~np.isnan(all_of_them)]
+    return 1000 * float(np.sqrt(seen.mean())) if len(seen) else float("nan")
