@@ -37,7 +37,7 @@ class Horizon(NamedTuple):
     starts: int
 
 
-HORIZONS = (Horizon(0.1, 16), Horizon(0.5, 8), Horizon(2.0, 4))
+HORIZONS = (Horizon(0.1, 8), Horizon(0.5, 4), Horizon(2.0, 4))
 
 
 def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> dict[float, float]:
@@ -91,20 +91,22 @@ def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
     batch.forward(stage=_CURRENT)
     observation, points = job.observation, 2 * len(job.observation.bodies)
     places, qpos, command = batch.bind("xpos"), batch.bind("qpos"), batch.bind("ctrl")
-    found = [np.empty((lives[k], points)) for k in rows]
+    apart = np.full((len(rows), lives[rows[0]], points), np.nan)
+    starts, ends = np.array(rows), np.array([lives[k] for k in rows])
+    last = len(job.seen) - 1
     broken = np.zeros(len(rows), dtype=np.bool_)
-    for j in range(lives[rows[0]]):
-        going = [row for row, k in enumerate(rows) if j < lives[k]]
-        command[going] = [job.control[rows[row] + j] for row in going]
+    for j in range(ends[0]):
+        going = np.arange(np.count_nonzero(ends > j), dtype=np.int32)
+        command[going] = job.control[starts[going] + j]
         with suppress(SimulationError):  # the engine's own warnings count below
             batch.step(ids=going, nstep=job.steps, stage=_CURRENT)
         broken |= (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
         flat = places[:, observation.bodies].reshape(len(rows), -1)
         seen = flat @ observation.mix.T + qpos @ observation.pick.T + observation.bias
-        for row in going:
-            apart = job.seen[rows[row] + j + 1, :points] - seen[row, :points]
-            found[row][j] = np.inf if broken[row] else apart
-    return [np.sum(one.reshape(len(one), -1, 2) ** 2, axis=2) for one in found]
+        apart[going, j] = (job.seen[np.minimum(starts + j + 1, last)] - seen)[going, :points]
+        apart[broken, j] = np.inf
+    pairs = np.sum(apart.reshape(*apart.shape[:2], -1, 2) ** 2, axis=3)
+    return [pairs[row, :end] for row, end in enumerate(ends)]
 
 
 def _starts(one: Observed, rows: Sequence[int]) -> Iterator[Array]:
