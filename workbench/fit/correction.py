@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["correct", "predicted"]
+__all__ = ["correct", "predicted", "translations"]
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,41 @@ def predicted(
                 for j in range(3):
                     total += axes[s, b, 3 * i + j] * offsets[s, p, j]
                 points[s, p, i] = total
+
+
+@numba.njit(cache=True, nogil=True)
+def translations(
+    points: Array, bodies: NDArray[np.int64], anchors: Array, axes: Array,
+    joints: NDArray[np.int64], slides: NDArray[np.bool_], moving: NDArray[np.bool_],
+    jacobian: Array,
+) -> None:  # fmt: skip
+    """Write the derivatives of points by hinges and slides.
+
+    Args:
+        points: (s, p, 3) places [m].
+        bodies: (p,) of the points.
+        anchors: (s, njnt, 3) xanchor [m].
+        axes: (s, njnt, 3) xaxis.
+        joints: (nv,) of the degrees of freedom.
+        slides: (nv,) which of them slide.
+        moving: (nbody, nv) which move a body.
+        jacobian: (s, 3 p, nv) written.
+    """
+    for s in range(points.shape[0]):
+        for p in range(points.shape[1]):
+            for d in range(jacobian.shape[2]):
+                j = joints[d]
+                x, y, z = axes[s, j, 0], axes[s, j, 1], axes[s, j, 2]
+                if not moving[bodies[p], d]:
+                    x = y = z = 0.0
+                elif not slides[d]:
+                    a = points[s, p, 0] - anchors[s, j, 0]
+                    b = points[s, p, 1] - anchors[s, j, 1]
+                    c = points[s, p, 2] - anchors[s, j, 2]
+                    x, y, z = y * c - z * b, z * a - x * c, x * b - y * a
+                jacobian[s, 3 * p, d] = x
+                jacobian[s, 3 * p + 1, d] = y
+                jacobian[s, 3 * p + 2, d] = z
 
 
 @numba.njit(cache=True, nogil=True)
