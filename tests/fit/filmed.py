@@ -16,7 +16,7 @@ from workbench.protocol import load_model, load_shape
 from workbench.sim import make_robot
 from workbench.timeseries import TimeSeries
 
-NOISE_M = 2e-4
+NOISE_M = observe.NOISE_M
 VALUES = load_model("thesis", Path()).content.values()
 SHAPE = load_shape("thesis-initial", Path()).content
 ROBOT = make_robot(VALUES, SHAPE)
@@ -33,11 +33,11 @@ def twin_motion(course: Course, effects: Quantities | None = None) -> TimeSeries
 
 
 def measured(motion: TimeSeries, course: Course, seed: int = 0) -> MeasuredRun:
-    """A motion as cameras with 0.2 mm of noise see it."""
+    """A motion as cameras with 0.3 mm of white noise see it."""
     seen = observe.film(motion, "A", np.random.default_rng(seed))
     paths = dict(zip(("foot", "top", "rotor"), (FOOT, TOP, ROTOR), strict=True))
     columns = {
-        name: column * 1.0
+        name: column
         for body, names in paths.items()
         for name, column in zip(names, seen.paths[body].T, strict=True)
     }

@@ -91,9 +91,10 @@ def paced(motion: TimeSeries, name: str) -> TimeSeries:
             f"{SAMPLE_RATE_HZ}"
         )
     step *= every
-    grid = times[0] + step * np.arange(round((times[-1] - times[0]) / step) + 1)
-    nearest = np.clip(np.searchsorted(times, grid - step / 2 / every), 0, len(times) - 1)
-    there = np.abs(times[nearest] - grid) < step / 2 / every
+    own = step / every
+    grid = times[0] + step * np.arange(int((times[-1] - times[0] + own / 2) / step) + 1)
+    nearest = np.clip(np.searchsorted(times, grid - own / 2), 0, len(times) - 1)
+    there = np.abs(times[nearest] - grid) < own / 2
     return TimeSeries(
         grid, motion.values[nearest], motion.names, motion.valid[nearest] & there[:, None]
     )

@@ -37,7 +37,7 @@ class Horizon(NamedTuple):
     starts: int
 
 
-HORIZONS = (Horizon(0.1, 8), Horizon(0.5, 4), Horizon(2.0, 4))
+HORIZONS = (Horizon(0.1, 16), Horizon(0.5, 4), Horizon(2.0, 4))
 
 
 def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> dict[float, float]:
