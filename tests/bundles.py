@@ -28,9 +28,12 @@ TRACK = TimeSeries.of(
 )
 TWIN = TimeSeries.of(np.arange(3) / 200, {"foot_x_m": [0.0, 0.1, 0.2], "hinge_15_rad": [1, 2, 3]})
 SUPPLY = TimeSeries.of([0.0, 0.2], {"set_voltage_V": [0.0, 4.52], "current_A": [0.0, 0.11]})
+STATE = TimeSeries.of(
+    np.arange(3) / 120, {"foot_x_m": [0.0, 0.1, 0.2], "missing_top_x_N": [0.0, 0.01, -0.02]}
+)
 DOCUMENTS: tuple[Document, ...] = ("protocol", "bench", "model", "shape", "calibration")
 SERIES: dict[Series, TimeSeries] = {
-    "track": TRACK, "raw": TRACK, "twin": TWIN, "supply": SUPPLY,
+    "track": TRACK, "raw": TRACK, "twin": TWIN, "supply": SUPPLY, "state": STATE,
 }  # fmt: skip
 
 

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from workbench import pairing
 from workbench.bundle import Bundle, verify
 from workbench.errors import InputError
 from workbench.recall import recall, recall_damaged, recall_whatever, runs_named
 from workbench.review import Comparison, sections, write_recording, write_report
+from workbench.review.geometry import beam_points
 
 
 @pytest.fixture
@@ -57,14 +59,15 @@ def _drawn_once(drawings: dict[bytes, str], monkeypatch: pytest.MonkeyPatch) -> 
 
 def cut_off(bundle: Bundle) -> Bundle:
     """Leave what a run has that was killed while the motor turned."""
-    for name in ("track", "twin", "raw", "supply"):
+    for name in ("track", "twin", "raw", "supply", "state"):
         (bundle.path / f"{name}.parquet").unlink()
     for name in ("compare.rrd", "report.html", "checksums.txt"):
         (bundle.path / name).unlink()
     shutil.rmtree(bundle.path / "take")
     later = ("sent", "output_off", "cameras", "release", "command", "real", "twin", "error_mm",
              "error_foot_mm", "error_top_mm", "track", "warnings", "noise_mm", "noise_rad",
-             "rotor_speed_rad_s", "floor", "alignment")  # fmt: skip
+             "rotor_speed_rad_s", "floor", "alignment", "state", "prediction_mm",
+             "measured_input_mm")  # fmt: skip
     facts = {key: value for key, value in bundle.manifest.items() if key not in later}
     text = json.dumps(facts | {"status": "failed"})
     (bundle.path / "manifest.json").write_text(text, encoding="utf-8")
@@ -104,6 +107,41 @@ def test_the_twin_s_corners_carry_it(finished: Path) -> None:
     assert corners[0] == pytest.approx(0.2574 * 9.81, rel=0.01)  # the robot's weight at rest
 
 
+def test_the_estimated_pose_follows_the_track_and_has_a_beam(finished: Path) -> None:
+    for path in sorted(finished.glob("*_*-*")):
+        bundle = Bundle.open(path)
+        found = recall(bundle)
+        assert bundle.manifest["state"] == "estimated"
+        assert found.estimate is not None
+        estimate = found.estimate.at(found.real.times)
+        seen = estimate.validity("top_x_m") & found.real.validity("top_x_m")
+        assert seen.sum() > 300
+        apart = (estimate["top_x_m"] - found.real["top_x_m"])[seen]
+        assert np.std(apart) < 1e-3
+        assert np.isfinite(beam_points(found.estimate, found.figure)).all()
+        told = bundle.manifest["prediction_mm"]
+        assert list(told) == ["0.1", "0.5", "2"]
+        assert [row.mm for row in found.predictions[:3]] == list(told.values())
+        assert found.predictions[-1].mm == bundle.manifest["measured_input_mm"]
+
+
+def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(
+    hop: Bundle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise InputError("foot and T were seen in only 12 % of the run")
+
+    monkeypatch.setattr(pairing, "estimate", refuse)
+    (hop.path / "state.parquet").unlink()
+    shown = pairing.pair(hop)
+    assert not hop.has("state")
+    assert shown.estimate is None
+    assert shown.facts["estimated pose"] == "foot and T were seen in only 12 % of the run"
+    assert shown.misfit.both_mm > 0
+    page = hop.view("report").read_text(encoding="utf-8")
+    assert "foot and T were seen in only 12 % of the run" in page
+
+
 def test_views_that_were_damaged_do_not_mark_a_run(hop: Bundle) -> None:
     for name in ("compare.rrd", "report.html"):
         (hop.path / name).write_bytes(b"broken")
@@ -111,7 +149,7 @@ def test_views_that_were_damaged_do_not_mark_a_run(hop: Bundle) -> None:
 
 
 @pytest.mark.usefixtures("_drawn_once")
-@pytest.mark.parametrize("kind", ["track", "twin", "supply"])
+@pytest.mark.parametrize("kind", ["track", "twin", "supply", "state"])
 @pytest.mark.parametrize("spoil", [lambda data: data[: len(data) // 2], lambda data: b""])
 def test_a_series_that_was_damaged_is_named_and_the_rest_is_shown(
     hop: Bundle, tmp_path: Path, kind: str, spoil: Callable[[bytes], bytes]
@@ -122,7 +160,12 @@ def test_a_series_that_was_damaged_is_named_and_the_rest_is_shown(
     assert found.mark is not None
     assert found.mark.startswith("DAMAGED")
     assert any(f"{kind}.parquet" in warning for warning in found.warnings)
-    left = {"track": found.real, "twin": found.twin, "supply": found.supply or ()}
+    left = {
+        "track": found.real,
+        "twin": found.twin,
+        "supply": found.supply or (),
+        "state": found.estimate or (),
+    }
     assert {name: len(series) > 0 for name, series in left.items()} == {
         name: name != kind for name in left
     }

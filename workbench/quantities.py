@@ -38,6 +38,8 @@ _UNITS = {
     "_mm": "mm",
     "_rad": "rad",
     "_hz": "Hz",
+    "_N_per_sqrt_kg": "N/sqrt(kg)",
+    "_N_m": "N m",
     "_m": "m",
     "_s": "s",
     "_V": "V",

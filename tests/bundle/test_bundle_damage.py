@@ -22,7 +22,7 @@ FILES = (
     "manifest.json", "protocol.yaml", "protocol.json", "bench.yaml", "bench.json", "model.yaml",
     "shape.yaml", "calibration.yaml", "journal.jsonl", "wire.log", "guardian.jsonl",
     "take/take 1.csv", "track.parquet", "raw.parquet", "twin.parquet", "supply.parquet",
-    "compare.rrd", "report.html", "checksums.txt", "remarks.jsonl",
+    "state.parquet", "compare.rrd", "report.html", "checksums.txt", "remarks.jsonl",
 )  # fmt: skip
 
 

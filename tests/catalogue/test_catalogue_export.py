@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from tests.bundles import NOW, SUPPLY, TRACK, TWIN, make_bundle, remarked
+from tests.bundles import NOW, STATE, SUPPLY, TRACK, TWIN, make_bundle, remarked
 from workbench.bundle import verify
 from workbench.bundle.inside import printable
 from workbench.catalogue.export import export
@@ -25,7 +25,13 @@ from workbench.catalogue.traces import as_csv, column_lines, heading
 from workbench.errors import InputError, RecordError
 from workbench.timeseries import TimeSeries
 
-TRACES = {"measured": TRACK, "simulated": TWIN, "supply": SUPPLY, "unfiltered": TRACK}
+TRACES = {
+    "measured": TRACK,
+    "simulated": TWIN,
+    "supply": SUPPLY,
+    "unfiltered": TRACK,
+    "estimated": STATE,
+}
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +147,9 @@ def test_no_column_that_the_workbench_writes_is_without_a_meaning() -> None:
     from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 
     written = [*FOOT, *TOP, *ROTOR, PITCH, ROTOR_ANGLE, ROTOR_SPEED, *SUPPLY.names, "hinge_0_rad",
-               "ground_x_N", "corners_touching", "corners_sliding", "motor_power_W"]  # fmt: skip
+               "ground_x_N", "corners_touching", "corners_sliding", "motor_power_W",
+               "missing_top_x_N", "missing_foot_pitch_sigma_N_m", "missing_foot_pitch_N_m",
+               "missing_mode_0_N_per_sqrt_kg", "top_x_sigma_m"]  # fmt: skip
     assert not [line for line in column_lines(written) if line.endswith("as its name says")]
 
 
@@ -186,7 +194,7 @@ def test_a_damaged_run_is_exported_with_what_there_is(runs: list[Path], tmp_path
     assert "DAMAGED" in readme
     assert all(text in readme for text in done.problems)
     held = {p.name for p in (done.target / "csv" / run.name).iterdir()}
-    assert held == {"simulated.csv", "unfiltered.csv", "supply.csv"}
+    assert held == {"estimated.csv", "simulated.csv", "unfiltered.csv", "supply.csv"}
     kept = loadmat(done.target / "mat" / f"{run.name}.mat", simplify_cells=True)["run"]
     assert "track.parquet" in kept["problems"]
 

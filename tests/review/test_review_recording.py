@@ -73,6 +73,16 @@ def test_every_entity_has_a_row_for_every_sample(
     assert {path: max(rows(chunks, path), default=0) for path in wanted} == wanted
 
 
+def test_an_estimated_beam_takes_the_place_of_the_thin_line(
+    comparison: Comparison, tmp_path: Path
+) -> None:
+    estimated = replace(comparison, estimate=comparison.twin.between(-1.0, 5.0))
+    write_recording(estimated, tmp_path / "estimated.rrd")
+    chunks = RrdReader(tmp_path / "estimated.rrd").stream().to_chunks()
+    assert rows(chunks, "/real/beam") == {len(comparison.twin.between(-1.0, 5.0))}
+    assert rows(chunks, "/real/link") == set()
+
+
 def test_all_times_are_on_the_one_timeline(chunks: list[Chunk]) -> None:
     assert {name for c in chunks for name in c.timeline_names} == {"t"}
 

@@ -12,7 +12,7 @@ from PIL import Image
 
 from tests.review.conftest import NOISE_M
 from workbench.motion import Summary
-from workbench.review import Comparison, as_jpeg, write_report
+from workbench.review import Comparison, Predicted, as_jpeg, write_report
 from workbench.review.headline import verdict
 from workbench.review.plots import trajectory_plot
 from workbench.ringdown import RingDown
@@ -107,6 +107,25 @@ def test_the_largest_error_is_told_with_its_time(page: str, comparison: Comparis
 
 def test_noise_alone_is_told_beside_the_error(page: str) -> None:
     assert page.count(f"<td>{1000 * NOISE_M * 2**0.5:.2f} mm</td>") == 2
+
+
+def test_predictions_stand_beside_the_free_error(comparison: Comparison, tmp_path: Path) -> None:
+    known = (Predicted(0.1, 0.512), Predicted(2.0, 4.2), Predicted(float("inf"), 12.64))
+    write_report(replace(comparison, predictions=known), tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    rows = {
+        "0.1 s ahead, from the estimated state": "0.51 mm",
+        "2 s ahead, from the estimated state": "4.20 mm",
+        "Free simulation, turned as measured": "12.6 mm",
+        "Free simulation, turned as commanded": f"{comparison.misfit.both_mm:.1f} mm",
+    }
+    for name, value in rows.items():
+        assert f'<th scope="row">{name}</th><td>{value}</td>' in page
+    assert page.index("<h2>Error of the twin") < page.index("<h2>Prediction")
+
+
+def test_a_run_without_predictions_has_no_such_section(page: str) -> None:
+    assert "<h2>Prediction" not in page
 
 
 def test_a_picture_is_kept_in_the_page_itself(comparison: Comparison, tmp_path: Path) -> None:

@@ -40,6 +40,8 @@ TRACES = (
           "first motion, or the release"),
     Trace("unfiltered", "raw", "the same on the take's own samples, neither filtered nor filled"),
     Trace("simulated", "twin", "its twin, the simulation of the same run on the same time axis"),
+    Trace("estimated", "state", "the whole pose of the robot and the force that its model lacks, "
+          "as an observer estimates them from the same samples"),
     Trace("supply", "supply", "the motor's supply as it was read back; time zero is the start of "
           "the cameras"),
 )  # fmt: skip
@@ -56,6 +58,10 @@ _MEANINGS: tuple[tuple[str, str], ...] = (
     (r"rotor_speed_rad_s", "rate of that angle"),
     (r"hinge_(\d+)_rad", "bend of the beam at this hinge, counted from its root"),
     (r"ground_([xyz])_N", "force of the ground on the foot along this axis"),
+    (r".*_sigma_.*", "standard deviation of the column of that name without `sigma`"),
+    (r"missing_(foot|top)_([xz])_N", "force on this point along this axis that the model lacks"),
+    (r"missing_foot_pitch_N_m", "moment on the foot, nose down, that the model lacks"),
+    (r"missing_mode_(\d+)_N_per_sqrt_kg", "force on this mode of unit mass that the model lacks"),
     (r"corners_touching", "how many corners of the foot touch the ground"),
     (r"corners_sliding", "how many of them slide"),
     (r"motor_power_W", "mechanical power of the motor"),

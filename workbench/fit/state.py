@@ -24,6 +24,7 @@ from workbench.fit.systems.hopper import Hopper
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
 from workbench.motion import rotor_speed as speed_of
+from workbench.quantities import unit_of
 from workbench.sim import Robot
 from workbench.sim.robot import hinge_name
 from workbench.timeseries import TimeSeries
@@ -264,15 +265,11 @@ def _deviations(covariance: Array) -> Array:
 
 def _sigma(name: str) -> str:
     """Return the name of a channel's deviation: `sigma` before the unit."""
-    for unit in ("_N_per_sqrt_kg", "_N_m", "_N", "_rad", "_m"):
-        if name.endswith(unit):
-            return f"{name.removesuffix(unit)}_sigma{unit}"
-    raise ValueError(f"{name} names no unit")
+    unit, _ = unit_of(name)
+    return f"{name.removesuffix(unit)}_sigma{unit}"
 
 
 def _missing(name: str) -> str:
-    """Return what the force along a channel is called."""
-    for unit, force in (("_rad", "_N_m"), ("_m", "_N")):
-        if name.endswith(unit):
-            return f"missing_{name.removesuffix(unit)}{force}"
-    raise ValueError(f"{name} names no unit")
+    """Return what the force along a place is called, the moment along an angle."""
+    unit, _ = unit_of(name)
+    return f"missing_{name.removesuffix(unit)}{'_N_m' if unit == '_rad' else '_N'}"
