@@ -38,8 +38,8 @@ class Horizon(NamedTuple):
 
 
 HORIZONS = (Horizon(0.1, 16), Horizon(0.5, 4), Horizon(2.0, 4))
-"""Where nothing is missing and the noise makes 0.4 mm, these are 0.4 mm off clamped, and in hops 0.5
-to 1.0 mm, 0.7 to 1.9 mm in coarse steps: a foot that lands is predicted from an uncertain speed."""
+"""Where nothing is missing and the noise makes 0.4 mm, these are 0.4 mm off clamped, in hops 0.5 to
+1.0 mm, in coarse steps 0.7 to 1.9 mm: a landing is predicted from an uncertain speed."""
 
 
 def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> dict[float, float]:
