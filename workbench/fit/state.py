@@ -18,8 +18,8 @@ from workbench.errors import InputError
 from workbench.fit.gain import Modes, stationary
 from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import Parameter
+from workbench.fit.process import STRONG
 from workbench.fit.smoother import Smoothed, at_points, smoothed
-from workbench.fit.systems import hopper
 from workbench.fit.systems.hopper import Hopper
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
@@ -29,12 +29,9 @@ from workbench.sim import Robot
 from workbench.sim.robot import hinge_name
 from workbench.timeseries import TimeSeries
 
-__all__ = ["NOISE", "Observed", "estimated_state", "observed", "pose", "start_foot", "state_of"]
+__all__ = ["Observed", "estimated_state", "observed", "pose", "start_foot", "state_of"]
 
 Array = NDArray[np.float64]
-
-NOISE: Mapping[str, float] = {hopper.BEAM: 2e-4, hopper.FOOT: 5e-3}
-"""Process noise: what the model lacks, N m sqrt(s) at a hinge and N sqrt(s) at the foot."""
 
 _PASSES = 2
 _PITCH_DOF = 2  # of a free foot, after its x and z
@@ -77,7 +74,7 @@ def estimated_state(
     system: Hopper,
     run: int = 0,
     values: Mapping[Parameter, float] | None = None,
-    noise: Mapping[str, float] = NOISE,
+    noise: Mapping[str, float] = STRONG,
     passes: int = _PASSES,
 ) -> TimeSeries:
     """Return the whole pose of the robot over a run, and the force that its model lacks.
@@ -115,7 +112,7 @@ def observed(
     system: Hopper,
     run: int = 0,
     values: Mapping[Parameter, float] | None = None,
-    noise: Mapping[str, float] = NOISE,
+    noise: Mapping[str, float] = STRONG,
     passes: int = _PASSES,
     coarse: bool = False,
 ) -> Observed:
@@ -222,7 +219,7 @@ def _turned(system: Hopper, run: int, qpos: Array) -> Hopper:
     """Return the system with this run's rotor angle taken anew."""
     turned = list(system.turned)
     alone = Hopper(system.robot, [system.runs[run]], (), [turned[run]])
-    turned[run] = alone.with_turns([qpos]).turned[0]
+    turned[run] = alone.refined([qpos]).turned[0]
     return system.turning(turned)
 
 
