@@ -71,7 +71,8 @@ def smoothed(
     transition, kicks = modes.transition(seconds), modes.kicks(process, seconds)
     missed = ~np.isfinite(run.error)
     error = np.where(missed, 0.0, run.error)
-    slopes = np.concatenate([run.slopes, np.zeros_like(run.slopes)], axis=2)
+    rates = np.broadcast_to(run.rates, run.slopes.shape)
+    slopes = np.concatenate([run.slopes, rates], axis=2)
     slopes[missed] = 0.0
     spread = slopes @ gain.covariance @ slopes.swapaxes(1, 2) + np.diag(gain.noise)
     weighed = np.linalg.solve(spread, error[:, :, None])

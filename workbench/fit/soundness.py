@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.fit.drive import fit_drive
+from workbench.fit.fitting import Fit
 from workbench.fit.observer import Innovations
 
-__all__ = ["LOST", "clock_words", "gap_words", "lost_words", "rate_words"]
+__all__ = ["LOST", "clock_words", "gap_words", "lost_words", "rate_words", "warnings_of"]
 
 Array = NDArray[np.float64]
 
@@ -24,6 +25,16 @@ _LOST_S, _GAP_S = 0.5, 0.5
 _RATE = 0.02  # share by which the cameras' rate may differ from the simulation's samples
 _SLOW = 3e-4  # share of the speed: ten times what ten seconds of turns tell
 _SURE = 4.0
+
+
+def warnings_of(fit: Fit) -> list[str]:
+    """Return what speaks against a fit's data or its observer, run by run."""
+    system, found = fit.estimator.system, []
+    for k, (name, one) in enumerate(zip(system.names, fit.innovations, strict=True)):
+        found += gap_words(name, system.channels_of(k), system.seen(k), system.sample_s)
+        found += lost_words(name, one, system.sample_s)
+        found += system.drive_words(k)
+    return found
 
 
 def rate_words(name: str, times: Array, sample_s: float) -> list[str]:

@@ -18,7 +18,6 @@ from workbench.errors import InputError
 from workbench.fit.gain import Modes, stationary
 from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import Parameter
-from workbench.fit.process import STRONG
 from workbench.fit.smoother import Smoothed, at_points, smoothed
 from workbench.fit.systems.hopper import Hopper
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
@@ -74,7 +73,7 @@ def estimated_state(
     system: Hopper,
     run: int = 0,
     values: Mapping[Parameter, float] | None = None,
-    noise: Mapping[str, float] = STRONG,
+    noise: Mapping[str, float] | None = None,
     passes: int = _PASSES,
 ) -> TimeSeries:
     """Return the whole pose of the robot over a run, and the force that its model lacks.
@@ -98,7 +97,7 @@ def estimated_state(
         system: with the run.
         run: its number.
         values: of the parameters that are not nominal.
-        noise: process noise of each group of joints.
+        noise: process noise of each group of joints; the strong one where left out.
         passes: observations; after each but the last the rotor's angle against T is taken anew from
             the estimated turn of T.
 
@@ -112,7 +111,7 @@ def observed(
     system: Hopper,
     run: int = 0,
     values: Mapping[Parameter, float] | None = None,
-    noise: Mapping[str, float] = STRONG,
+    noise: Mapping[str, float] | None = None,
     passes: int = _PASSES,
     coarse: bool = False,
 ) -> Observed:
@@ -122,14 +121,14 @@ def observed(
         system: with the run.
         run: its number.
         values: of the parameters that are not nominal.
-        noise: process noise of each group of joints.
+        noise: process noise of each group of joints; the strong one where left out.
         passes: observations of a driven run; those before the last are coarse.
         coarse: whether the last is coarse as well.
 
     Raises:
         InputError: when the run cannot be observed.
     """
-    modes, process = system.modes(run), system.process(run, noise)
+    modes, process = system.modes(run), system.process(run, noise or system.strong)
     gain = stationary(modes, process, system.sigma(run), system.sample_s)
 
     def job(coarse: bool) -> Job:
