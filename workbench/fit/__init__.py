@@ -20,6 +20,7 @@ from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run
 from workbench.fit.observer import Innovations, Job, Observation, observe
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
+from workbench.fit.soundness import warnings_of
 from workbench.fit.state import estimated_state
 from workbench.fit.system import Start, System
 from workbench.fit.systems.hopper import Hopper, free_parameters
@@ -49,4 +50,5 @@ __all__ = [
     "measured_run",
     "observe",
     "undetermined",
+    "warnings_of",
 ]

@@ -27,6 +27,8 @@ __all__ = ["BLOCK_S", "Covariance", "Interval", "covariance", "intervals"]
 
 Array = NDArray[np.float64]
 
+_FEW, _INSTEAD = 8, 16  # fewer blocks of a run do not tell how they scatter: shorter ones then
+
 BLOCK_S = 1.0
 """Longer than what the cameras' noise and the robot's faster modes remember [s]."""
 
@@ -68,7 +70,8 @@ def covariance(fit: Fit) -> Covariance:
     begin = 0
     for one in fit.innovations:
         count, channels = one.white.shape
-        pieces = max(2, round(count * estimator.system.sample_s / BLOCK_S))
+        pieces = round(count * estimator.system.sample_s / BLOCK_S)
+        pieces = pieces if pieces >= _FEW else _INSTEAD
         edges = begin + channels * np.linspace(0, count, pieces + 1).round().astype(int)
         slopes += [scaled[a:b].T @ residuals[a:b] for a, b in pairwise(edges)]
         begin += count * channels
@@ -82,10 +85,12 @@ def covariance(fit: Fit) -> Covariance:
 def intervals(fit: Fit, found: Covariance) -> dict[Parameter, Interval]:
     """Return value and 90 % interval of every parameter.
 
-    The quantile is Student's with as many degrees of freedom as there are blocks less one.
+    The quantile is Student's with as many degrees of freedom as there are blocks less one. An error
+    is never less than what white innovations would leave: scattering blocks can agree by chance.
     """
     reach = float(scipy.stats.t.ppf(0.95, max(found.blocks - 1, 1)))
-    error = np.sqrt(np.diag(found.matrix))
+    white = np.diag(np.linalg.pinv(found.information, hermitian=True))
+    error = np.sqrt(np.maximum(np.diag(found.matrix), white))
     return {
         p: Interval(p.value(x), p.value(x - reach * e), p.value(x + reach * e))
         for p, x, e in zip(fit.vector.parameters, map(float, fit.x), map(float, error), strict=True)

@@ -69,6 +69,14 @@ class System(Protocol):
         """Return the measured channels of a run, (n, c), NaN where not seen."""
         ...
 
+    def channels_of(self, run: int) -> Sequence[str]:
+        """Return the names of its channels."""
+        ...
+
+    def drive_words(self, run: int) -> list[str]:
+        """Return what its drive did otherwise than commanded, where beyond doubt."""
+        ...
+
     def sigma(self, run: int) -> Array:
         """Return the standard deviation of their noise, (c,)."""
         ...

@@ -16,19 +16,18 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError
 from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.observer import Observation
 from workbench.fit.parameters import Acts, Parameter, Scope
+from workbench.fit.soundness import clock_words, rate_words
 from workbench.fit.system import Start
+from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
 from workbench.motion import PITCH, ROTOR_ANGLE
-from workbench.protocol import UNITS, ModelFile
 from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
-from workbench.sim.checks import highest_mode
 from workbench.sim.equilibrium import hold_top
-from workbench.sim.ground import CORNER_FIELDS, CORNERS
 from workbench.sim.modes import mass_matrix
 from workbench.sim.simulate import at_rest
 from workbench.sim.statics import moving_dofs, static_stiffness
@@ -46,47 +45,22 @@ _LATE_S = 4e-3
 _PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in other runs, or not
 _HEIGHT_M = 1e-3
 _MODES = 3
-_COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 12, 1e-6, 0.6
 _MOST_STEPS = 136
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _LEAST_LEAD_S = 1e-3
 _Ones = dict[int, Parameter]
 _Pairs = dict[int, tuple[Parameter, ...]]
-_STEEP = 3.0  # a parameter stays within a third and three times its nominal value
 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
     """One run as it is observed."""
 
+    channels: tuple[str, ...]
     first: int
     seen: Array
     sigma: Array
     rest: Array
-
-
-def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, ...]:
-    """Return nominal parameters of a model file, freed from their tolerance.
-
-    Raises:
-        InputError: for one that is unknown, not positive or known exactly.
-    """
-    found = []
-    for name in names:
-        if name not in UNITS:
-            hint = did_you_mean(name, UNITS)
-            raise InputError(f"parameter {name!r} is unknown{hint}; there are {', '.join(UNITS)}")
-        stated = getattr(model.parameters, name)
-        if stated.value <= 0 or stated.tolerance == 0:
-            raise InputError(
-                f"parameter {name} is {stated.value:g} with tolerance {stated.tolerance:g} in "
-                f"model {model.name!r}; to be fitted it needs a positive value and a tolerance"
-            )
-        found.append(
-            Parameter(name, UNITS[name], stated.value, stated.tolerance, stated.value / _STEEP,
-                      stated.value * _STEEP, positive=True, flat=True)
-        )  # fmt: skip
-    return tuple(found)
 
 
 class Hopper:
@@ -151,6 +125,18 @@ class Hopper:
         """Return the measured channels of a run, (n, c), NaN where not seen."""
         return self._seen[run].seen
 
+    def channels_of(self, run: int) -> tuple[str, ...]:
+        """Return the names of the observed channels."""
+        return self._seen[run].channels
+
+    def drive_words(self, run: int) -> list[str]:
+        """Return by how much the rotor turned otherwise than commanded, where beyond doubt."""
+        one, turned = self.runs[run], self.turned[run]
+        if turned is None:
+            return []
+        sigma = float(one.noise()[-1])
+        return clock_words(one.name, self.times(run), turned, one.steps, sigma)
+
     def sigma(self, run: int) -> Array:
         """Return the standard deviation of their noise, (c,)."""
         return self._seen[run].sigma
@@ -186,12 +172,12 @@ class Hopper:
         basis = np.zeros((model.nv, count))
         basis[dofs] = shapes[:, :count]
         observation = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
-        jacobian = np.vstack([_jacobian(model, data, int(b)) for b in observation.bodies])
+        slopes = np.vstack([jacobian(model, data, int(b)) for b in observation.bodies])
         return Modes(
             basis,
             np.diag(np.maximum(squares[:count], 0.0)),
             basis.T @ (model.dof_damping[:, None] * basis),
-            observation.mix @ jacobian @ basis + observation.pick @ basis,
+            observation.mix @ slopes @ basis + observation.pick @ basis,
         )
 
     def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:
@@ -235,12 +221,12 @@ class Hopper:
             bias = seen.rest - self._predicted(run, model, data)
         steps = robot.steps_per_sample
         if coarse:
-            steps = _coarsen(model, steps)
+            steps = coarsen(model, steps)
         state = np.empty(mujoco.mj_stateSize(model, _STATE))
         mujoco.mj_getState(model, data, state, _STATE)
         return Start(
             model, state, np.repeat(control[:, None], model.nu, axis=1),
-            self._observation(run, model, data, bias), steps, lead, _anchors(model),
+            self._observation(run, model, data, bias), steps, lead, anchors(model),
         )  # fmt: skip
 
     def _robot(self, values: Mapping[Parameter, float]) -> Robot:
@@ -308,9 +294,11 @@ class Hopper:
         return late, place, height, phase
 
     def _rest_of_top(self) -> Array | None:
-        """Return where T rests without a pull, (2,) [m], as the driven runs saw it."""
-        rests = [self._seen[k].rest[:2] for k, run in enumerate(self.runs) if run.mode == "clamped"]
-        rests += [self._seen[k].rest[2:4] for k, run in enumerate(self.runs) if run.mode == "hop"]
+        """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.
+
+        Hops do not tell: a free foot tips at rest, and T with it.
+        """
+        rests = [self._seen[k].rest for k, run in enumerate(self.runs) if run.mode == "clamped"]
         return np.median(rests, axis=0) if rests else None
 
     def _guessed(self, run: int) -> Array | None:
@@ -339,6 +327,8 @@ class Hopper:
 
 
 def _seen(run: MeasuredRun) -> _Seen:
+    if wrong := rate_words(run.name, run.motion.times, 1 / SAMPLE_RATE_HZ):
+        raise InputError("; ".join(wrong))
     channels = [*run.places, *([PITCH] if not _clamped(run) and PITCH in run.motion else [])]
     part = run.motion.select(channels)
     values = np.where(part.valid & np.isfinite(part.values), part.values, np.nan)
@@ -351,45 +341,9 @@ def _seen(run: MeasuredRun) -> _Seen:
             f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
             "rest before its first motion"
         )
-    return _Seen(first, values[first:], run.noise()[: len(channels)], np.nanmedian(still, axis=0))
+    sigma = run.noise()[: len(channels)]
+    return _Seen(tuple(channels), first, values[first:], sigma, np.nanmedian(still, axis=0))
 
 
 def _clamped(run: MeasuredRun) -> bool:
     return run.mode in ("clamped", "decay")
-
-
-def _jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
-    found = np.empty((3, model.nv))
-    mujoco.mj_jac(model, data, found, None, data.xpos[body], body)
-    return found
-
-
-def _anchors(model: mujoco.MjModel) -> tuple[int, ...]:
-    """Return where the corners' anchors are in userdata: they move with the foot's correction."""
-    if not model.nuserdata:
-        return ()
-    width, place = len(CORNER_FIELDS), CORNER_FIELDS.index("anchor_m")
-    return tuple(width * corner + place for corner in range(CORNERS))
-
-
-def _coarsen(model: mujoco.MjModel, steps: int) -> int:
-    """Make a model cheap for derivatives and return its steps a sample.
-
-    A little armature on the hinges slows the highest modes, so that longer steps are stable; what
-    holds a sticking corner grows softer with the step.
-    """
-    hinges = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
-    model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
-    data = mujoco.MjData(model)
-    mujoco.mj_setConst(model, data)
-    mujoco.mj_forward(model, data)
-    longest = _COARSE_MARGIN * highest_mode(model, data).longest_step
-    coarse = min(max(_COARSE_STEPS, int(np.ceil(1 / (SAMPLE_RATE_HZ * longest)))), steps)
-    share = steps / coarse
-    model.opt.timestep *= share
-    if model.nuserdata:
-        ground = model.numeric("ground").data
-        ground[10] /= share**2
-        ground[11] /= share
-        ground[16] *= share
-    return coarse

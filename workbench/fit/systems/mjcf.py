@@ -156,6 +156,14 @@ class MjcfSystem:
         """Return the measured channels of a run, (n, c), NaN where not seen."""
         return self.runs[run].values[self._first[run] :]
 
+    def channels_of(self, run: int) -> tuple[str, ...]:
+        """Return the names of the observed channels."""
+        return tuple(one.name for one in self.channels)
+
+    def drive_words(self, run: int) -> list[str]:
+        """Return nothing: the inputs are what was measured."""
+        return []
+
     def sigma(self, run: int) -> Array:
         """Return the standard deviation of their noise, (c,), the same in all runs."""
         return self._sigma

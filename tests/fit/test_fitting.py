@@ -1,0 +1,120 @@
+"""The fit: from a far start to intervals, its null space, and the process noise it finds."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from benchmarks.bank.courses import Course
+from tests.fit.filmed import ROBOT, measured, ramp, twin_motion
+from tests.fit.test_mjcf_system import ANGLE_NOISE, PENDULUM, PIVOT, TRUTH, swung
+from workbench.errors import InputError
+from workbench.fit import (
+    Fit,
+    Hopper,
+    ParameterVector,
+    covariance,
+    fit_system,
+    free_parameters,
+    intervals,
+    undetermined,
+)
+from workbench.fit.fitting import _glitches
+from workbench.fit.systems.mjcf import MjcfSystem
+from workbench.fit.systems.mjcf_parameters import Free
+from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun
+from workbench.protocol import load_model
+
+Array = NDArray[np.float64]
+
+
+def decay(seed: int, seconds: float = 3.0) -> MjcfRun:
+    times = np.arange(0, seconds, 0.02)
+    angles = swung(times, lambda t: 0.0 * t, (0.9, 0.5))
+    angles = angles + np.random.default_rng(seed).normal(0, ANGLE_NOISE, len(times))
+    start = JointStart.seen(times, angles, ANGLE_NOISE)
+    return MjcfRun(f"decay {seed}", times, angles[:, None], {"pivot": start})
+
+
+def undriven(**off: float) -> MjcfSystem:
+    values = {name: value * off.get(name, 1.0) for name, value in TRUTH.items()}
+    spec = mujoco.MjSpec.from_string(PENDULUM.format(**values))
+    channel = Channel("angle", "position", "pivot", sigma=ANGLE_NOISE)
+    return MjcfSystem(spec, [channel], [decay(1), decay(2)], (), PIVOT)
+
+
+@cache
+def fitted() -> Fit:
+    system = undriven(damping=1.3, friction=0.7, stiffness=1.3)
+    return fit_system(system, ParameterVector(system.parameters), threads=1)
+
+
+def test_a_far_start_ends_at_the_truth_within_its_intervals() -> None:
+    fit = fitted()
+    found = {p.name: one for p, one in intervals(fit, covariance(fit)).items()}
+    for name, key in (("pivot damping", "damping"), ("pivot frictionloss", "friction"),
+                      ("pivot stiffness", "stiffness")):  # fmt: skip
+        one = found[name]
+        assert one.value == pytest.approx(TRUTH[key], rel=0.05)
+        assert one.low < TRUTH[key] < one.high
+        assert one.high - one.low < 0.15 * TRUTH[key]
+
+
+def test_the_process_noise_falls_where_the_model_lacks_nothing() -> None:
+    fit = fitted()
+    strong = fit.estimator.system.strong["hinges"]
+    assert fit.estimator.noise["hinges"] < strong / 100
+    assert np.mean(list(fit.ratios.values())) == pytest.approx(1.0, abs=0.12)
+
+
+def test_two_numbers_that_act_together_are_said_to() -> None:
+    spec = mujoco.MjSpec.from_string("""
+      <mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody><body name="cart">
+      <joint name="rail" type="slide" axis="1 0 0" stiffness="40" damping="0.4"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>""")
+    times = np.arange(0, 4, 0.02)
+    x = 0.1 * np.exp(-0.2 * times) * np.cos(np.sqrt(40 - 0.04) * times)
+    x += np.random.default_rng(0).normal(0, 1e-4, len(times))
+    start = JointStart.seen(times, x, 1e-4)
+    run = MjcfRun("release", times, x[:, None], {"rail": start})
+    channel = Channel("x", "position", "rail", sigma=1e-4)
+    free = [Free("mass", "cart", 0.3, flat=True), Free("stiffness", "rail", 10.0, flat=True),
+            Free("damping", "rail", 0.1, flat=True)]  # fmt: skip
+    system = MjcfSystem(spec, [channel], [run], (), free)
+    fit = fit_system(system, ParameterVector(system.parameters), threads=1)
+    (open_,) = undetermined(fit.vector, covariance(fit).information)
+    assert set(open_.names) == {"cart mass", "rail stiffness", "rail damping"}
+
+
+def test_the_beam_is_found_from_a_driven_run_and_a_ring_down() -> None:
+    courses = [Course("clamped", 3.0, ramp(13.0)), Course("decay", 3.0, pull=0.4)]
+    runs = [measured(twin_motion(course), course, k) for k, course in enumerate(courses)]
+    model = load_model("thesis", Path()).content
+    free = free_parameters(model, ["hinge_stiffness", "root_stiffness"])
+    system = Hopper(ROBOT, runs, free)
+    start = np.zeros(len(system.parameters))
+    start[:2] = [2.0, -2.0]  # tolerances of a tenth: 22 % and -18 %
+    fit = fit_system(system, ParameterVector(system.parameters), start=start)
+    found = fit.vector.values(fit.x)
+    assert found[free[0]] == pytest.approx(9.5, rel=0.01)
+    assert found[free[1]] == pytest.approx(12.0, rel=0.01)
+
+
+def test_an_unknown_parameter_is_named_with_those_that_exist() -> None:
+    model = load_model("thesis", Path()).content
+    with pytest.raises(InputError, match=r"'hinge_stifness' is unknown.*hinge_stiffness"):
+        free_parameters(model, ["hinge_stifness"])
+
+
+def test_glitches_are_left_out_and_lasting_errors_are_not() -> None:
+    error = np.random.default_rng(0).normal(0, 1.0, (400, 2))
+    error[50, 0] = 40.0
+    error[200:260, 1] = 40.0
+    wild = _glitches(error)
+    assert wild[50, 0]
+    assert wild.sum() == 1

@@ -1,0 +1,85 @@
+"""What the hopping robot as a system is built from: parameters that are freed, cheaper models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.errors import InputError, did_you_mean
+from workbench.fit.parameters import Parameter
+from workbench.protocol import UNITS, ModelFile
+from workbench.sim import SAMPLE_RATE_HZ
+from workbench.sim.checks import highest_mode
+from workbench.sim.ground import CORNER_FIELDS, CORNERS
+
+__all__ = ["anchors", "coarsen", "free_parameters", "jacobian"]
+
+Array = NDArray[np.float64]
+
+_COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 12, 1e-6, 0.6
+_STEEP = 3.0  # a parameter stays within a third and three times its nominal value
+
+
+def free_parameters(model: ModelFile, names: Sequence[str]) -> tuple[Parameter, ...]:
+    """Return nominal parameters of a model file, freed from their tolerance.
+
+    Raises:
+        InputError: for one that is unknown, not positive or known exactly.
+    """
+    found = []
+    for name in names:
+        if name not in UNITS:
+            hint = did_you_mean(name, UNITS)
+            raise InputError(f"parameter {name!r} is unknown{hint}; there are {', '.join(UNITS)}")
+        stated = getattr(model.parameters, name)
+        if stated.value <= 0 or stated.tolerance == 0:
+            raise InputError(
+                f"parameter {name} is {stated.value:g} with tolerance {stated.tolerance:g} in "
+                f"model {model.name!r}; to be fitted it needs a positive value and a tolerance"
+            )
+        found.append(
+            Parameter(name, UNITS[name], stated.value, stated.tolerance, stated.value / _STEEP,
+                      stated.value * _STEEP, positive=True, flat=True)
+        )  # fmt: skip
+    return tuple(found)
+
+
+def jacobian(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> Array:
+    """Return the derivative of a body's place by the degrees of freedom, (3, nv)."""
+    found = np.empty((3, model.nv))
+    mujoco.mj_jac(model, data, found, None, data.xpos[body], body)
+    return found
+
+
+def anchors(model: mujoco.MjModel) -> tuple[int, ...]:
+    """Return where the corners' anchors are in userdata: they move with the foot's correction."""
+    if not model.nuserdata:
+        return ()
+    width, place = len(CORNER_FIELDS), CORNER_FIELDS.index("anchor_m")
+    return tuple(width * corner + place for corner in range(CORNERS))
+
+
+def coarsen(model: mujoco.MjModel, steps: int) -> int:
+    """Make a model cheap for derivatives and return its steps a sample.
+
+    A little armature on the hinges slows the highest modes, so that longer steps are stable; what
+    holds a sticking corner grows softer with the step.
+    """
+    hinges = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
+    model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
+    data = mujoco.MjData(model)
+    mujoco.mj_setConst(model, data)
+    mujoco.mj_forward(model, data)
+    longest = _COARSE_MARGIN * highest_mode(model, data).longest_step
+    coarse = min(max(_COARSE_STEPS, int(np.ceil(1 / (SAMPLE_RATE_HZ * longest)))), steps)
+    share = steps / coarse
+    model.opt.timestep *= share
+    if model.nuserdata:
+        ground = model.numeric("ground").data
+        ground[10] /= share**2
+        ground[11] /= share
+        ground[16] *= share
+    return coarse
