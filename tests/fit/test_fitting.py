@@ -92,7 +92,7 @@ def test_two_numbers_that_act_together_are_said_to() -> None:
 
 
 def test_the_beam_is_found_from_a_driven_run_and_a_ring_down() -> None:
-    courses = [Course("clamped", 3.0, ramp(13.0)), Course("decay", 3.0, pull=0.4)]
+    courses = [Course("clamped", 2.0, ramp(13.0)), Course("decay", 2.0, pull=0.4)]
     runs = [measured(twin_motion(course), course, k) for k, course in enumerate(courses)]
     model = load_model("thesis", Path()).content
     free = free_parameters(model, ["hinge_stiffness", "root_stiffness"])
