@@ -54,6 +54,7 @@ bench: install
 	$(BIN)/python benchmarks/tracking.py
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/contact.py
+	$(BIN)/python benchmarks/fit.py
 	$(BIN)/python benchmarks/identify.py
 	$(BIN)/python benchmarks/replay.py
 	$(BIN)/python benchmarks/hop_windows.py

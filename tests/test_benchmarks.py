@@ -31,8 +31,23 @@ ROOT = Path(__file__).resolve().parents[1]
         ("optimize", ["floor: bare mj_step loops", "ours: a search, 0 failed", "spread at most"]),
         ("search", ["smooth bowl, 96 evaluations, 2 seeds", "ours: cma", "scipy DE", "GNU Octave"]),
         (
+            "fit",
+            [
+                "runs of 1.5 s, independent engine",
+                "beam, independent engine",
+                "ground, twin engine",
+                "lines of workbench/fit",
+            ],
+        ),
+        (
             "identify",
-            ["workbench identify", "mujoco.sysid", "scipy least_squares", "looks at no data"],
+            [
+                "workbench fit, observed",
+                "workbench identify",
+                "mujoco.sysid",
+                "scipy least_squares",
+                "looks at no data",
+            ],
         ),
     ],
 )
