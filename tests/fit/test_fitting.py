@@ -91,6 +91,7 @@ def test_two_numbers_that_act_together_are_said_to() -> None:
     assert set(open_.names) == {"cart mass", "rail stiffness", "rail damping"}
 
 
+@pytest.mark.budget(25)  # a whole fit of the robot
 def test_the_beam_is_found_from_a_driven_run_and_a_ring_down() -> None:
     courses = [Course("clamped", 2.0, ramp(13.0)), Course("decay", 2.0, pull=0.4)]
     runs = [measured(twin_motion(course), course, k) for k, course in enumerate(courses)]
