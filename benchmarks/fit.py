@@ -17,15 +17,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from benchmarks.bank.cases import Run  # noqa: E402
 from benchmarks.bank.cases_rod import RodGenerator  # noqa: E402
 from benchmarks.bank.cases_twin import TwinGenerator  # noqa: E402
 from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
+from benchmarks.bank.write import measured_run  # noqa: E402
 from workbench.fit import (  # noqa: E402
     Estimator,
     Hopper,
@@ -39,10 +40,9 @@ from workbench.fit import (  # noqa: E402
     warnings_of,
 )
 from workbench.fit.process import likeliest  # noqa: E402
-from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP  # noqa: E402
+from workbench.motion import TOP  # noqa: E402
 from workbench.protocol import load_model, load_shape  # noqa: E402
 from workbench.sim import make_robot  # noqa: E402
-from workbench.timeseries import TimeSeries  # noqa: E402
 
 MODEL, SHAPE = load_model("thesis", Path()).content, load_shape("thesis-initial", Path()).content
 ENGINES: dict[str, Generator] = {
@@ -165,22 +165,11 @@ def _runs(
 ) -> list[MeasuredRun]:
     motions = ENGINES[engine].motions([Job(values, {}, course) for course in courses.values()])
     return [
-        _measured(name, course, motion, np.random.default_rng([seed, k]))
+        measured_run(
+            Run(name, "train", course, film(motion, "A", np.random.default_rng([seed, k])))
+        )
         for k, ((name, course), motion) in enumerate(zip(courses.items(), motions, strict=True))
     ]
-
-
-def _measured(
-    name: str, course: Course, motion: TimeSeries, rng: np.random.Generator
-) -> MeasuredRun:
-    filmed = film(motion, "A", rng)
-    columns: dict[str, NDArray[np.float64]] = {ROTOR_ANGLE: filmed.rotor_angle}
-    for body, names in (("foot", FOOT), ("top", TOP), ("rotor", ROTOR)):
-        columns |= dict(zip(names, filmed.paths[body].T, strict=True))
-    still = float(np.nanmedian(filmed.rotor_angle[filmed.times < 0]))
-    series = TimeSeries.of(filmed.times, columns).between(-np.inf, course.duration)
-    steps = course.steps if course.mode in DRIVEN else ()
-    return MeasuredRun(name, course.mode, series, steps, still, course.pull, course.height)
 
 
 def _clamped(speeds: Sequence[float], seconds: float) -> dict[str, Course]:

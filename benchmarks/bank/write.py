@@ -21,7 +21,7 @@ from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take, write_motive
 
-__all__ = ["measured", "sealed_label", "write_case"]
+__all__ = ["measured", "measured_run", "sealed_label", "write_case"]
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ _AXES = Axes(up="y", forward="-z")
 
 def measured(made: Made) -> list[MeasuredRun]:
     """Return the runs of a case as a fit sees them, without files."""
-    return [_measured(run) for run in made.runs]
+    return [measured_run(run) for run in made.runs]
 
 
 def write_case(made: Made, folder: Path, sealed: Path) -> Path:
@@ -74,7 +74,8 @@ def sealed_label(made: Made) -> bytes:
     return (json.dumps(made.label, sort_keys=True, indent=1) + "\n").encode()
 
 
-def _measured(run: Run) -> MeasuredRun:
+def measured_run(run: Run) -> MeasuredRun:
+    """Return one run as a fit sees it, without files."""
     filmed, columns = run.filmed, dict[str, Array]()
     for body, names in (("foot", FOOT), ("top", TOP), ("rotor", ROTOR)):
         columns |= dict(zip(names, filmed.paths[body].T, strict=True))

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.bank import observe
+from benchmarks.bank.cases import Run
 from benchmarks.bank.cases_twin import TwinGenerator
 from benchmarks.bank.courses import Course, Job, Quantities
+from benchmarks.bank.write import measured_run
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.systems.hopper import Hopper
-from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import load_model, load_shape
 from workbench.sim import make_robot
 from workbench.timeseries import TimeSeries
@@ -35,23 +36,7 @@ def twin_motion(course: Course, effects: Quantities | None = None) -> TimeSeries
 def measured(motion: TimeSeries, course: Course, seed: int = 0) -> MeasuredRun:
     """A motion as cameras with 0.3 mm of white noise see it."""
     seen = observe.film(motion, "A", np.random.default_rng(seed))
-    paths = dict(zip(("foot", "top", "rotor"), (FOOT, TOP, ROTOR), strict=True))
-    columns = {
-        name: column
-        for body, names in paths.items()
-        for name, column in zip(names, seen.paths[body].T, strict=True)
-    }
-    series = TimeSeries.of(seen.times, columns | {ROTOR_ANGLE: seen.rotor_angle})
-    still = seen.times < 0
-    return MeasuredRun(
-        f"{course.mode} run",
-        course.mode,
-        series.between(-np.inf, course.duration),
-        course.steps if course.mode in DRIVEN else (),
-        float(np.nanmedian(seen.rotor_angle[still])),
-        course.pull,
-        course.height,
-    )
+    return measured_run(Run(f"{course.mode} run", "train", course, seen))
 
 
 def hopper(motion: TimeSeries, course: Course, seed: int = 0) -> Hopper:

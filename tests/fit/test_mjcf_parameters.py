@@ -48,12 +48,12 @@ def moved(
     """Return the cart's true places, (n,), driven or let go from where it was pulled to."""
 
     def rates(t: float, x: Array) -> list[float]:
-        told = 0.0 if pulled else (1 + share) * sweep(t - delay) + offset
+        command = 0.0 if pulled else (1 + share) * sweep(t - delay) + offset
         if pulled and t < late:
             return [0.0, 0.0, 0.0]
-        force = (x[2] if lag else told) - 40 * x[0] - cubic * x[0] ** 3 - 0.5 * x[1]
+        force = (x[2] if lag else command) - 40 * x[0] - cubic * x[0] ** 3 - 0.5 * x[1]
         force -= quadratic * x[1] * abs(x[1]) + friction * np.tanh(x[1] / 1e-4)
-        return [x[1], force / 0.5 - GRAVITY * np.sin(tilt), (told - x[2]) / lag if lag else 0.0]
+        return [x[1], force / 0.5 - GRAVITY * np.sin(tilt), (command - x[2]) / lag if lag else 0.0]
 
     return solve_ivp(rates, (0, 4), (pulled, 0, 0), "LSODA", TIMES, rtol=1e-9, atol=1e-11,
                      max_step=0.003).y[0]  # fmt: skip

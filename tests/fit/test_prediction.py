@@ -57,11 +57,11 @@ def test_what_a_model_lacks_grows_with_the_time_ahead() -> None:
 
 def test_a_drive_that_turns_otherwise_than_commanded_is_not_the_model_s_error() -> None:
     run = measured(twin_motion(CLAMPED), CLAMPED)
-    told = replace(run, steps=tuple((t, 0.95 * speed) for t, speed in run.steps))
-    found = estimate(ROBOT, told)
+    slower = replace(run, steps=tuple((t, 0.95 * speed) for t, speed in run.steps))
+    found = estimate(ROBOT, slower)
     assert found.measured_input_mm is not None
     assert found.measured_input_mm < 2 * NOISE_MM
-    commanded = twin_motion(CLAMPED._replace(steps=told.steps))
+    commanded = twin_motion(CLAMPED._replace(steps=slower.steps))
     assert misfit(run.motion, commanded, CLAMPED.duration).top_mm > 20 * NOISE_MM
     assert found.prediction_mm["2"] == pytest.approx(NOISE_MM, rel=0.3)
 

@@ -18,11 +18,11 @@ from workbench.fit.fitting import Fit, fit_system
 from workbench.fit.identifiability import Combination, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run
-from workbench.fit.observer import Innovations, Job, Observation, observe
+from workbench.fit.observer import Innovations, Job, Observation, Start, observe
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.soundness import warnings_of
 from workbench.fit.state import estimated_state
-from workbench.fit.system import Start, System
+from workbench.fit.system import System
 from workbench.fit.systems.hopper import Hopper, free_parameters
 
 __all__ = [

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.gain import Gain, stationary
+from workbench.fit.gain import Gain, Modes, stationary
 from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import ParameterVector
 from workbench.fit.system import System
@@ -50,6 +50,7 @@ class Estimator:
         system: with its runs.
         vector: of the parameters.
         noise: process noise of each group of joints.
+        modes: of each run, about the rest of the nominal system.
         gains: of each run.
         masks: of each run, (n, c): samples that are left out.
         threads: 0 takes all cores.
@@ -60,6 +61,7 @@ class Estimator:
     system: System
     vector: ParameterVector
     noise: Mapping[str, float]
+    modes: tuple[Modes, ...]
     gains: tuple[Gain, ...]
     masks: tuple[NDArray[np.bool_], ...]
     threads: int = 0
@@ -77,17 +79,15 @@ class Estimator:
     ) -> Estimator:
         """Return the estimator of a system with a process noise."""
         runs = range(len(system.names))
-        gains = tuple(
-            stationary(system.modes(k), system.process(k, noise), system.sigma(k), system.sample_s)
-            for k in runs
-        )
+        modes = tuple(system.modes(k) for k in runs)
         given = tuple(masks) or tuple(np.zeros(system.seen(k).shape, dtype=np.bool_) for k in runs)
-        return cls(system, vector, noise, gains, given, threads)
+        gains = _gains(system, modes, noise)
+        return cls(system, vector, noise, modes, gains, given, threads)
 
     def with_noise(self, noise: Mapping[str, float]) -> Estimator:
         """Return the estimator with another process noise."""
-        other = Estimator.of(self.system, self.vector, noise, self.masks, self.threads)
-        return replace(self, noise=dict(noise), gains=other.gains)
+        gains = _gains(self.system, self.modes, noise)
+        return replace(self, noise=dict(noise), gains=gains)
 
     def with_system(self, system: System) -> Estimator:
         """Return the estimator with the same parameters of a system that is driven otherwise."""
@@ -116,19 +116,12 @@ class Estimator:
             InputError: when they cannot be simulated.
         """
         start = self.system.start(run, self.vector.values(x), coarse or self.coarse)
-        kept = slice(0, self.samples(run))
-        seen = np.where(self.masks[run], np.nan, self.system.seen(run))[kept]
-        return Job(start.model, start.state, start.control[kept], seen, start.observation,
-                   self.gains[run], start.steps, start.lead, start.follow)  # fmt: skip
+        seen = np.where(self.masks[run], np.nan, self.system.seen(run))[: self.samples(run)]
+        return Job.of(start, seen, self.gains[run])
 
     def samples(self, run: int) -> int:
         """Return how many samples of a run are observed."""
-        count = len(self.system.seen(run))
-        return (
-            count
-            if np.isinf(self.window)
-            else min(count, round(self.window / self.system.sample_s))
-        )
+        return int(min(len(self.system.seen(run)), self.window / self.system.sample_s + 0.5))
 
     def innovations(self, x: Array, keep: bool = False) -> list[Innovations]:
         """Return the innovations of every run."""
@@ -175,6 +168,13 @@ class Estimator:
             jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / _STEP
         jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
+
+
+def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -> tuple[Gain, ...]:
+    return tuple(
+        stationary(one, system.process(k, noise), system.sigma(k), system.sample_s)
+        for k, one in enumerate(modes)
+    )
 
 
 def _soft(white: Array) -> Array:

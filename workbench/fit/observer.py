@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -22,7 +23,7 @@ from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
 from workbench.sim import keep_engine_quiet, spread
 
-__all__ = ["Innovations", "Job", "Observation", "observe"]
+__all__ = ["Innovations", "Job", "Observation", "Start", "observe"]
 
 Array = NDArray[np.float64]
 
@@ -61,16 +62,14 @@ class Observation:
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
-    """One model on one run.
+class Start:
+    """A model where a run starts, and what it is given.
 
     Args:
-        model: of the system.
-        state: mjSTATE_INTEGRATION where it starts.
+        model: compiled.
+        state: mjSTATE_INTEGRATION at the start.
         control: (n, nu) from each sample to the next.
-        seen: (n, c) measured channels, NaN where not seen.
-        observation: of those channels.
-        gain: of the correction.
+        observation: of the run's channels.
         steps: of the engine from one sample to the next.
         lead: time from the start to the first sample [s].
         follow: entries of userdata that move with the first degree of freedom.
@@ -79,12 +78,29 @@ class Job:
     model: mujoco.MjModel
     state: Array
     control: Array
-    seen: Array
     observation: Observation
-    gain: Gain
     steps: int
     lead: float = 0.0
     follow: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Job(Start):
+    """A start that is observed.
+
+    Args:
+        seen: (n, c) measured channels, NaN where not seen.
+        gain: of the correction.
+    """
+
+    seen: Array
+    gain: Gain
+
+    @classmethod
+    def of(cls, start: Start, seen: Array, gain: Gain) -> Job:
+        """Return the job of the first samples of a start, as many as were measured."""
+        given: dict[str, Any] = vars(start) | {"control": start.control[: len(seen)]}
+        return cls(**given, seen=seen, gain=gain)
 
     @property
     def layout(self) -> tuple[object, ...]:

@@ -133,8 +133,7 @@ def observed(
 
     def job(coarse: bool) -> Job:
         start = system.start(run, values or {}, coarse)
-        return Job(start.model, start.state, start.control, system.seen(run), start.observation,
-                   gain, start.steps, start.lead, start.follow)  # fmt: skip
+        return Job.of(start, system.seen(run), gain)
 
     for _ in range(passes - 1 if system.runs[run].driven else 0):
         (found,) = observe([job(coarse=True)], threads=1, keep=True)
@@ -217,8 +216,7 @@ def start_foot(job: Job) -> Array:
 def _turned(system: Hopper, run: int, qpos: Array) -> Hopper:
     """Return the system with this run's rotor angle taken anew."""
     turned = list(system.turned)
-    alone = Hopper(system.robot, [system.runs[run]], (), [turned[run]])
-    turned[run] = alone.refined([qpos]).turned[0]
+    turned[run] = system.angle_against_top(run, qpos)
     return system.turning(turned)
 
 

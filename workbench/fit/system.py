@@ -3,43 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.fit.gain import Modes
-from workbench.fit.observer import Observation
+from workbench.fit.observer import Start
 from workbench.fit.parameters import Parameter
 
-__all__ = ["Start", "System"]
+__all__ = ["System"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """A model where a run starts, and what it is given.
-
-    Args:
-        model: compiled.
-        state: mjSTATE_INTEGRATION at the start.
-        control: (n, nu) from each sample to the next.
-        observation: of the run's channels.
-        steps: of the engine from one sample to the next.
-        lead: time from the start to the first sample [s].
-        follow: entries of userdata that move with the first degree of freedom.
-    """
-
-    model: mujoco.MjModel
-    state: Array
-    control: Array
-    observation: Observation
-    steps: int
-    lead: float = 0.0
-    follow: tuple[int, ...] = ()
 
 
 class System(Protocol):

@@ -20,10 +20,9 @@ from workbench.errors import InputError
 from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
-from workbench.fit.observer import Observation
+from workbench.fit.observer import Observation, Start
 from workbench.fit.parameters import Acts, Parameter, Scope
 from workbench.fit.soundness import clock_words, rate_words
-from workbench.fit.system import Start
 from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
 from workbench.motion import PITCH, ROTOR_ANGLE
 from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
@@ -106,10 +105,6 @@ class Hopper:
         """Return the system with other rotor angles."""
         return Hopper(self.robot, self.runs, self.free, turned)
 
-    def freeing(self, free: Sequence[Parameter]) -> Hopper:
-        """Return the system with other parameters of the model to be fitted."""
-        return Hopper(self.robot, self.runs, free, self.turned)
-
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
         first = self._seen[run].first
@@ -143,10 +138,9 @@ class Hopper:
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise of each degree of freedom, (nv,); that of the rotor is zero."""
-        held = self.runs[run].mode in ("clamped", "decay")
         hinges = [noise[BEAM] for hinge in self.robot.hinges if hinge.stiffness is not None]
         lever = self.robot.values["foot_length"] / 2
-        foot = [] if held else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
+        foot = [] if self._held(run) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
         return np.array([*foot, *hinges, 0.0])
 
     def modes(self, run: int) -> Modes:
@@ -241,7 +235,7 @@ class Hopper:
         return applied(replace(self.robot, values=own, effects=effects), turning=False)
 
     def _held(self, run: int) -> bool:
-        return self.runs[run].mode in ("clamped", "decay")
+        return _clamped(self.runs[run])
 
     def _observation(
         self, run: int, model: mujoco.MjModel, data: mujoco.MjData, bias: Array
@@ -309,21 +303,22 @@ class Hopper:
         sigma = float(one.noise()[-1])
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
+    def angle_against_top(self, run: int, qpos: Array) -> Array | None:
+        """Return a rotor's angle against T, (n,) [rad], with the turn of T in states (n, nq)."""
+        one = self.runs[run]
+        if not one.driven:
+            return None
+        turn = qpos[:, 0 if self._held(run) else 2 : -1].sum(axis=1)
+        angle = self.world_angle(run) - (turn - turn[0])
+        return fit_drive(self.times(run), angle, one.steps, float(one.noise()[-1])).angle
+
     def refined(self, qpos: Sequence[Array]) -> Hopper:
         """Return the system with rotor angles against T whose turn was estimated.
 
         Args:
             qpos: (n, nq) of each run, of an observer.
         """
-        turned: list[Array | None] = []
-        for k, (run, states) in enumerate(zip(self.runs, qpos, strict=True)):
-            if not run.driven:
-                turned.append(None)
-                continue
-            turn = states[:, 0 if self._held(k) else 2 : -1].sum(axis=1)
-            angle = self.world_angle(k) - (turn - turn[0])
-            turned.append(fit_drive(self.times(k), angle, run.steps, float(run.noise()[-1])).angle)
-        return self.turning(turned)
+        return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
 
 
 def _seen(run: MeasuredRun) -> _Seen:
