@@ -53,7 +53,6 @@ bench: install
 	$(BIN)/python benchmarks/cleaning.py
 	$(BIN)/python benchmarks/tracking.py
 	$(BIN)/python benchmarks/calibrate.py
-	$(BIN)/python benchmarks/contact.py
 	$(BIN)/python benchmarks/fit.py
 	$(BIN)/python benchmarks/identify.py
 	$(BIN)/python benchmarks/replay.py

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from workbench.identify.drive import lagged_command
+from workbench.fit import commanded_speed
 from workbench.protocol import load_model, load_shape
 from workbench.sim import SAMPLE_RATE_HZ, Robot, applied, make_robot, sample_times, settle, unloaded
 from workbench.sim.ground import CORNER_FIELDS, corner_records
@@ -235,7 +235,7 @@ def beam_modes(twin: Twin) -> Array:
 
 def commanded(end: float, speed: float) -> Array:
     """Return the speeds of the rotor from sample to sample, (n,) [rad/s]."""
-    return lagged_command(sample_times(end), [(0.0, speed)], LAG_S, 1.0)
+    return commanded_speed(sample_times(end), [(0.0, speed)], 1.0, LAG_S)
 
 
 def refitted(pieces: Sequence[Piece]) -> tuple[float, float]:

@@ -19,7 +19,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from identify_methods import NOT_INSTALLED, Row, observed, ours, plain, thesis
+from identify_methods import NOT_INSTALLED, Row, ours, plain, thesis
 from identify_peer import installed, peer
 from identify_repeats import SHORT, Setting, print_repeats
 from identify_truth import NAMES, PULLS_N, SPEEDS_RAD_S, Take, Truth, drawn, taken
@@ -68,7 +68,6 @@ def print_methods(truth: Truth, seconds: float, quick: bool) -> None:
 
 
 def _rows(takes: Sequence[Take], seconds: float, quick: bool) -> Iterator[Row]:
-    yield observed(takes)
     yield ours(takes)
     if installed():
         yield peer(takes, [seconds], by_hand=False)

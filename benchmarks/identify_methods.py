@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from unittest.mock import patch
 
 import numpy as np
 from identify_repeats import as_measured
@@ -17,16 +15,7 @@ from scipy.optimize import least_squares
 from scipy.stats import norm
 
 from workbench.errors import InputError
-from workbench.fit import (
-    Hopper,
-    ParameterVector,
-    covariance,
-    fit_system,
-    free_parameters,
-    intervals,
-    warnings_of,
-)
-from workbench.identify import identify, problem
+from workbench.identify import identify
 from workbench.identify.objective import (
     FMINCON_HIGH,
     FMINCON_LOW,
@@ -38,7 +27,7 @@ from workbench.identify.objective import (
 from workbench.motion import TOP, position
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
 
-__all__ = ["BOUND", "NOT_INSTALLED", "Row", "observed", "ours", "plain", "thesis"]
+__all__ = ["BOUND", "NOT_INSTALLED", "Row", "ours", "plain", "thesis"]
 
 BOUND = 3.0  # every method stays within a third and three times the stated values
 NOT_INSTALLED = "not installed: pip install hopping-workbench[sysid]"
@@ -71,12 +60,11 @@ class Row:
 
 
 def ours(takes: Sequence[Take]) -> Row:
-    """Fit with workbench.identify; lag, starts, pulls and marker places are fitted along."""
+    """Fit with workbench.identify: the robot is observed, its rotor turns as it was seen to."""
     runs = [as_measured(take) for take in takes]
-    with _counted() as count:
-        begin = time.perf_counter()
-        found = identify(runs, *thesis_files(), NAMES)
-        seconds = time.perf_counter() - begin
+    begin = time.perf_counter()
+    found = identify(runs, *thesis_files(), NAMES)
+    seconds = time.perf_counter() - begin
     told = found.estimates
     lines = [f"{n} {e.low:.5g} to {e.high:.5g} {e.unit}" for n, e in told.items()]
     return Row(
@@ -84,33 +72,10 @@ def ours(takes: Sequence[Take]) -> Row:
         value={name: one.value for name, one in told.items()},
         interval90={name: (one.low, one.high) for name, one in told.items()},
         seconds=seconds,
-        simulations=count[0],
+        simulations=found.fit.evaluations * len(takes),
         tells=f"units, misfit {found.misfit:.2f} of the noise, "
         f"{len(found.not_determined)} combinations open, {len(found.warnings)} warnings",
         words=(*lines, *found.warnings),
-    )
-
-
-def observed(takes: Sequence[Take]) -> Row:
-    """Fit with workbench.fit: the robot is observed, its rotor turns as it was seen to turn."""
-    model, shape = thesis_files()
-    free = free_parameters(model, NAMES)
-    begin = time.perf_counter()
-    runs = [as_measured(take) for take in takes]
-    system = Hopper(make_robot(model.values(), shape), runs, free)
-    fit = fit_system(system, ParameterVector(system.parameters))
-    seconds = time.perf_counter() - begin
-    found = intervals(fit, covariance(fit))
-    noise = ", ".join(f"{size:.1e} at {group}" for group, size in fit.estimator.noise.items())
-    return Row(
-        method="workbench fit, observed",
-        value={p.name: found[p].value for p in free},
-        interval90={p.name: (found[p].low, found[p].high) for p in free},
-        seconds=seconds,
-        simulations=fit.evaluations * len(takes),
-        tells=f"units, innovations {max(fit.ratios.values()):.2f} of the noise at most, process "
-        f"noise {noise}",
-        words=tuple(warnings_of(fit)),
     )
 
 
@@ -211,19 +176,6 @@ def true_condition(take: Take) -> Condition:
     if take.steps:
         return Condition("clamped", driven_by(take.steps, seconds))
     return Condition("decay", np.zeros(len(sample_times(seconds))), pull=take.true_pull)
-
-
-@contextmanager
-def _counted() -> Iterator[list[int]]:
-    """Count the simulations that a fit of ours asks for."""
-    count, real = [0], problem.simulate_all
-
-    def counting(jobs: Sequence[tuple[Robot, Condition]], threads: int = 0) -> object:
-        count[0] += len(jobs)
-        return real(jobs, threads)
-
-    with patch.object(problem, "simulate_all", counting):
-        yield count
 
 
 def _listed(numbers: Sequence[float]) -> str:

@@ -172,7 +172,7 @@ def _told(
         interval90={name: (one.low, one.high) for name, one in estimates.items()},
         not_determined=[str(one) for one in found.not_determined],
         warnings=list(found.warnings),
-        fitted_increments=found.increments,
+        fitted_increments=found.robot.increments,
         misfit=found.misfit,
         seconds=seconds,
     )

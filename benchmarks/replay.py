@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
-from workbench.identify.drive import lagged_angle
+from workbench.fit import commanded_angle
 from workbench.protocol import load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate
 
@@ -65,7 +65,7 @@ def errors(robot: Robot, speed: float, seconds: float) -> tuple[float, list[floa
 def turned(times: Array, speed: float, numbers: Array | tuple[float, ...]) -> Array:
     """Return the angle of a rotor that lags behind its command and ripples, (n,) [rad]."""
     lag, gain, start, ripple = numbers
-    angle = lagged_angle(times, [(0.5, speed)], max(lag, 1e-3), 1 + gain) + start
+    angle = commanded_angle(times, [(0.5, speed)], 1 + gain, max(lag, 1e-3), 0.0) + start
     return angle + ripple * np.sin(2 * angle)
 
 

@@ -20,7 +20,6 @@ ROOT = Path(__file__).resolve().parents[1]
         ("integrators", ["implicitfast", "blew up", "against RK4 at 0.031 ms"]),
         ("tracking", ["1800 frames", "ours / peer, time", "memory to read / file", "row.csv"]),
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
-        ("contact", ["1 drops, 1 hops, noise 0.3 mm", "friction_stick", "median time of a fit"]),
         ("wire", ["readings of a ", "72-2540", "HMP4040", "wrong  processor s"]),
         ("replay", ["followed  replayed", "root mean square error [mm]", "13.2"]),
         ("hop_windows", ["foot_cg forward 0.0165, 1 hops", "from rest, 2 s", "windows of 0.72 s"]),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.bank.cases import Made, Run
 from benchmarks.bank.courses import RATE_HZ
 from benchmarks.bank.observe import REST_S, Filmed
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking import Axes, BodyTake, Cloud, Missing, Take, write_motive

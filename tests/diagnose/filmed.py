@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose import HopperRig
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR, ROTOR_ANGLE, TOP, position, rotor_angle
 from workbench.timeseries import TimeSeries
 

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.identify import MeasuredRun
-from workbench.identify.drive import lagged_command
+from workbench.fit import MeasuredRun, commanded_speed
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP, Mode
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
@@ -88,7 +87,7 @@ def _condition(one: Asked) -> Condition:
     times = sample_times(one.seconds)
     if one.mode in ("clamped", "hop"):
         return Condition(
-            one.mode, lagged_command(times, ((0.0, one.value),), LAG_S, 1.0), rest=REST_S
+            one.mode, commanded_speed(times, ((0.0, one.value),), 1.0, LAG_S), rest=REST_S
         )
     still = np.zeros(len(times))
     pull, height = (one.value, 0.0) if one.mode == "decay" else (0.0, one.value)

@@ -21,7 +21,7 @@ from tests.diagnose.filmed import (
     spoiled,
     told,
 )
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import ROTOR_ANGLE
 from workbench.timeseries import TimeSeries
 

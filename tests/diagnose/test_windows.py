@@ -14,7 +14,7 @@ from workbench.diagnose.noise import Noise, noise_of
 from workbench.diagnose.problem import Problem
 from workbench.diagnose.rig import Forgetful, Windowed
 from workbench.diagnose.windows import Windows, windows_in
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.timeseries import TimeSeries
 
 pytestmark = pytest.mark.long  # hops are simulated and fitted many times

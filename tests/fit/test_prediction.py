@@ -10,7 +10,8 @@ import pytest
 from benchmarks.bank.courses import Course
 from tests.fit.filmed import NOISE_M, ROBOT, hopper, measured, ramp, twin_motion
 from workbench.errors import InputError
-from workbench.fit.estimation import estimate, paced
+from workbench.fit.estimation import estimate
+from workbench.fit.measured import MeasuredRun, paced
 from workbench.fit.observer import observe
 from workbench.fit.prediction import Horizon, free_motion, prediction_errors
 from workbench.fit.state import observed, pose
@@ -74,20 +75,24 @@ def test_a_run_too_short_for_a_horizon_has_no_error_there() -> None:
     assert found.as_json()["prediction_mm"] == found.prediction_mm
 
 
+def at_rate(motion: TimeSeries) -> TimeSeries:
+    return paced(MeasuredRun("run", "clamped", motion)).motion
+
+
 def test_other_rates_are_thinned_or_refused_and_lost_rows_are_not_valid() -> None:
     times = np.arange(-240, 480) / 240
     double = TimeSeries.of(times, {TOP[0]: times})
-    thin = paced(double, "run")
+    thin = at_rate(double)
     np.testing.assert_allclose(np.diff(thin.times), 1 / 120)
     np.testing.assert_allclose(thin[TOP[0]], thin.times, atol=1e-9)
     kept = np.delete(np.arange(720), [300, 301, 302, 303])
     gap = TimeSeries.of(times[kept], {TOP[0]: times[kept]})
-    assert np.flatnonzero(~paced(gap, "run").validity(TOP[0])).tolist() == [150, 151]
+    assert np.flatnonzero(~at_rate(gap).validity(TOP[0])).tolist() == [150, 151]
     slow = TimeSeries.of(np.arange(-100, 200) / 100, {TOP[0]: np.zeros(300)})
     with pytest.raises(InputError, match="100 samples a second; the observer takes a multiple"):
-        paced(slow, "run")
+        at_rate(slow)
     with pytest.raises(InputError, match=r"less than 0\.5 s were seen"):
-        paced(double.between(-1.0, 0.2), "run")
+        at_rate(double.between(-1.0, 0.2))
 
 
 def test_a_robot_that_the_model_cannot_follow_is_refused() -> None:

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.identify import MeasuredRun
-from workbench.identify.drive import lagged_command
+from workbench.fit import MeasuredRun, commanded_speed
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, make_robot, sample_times, simulate
@@ -34,7 +33,7 @@ def driven(
 ) -> MeasuredRun:
     """Return a run at a constant speed [rad/s]."""
     steps = ((0.0, omega),)
-    command = lagged_command(sample_times(seconds), steps, LAG_S, 1.0)
+    command = commanded_speed(sample_times(seconds), steps, 1.0, LAG_S)
     condition = Condition("hop" if mode == "hop" else "clamped", command, rest=REST_S)
     return MeasuredRun(f"{mode}_{omega:g}", condition.mode, seen(model, condition),
                        steps, role=role)  # fmt: skip

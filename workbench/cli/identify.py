@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import Annotated
@@ -17,13 +16,9 @@ from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table,
 from workbench.errors import InputError
 from workbench.identify import (
     BEAM,
-    CONTACT,
-    Contact,
-    Estimate,
     Identification,
     MeasuredRun,
     Validation,
-    identify_contact,
     made_from,
     measured_run,
     report_fit,
@@ -51,14 +46,14 @@ def identify(
     out: Annotated[
         Path | None, typer.Option(help="New model file; by default models/<model>-<day>.yaml.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap that gives the intervals.")] = 0,
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
     """Fit stiffness and damping, or what --fit names, to runs; validate on those held out.
 
-    Beam and masses are told by clamped runs and ring-downs, ground and friction by drops and hops.
-    Beside the new model lies its report, an HTML page with figures.
+    Beam and masses are told by clamped runs and ring-downs, ground, friction and foot by drops and
+    hops; named together, all runs are fitted at once. Beside the new model lies its report, an HTML
+    page with figures.
 
     Example: workbench identify runs
 
@@ -74,39 +69,24 @@ def identify(
     _require_new(target, page)
     measured = read_runs(bundles)
     train = [run for run in measured if run.role == "train"]
-    found = _fit(_names(fit), train, stated.content, shape.content, seed)
-    written = write_model(
-        target, stated, found.values, found.estimates, found.runs, date.today(), found.increments
-    )
+    found = identify_runs(train, stated.content, shape.content, _names(fit), progress=tell)
+    names = tuple(run.name for run in found.runs)
+    written = write_model(target, stated, found.values, found.estimates, names, date.today())
     tell("validate on runs that the fit has not seen")
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     made = made_from(bundles, stated, written)
     tell("draw the report")
-    report = report_fit(page, found.fit, measured, robot, validation, made)
-    files = {"model": str(written.path), "report": None if report is None else str(report)}
+    report = report_fit(page, found, measured, robot, validation, made)
+    files = {"model": str(written.path), "report": str(report)}
     if as_json:
         emit(_as_json(found, validation) | files | {"seconds": time.perf_counter() - begin})
         return
     _print(found)
     print(validation)
     for kind, file in files.items():
-        print(f"{kind}: {file or 'none, nothing could be fitted'}")
-
-
-@dataclass(frozen=True)
-class _Found:
-    """What either fit came to."""
-
-    estimates: Mapping[str, Estimate]
-    values: Mapping[str, float]
-    not_determined: tuple[str, ...]
-    warnings: tuple[str, ...]
-    misfit: float
-    runs: tuple[str, ...]
-    increments: int | None
-    fit: Identification | Contact
+        print(f"{kind}: {file}")
 
 
 def _require_new(*paths: Path) -> None:
@@ -115,56 +95,41 @@ def _require_new(*paths: Path) -> None:
             raise InputError(f"{path}: exists and is never overwritten; give another --out")
 
 
-def _as_json(found: _Found, validation: Validation) -> dict[str, object]:
+def _as_json(found: Identification, validation: Validation) -> dict[str, object]:
     return {
         "parameters": {name: one.as_json() for name, one in found.estimates.items()},
         "not_determined": list(found.not_determined),
         "validation": validation.as_json(),
         "misfit": found.misfit,
-        "runs": list(found.runs),
+        "process_noise": dict(found.fit.estimator.noise),
+        "runs": [run.name for run in found.runs],
         "warnings": list(found.warnings),
     }
 
 
 def _names(fit: str) -> list[str]:
-    names = [name.strip() for name in fit.split(",") if name.strip()]
-    ground = [name for name in names if name in CONTACT]
-    if ground and len(ground) < len(names):
-        raise InputError(
-            f"{', '.join(ground)} are told by drops and hops, the others by clamped runs and "
-            "ring-downs; identify the beam first, then the ground with the new model"
-        )
-    return names
-
-
-def _fit(
-    names: list[str],
-    train: list[MeasuredRun],
-    model: ModelFile,
-    shape: ShapeFile,
-    seed: int,
-) -> _Found:
-    if names and names[0] in CONTACT:
-        ground = identify_contact(train, model, shape, names, seed=seed, progress=tell)
-        open_ = tuple(f"{name}: {why}" for name, why in ground.not_determined.items())
-        used = tuple(run.name for run in train if run.name in ground.windows)
-        return _Found(
-            ground.estimates, ground.values, open_, (*open_, *ground.warnings), ground.misfit,
-            used, None, ground,
-        )  # fmt: skip
-    beam = identify_runs(train, model, shape, names, seed=seed, progress=tell)
-    return _Found(
-        beam.estimates, beam.values, tuple(map(str, beam.not_determined)), beam.warnings,
-        beam.misfit, tuple(run.name for run in beam.runs), beam.increments, beam,
-    )  # fmt: skip
+    return [name.strip() for name in fit.split(",") if name.strip()]
 
 
 def read_runs(bundles: Sequence[Bundle]) -> list[MeasuredRun]:
-    """Return what was measured in runs, and tell of each."""
+    """Return what was measured in runs, and tell of each; one that is not complete is left out.
+
+    Raises:
+        InputError: when none is complete.
+    """
     measured: list[MeasuredRun] = []
     for k, bundle in enumerate(bundles):
+        status = bundle.manifest.get("status")
+        if status != "complete":
+            tell(f"left out {bundle.path.name}: its status is {status}")
+            continue
         tell(counted(f"read {bundle.path.name}", k + 1, len(bundles)))
         measured.append(measured_run(bundle))
+    if not measured:
+        raise InputError(
+            "none of these runs is complete, and only complete runs can be used; "
+            "`workbench runs list` shows which are"
+        )
     return measured
 
 
@@ -187,7 +152,7 @@ def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document
     return load(first.document("model"), ModelFile), load(first.document("shape"), ShapeFile)
 
 
-def _print(found: _Found) -> None:
+def _print(found: Identification) -> None:
     rows = [
         [name, f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}", f"{e.stated:.5g}",
          f"{100 * (e.value / e.stated - 1):+.2f} %", e.unit]
@@ -195,5 +160,7 @@ def _print(found: _Found) -> None:
     ]  # fmt: skip
     head = ["parameter", "value", "90 % interval", "stated", "change", "unit"]
     show_table(f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise", head, rows)
+    for one in found.not_determined:
+        people.print(f"not determined: {one}", markup=False)
     for warning in found.warnings:
         people.print(f"note: {warning}", markup=False)

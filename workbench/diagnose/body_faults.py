@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from workbench.diagnose.rig import Fault
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR, TOP, position, seen_median
 
 __all__ = ["Expected", "body_faults"]

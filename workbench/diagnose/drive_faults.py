@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.onset import late_by
 from workbench.diagnose.rig import Fault
-from workbench.identify import MeasuredRun
-from workbench.identify.drive import lagged_angle
+from workbench.fit import MeasuredRun, commanded_angle
 from workbench.motion import ROTOR_ANGLE, TOP, position
 
 __all__ = ["drive_faults"]
@@ -243,7 +242,7 @@ def _late(run: MeasuredRun) -> Iterator[str]:
     rest = complex(np.median(np.real(direction[still])), np.median(np.imag(direction[still])))
     away = np.abs(np.angle(direction / rest)) > _AWAY_RAD
     fine = np.linspace(0, _WINDOW_S, round(_WINDOW_S / _LATE_S) * 10)
-    meant = np.abs(lagged_angle(fine, run.steps, _LAG_S, 1.0)) > _AWAY_RAD
+    meant = np.abs(commanded_angle(fine, run.steps, 1.0, _LAG_S, 0.0)) > _AWAY_RAD
     if not meant.any():
         return
     late = late_by(times, away, float(fine[int(np.argmax(meant))]))

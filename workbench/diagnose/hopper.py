@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.diagnose.events import EventTest, compare_events, twins
 from workbench.diagnose.extension import write_extension
 from workbench.diagnose.following import Look
 from workbench.diagnose.hopper_faults import hopper_faults
@@ -29,10 +30,7 @@ from workbench.diagnose.imagined import imagined_run
 from workbench.diagnose.noise import noise_of
 from workbench.diagnose.rig import Asked, Effects, Fault, Observed, Trial, Unknown
 from workbench.diagnose.windows import Windows
-from workbench.identify import MeasuredRun
-from workbench.identify.drive import lagged_command
-from workbench.identify.events import EventTest, compare_events, twins
-from workbench.identify.problem import LEAD_S
+from workbench.fit import MeasuredRun, commanded_speed
 from workbench.motion import ROTOR_ANGLE
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import (
@@ -47,6 +45,7 @@ from workbench.timeseries import TimeSeries
 
 __all__ = ["HopperRig"]
 
+_LEAD_S = 0.1  # the simulation begins this long before the run, so that a delay may be negative
 _DISTURBED = 0.01  # of what is known of a start
 _SPLIT = 5.0  # times its first size: a disturbance that has grown so much is chance
 _LEAST_S, _MOST_S = 1.0, 2.0  # of a hop that are compared; derivatives are lost soon after
@@ -155,7 +154,7 @@ class HopperRig:
         return more
 
     def _robots(self) -> Robots:
-        lead = round(LEAD_S * SAMPLE_RATE_HZ)
+        lead = round(_LEAD_S * SAMPLE_RATE_HZ)
         return Robots(self._stands, self._looks, lambda name: felt(name, "hop"), lead)
 
     def own(self, run: int) -> Sequence[Unknown]:
@@ -224,7 +223,7 @@ class HopperRig:
         robot = self._robot(values)
         condition = self._condition(run, values, float(measured.motion.times[-1]))
         motions = self._stepping.motions([(robot, one) for one in twins(condition)])
-        told = [motion.shifted(-LEAD_S) for motion in motions if motion is not None]
+        told = [motion.shifted(-_LEAD_S) for motion in motions if motion is not None]
         return compare_events(measured, told, compared)
 
     def _predictable(self, k: int) -> Observed:
@@ -301,7 +300,7 @@ class HopperRig:
 
     def _condition(self, k: int, values: Mapping[str, float], end: float) -> Condition:
         run = self.measured[k]
-        times = sample_times(end + 2 * LEAD_S) - LEAD_S
+        times = sample_times(end + 2 * _LEAD_S) - _LEAD_S
         if not run.driven:
             pull = run.pull * (1 + values.get("pull", 0.0))
             height = max(run.height + values.get("height", 0.0), 0.0)
@@ -309,7 +308,7 @@ class HopperRig:
             return Condition(run.mode, still, run.start_angle, pull=pull, height=height)
         lag, gain = values.get("lag", LAG_S), 1 + values.get("gain", 0.0)
         start = run.start_angle + values.get("start angle", 0.0)
-        return Condition(run.mode, lagged_command(times, run.steps, lag, gain), start)
+        return Condition(run.mode, commanded_speed(times, run.steps, lag, gain), start)
 
     def _seen(
         self, k: int, values: Mapping[str, float], motion: TimeSeries | None, until: float
@@ -319,7 +318,7 @@ class HopperRig:
         if motion is None or len(motion) < 2:
             return np.full((len(times), len(seen.channels)), _FAR_M)
         motion = observed(motion, self._cameras(values))
-        lead = LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
+        lead = _LEAD_S if run.driven else 0.0  # what is let go begins with the simulation
         at = np.clip(times - values.get("delay", 0.0) + lead, 0.0, motion.times[-1])
         curve = scipy.interpolate.CubicSpline(motion.times, motion.select(seen.channels).values)(at)
         for axis, name in enumerate(seen.channels):

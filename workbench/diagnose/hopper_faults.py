@@ -11,7 +11,7 @@ from workbench.diagnose.body_faults import Expected, body_faults
 from workbench.diagnose.drive_faults import drive_faults
 from workbench.diagnose.release_faults import release_faults
 from workbench.diagnose.rig import Fault, Rig
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, TOP
 
 __all__ = ["hopper_faults"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from workbench.diagnose.rig import Cause, Unknown
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.protocol import UNITS, ModelFile
 from workbench.sim import EFFECTS, Effect
 

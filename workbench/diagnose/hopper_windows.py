@@ -13,7 +13,7 @@ from workbench.diagnose.noise import Noise
 from workbench.diagnose.rig import Asked
 from workbench.diagnose.windows import Windows, windows_in
 from workbench.errors import InputError
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.sim import Condition, Robot, Standing, spread
 
 __all__ = ["HopWindows", "Robots"]

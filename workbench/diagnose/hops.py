@@ -7,11 +7,11 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from workbench.diagnose.diagnosis import Diagnosis
+from workbench.diagnose.events import EventTest
 from workbench.diagnose.hopper import HopperRig
 from workbench.diagnose.proof import Errors
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.wording import digits
-from workbench.identify.events import EventTest
 from workbench.review.page import table
 
 __all__ = ["HopsLeft", "hop_table", "hops_left"]

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 
 from workbench.diagnose.rig import Trial
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Mode
 from workbench.sim import sample_times
 from workbench.timeseries import TimeSeries

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.body_faults import Expected
 from workbench.diagnose.onset import late_by
 from workbench.diagnose.rig import Fault
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, RELEASED, ROTOR_ANGLE, TOP, position, seen_median
 
 __all__ = ["release_faults"]

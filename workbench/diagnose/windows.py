@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.noise import Noise, whitened
-from workbench.identify import MeasuredRun
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR_ANGLE
 from workbench.sim import SAMPLE_RATE_HZ, STANCE
 from workbench.timeseries import TimeSeries

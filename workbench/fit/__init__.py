@@ -13,11 +13,12 @@ far start to the minimum, `process` how much process noise the data ask for, `in
 Nothing here knows of a diagnosis, a report or a command line.
 """
 
+from workbench.fit.drive import commanded_angle, commanded_speed
 from workbench.fit.estimator import Estimator
-from workbench.fit.fitting import Fit, fit_system
-from workbench.fit.identifiability import Combination, undetermined
+from workbench.fit.fitting import Fit, fit_system, refined, settled
+from workbench.fit.identifiability import Combination, told_apart, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
-from workbench.fit.measured import MeasuredRun, measured_run
+from workbench.fit.measured import MeasuredRun, measured_run, paced
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.soundness import warnings_of
@@ -42,6 +43,8 @@ __all__ = [
     "Scope",
     "Start",
     "System",
+    "commanded_angle",
+    "commanded_speed",
     "covariance",
     "estimated_state",
     "fit_system",
@@ -49,6 +52,10 @@ __all__ = [
     "intervals",
     "measured_run",
     "observe",
+    "paced",
+    "refined",
+    "settled",
+    "told_apart",
     "undetermined",
     "warnings_of",
 ]

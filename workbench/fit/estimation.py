@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
+from workbench.fit.measured import MeasuredRun, paced
 from workbench.fit.prediction import free_motion, prediction_errors
 from workbench.fit.state import observed, state_of
 from workbench.fit.systems.hopper import Hopper
 from workbench.motion import FOOT, misfit
-from workbench.sim import SAMPLE_RATE_HZ, Robot
+from workbench.sim import Robot
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Estimation", "estimate", "paced"]
-
-_LEAST_S = 0.5
-_PACE = 0.01  # by how much the cameras' rate may differ from the observer's
+__all__ = ["Estimation", "estimate"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +53,7 @@ def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
         InputError: when it cannot be observed: no rest, too short, a robot that was lost or that
             the model does not follow.
     """
-    run = replace(run, motion=paced(run.motion, run.name))
+    run = paced(run)
     try:
         one = observed(Hopper(robot, [run]), coarse=run.driven)
         with np.errstate(over="ignore"):  # of numbers that blew up
@@ -72,32 +69,6 @@ def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
         state,
         {f"{seconds:g}": _number(mm) for seconds, mm in errors.items()},
         _number(seen) if whole else None,
-    )
-
-
-def paced(motion: TimeSeries, name: str) -> TimeSeries:
-    """Return a motion at the observer's rate: every so many samples, missing ones not valid.
-
-    Raises:
-        InputError: when its own rate is no multiple of that, or it is too short.
-    """
-    times = motion.times
-    if len(times) < 2 or times[-1] < _LEAST_S:
-        raise InputError(f"{name}: less than {_LEAST_S:g} s were seen after the first motion")
-    step = float(np.median(np.diff(times)))
-    every = max(1, round(1 / (SAMPLE_RATE_HZ * step)))
-    if abs(every * step * SAMPLE_RATE_HZ - 1) > _PACE:
-        raise InputError(
-            f"{name}: {1 / step:.0f} samples a second; the observer takes a multiple of "
-            f"{SAMPLE_RATE_HZ}"
-        )
-    step *= every
-    own = step / every
-    grid = times[0] + step * np.arange(int((times[-1] - times[0] + own / 2) / step) + 1)
-    nearest = np.clip(np.searchsorted(times, grid - own / 2), 0, len(times) - 1)
-    there = np.abs(times[nearest] - grid) < own / 2
-    return TimeSeries(
-        grid, motion.values[nearest], motion.names, motion.valid[nearest] & there[:, None]
     )
 
 

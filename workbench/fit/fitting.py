@@ -22,7 +22,7 @@ from workbench.fit.process import likeliest
 from workbench.fit.system import System
 from workbench.progress import Progress
 
-__all__ = ["Fit", "fit_system", "minimised"]
+__all__ = ["Fit", "fit_system", "minimised", "refined", "settled"]
 
 Array = NDArray[np.float64]
 
@@ -96,30 +96,39 @@ def fit_system(
     x = np.zeros(len(vector)) if start is None else start.copy()
     x = _inside(vector, x)
     strong = dict(system.strong)
-    far = {group: _FAR * noise for group, noise in strong.items()}
-    estimator = Estimator.of(system, vector, far, threads=threads)
+    estimator = Estimator.of(system, vector, _far(system), threads=threads)
     estimator = replace(estimator, coarse=True)
     count = 0
     progress("observe the runs with strong correction")
-    estimator = _refined(estimator, x)
+    estimator = refined(estimator, x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
     near = replace(estimator, window=_FIRST_S)
     x, n, _ = minimised(near, x, free=~held, most=10)
     count += n
     progress("fit whole runs with strong correction")
-    estimator = _refined(estimator.with_noise(strong), x)
+    estimator = refined(estimator.with_noise(strong), x)
     x, n, _ = minimised(estimator, x, most=4)
     count += n
-    estimator = _refined(replace(estimator, coarse=False), x)
+    estimator = refined(replace(estimator, coarse=False), x)
     progress("weigh correction against noise")
     estimator = likeliest(estimator, x)
     progress("fit whole runs")
     x, n, _ = minimised(estimator, x, most=5)
-    estimator = likeliest(_refined(estimator, x), x, down=2, up=1)
+    estimator = likeliest(refined(estimator, x), x, down=2, up=1)
     count += n
     x, n, converged = minimised(estimator, x, most=6)
+    return _ended(estimator, x, count + n, converged)
+
+
+def settled(estimator: Estimator, x: Array) -> Fit:
+    """Return the fit that ends near numbers (p,), with the estimator's process noise."""
+    x, count, converged = minimised(estimator, _inside(estimator.vector, x), most=6)
+    return _ended(estimator, x, count, converged)
+
+
+def _ended(estimator: Estimator, x: Array, count: int, converged: bool) -> Fit:
     found = tuple(estimator.innovations(x, keep=True))
-    return Fit(estimator, x, found, estimator.jacobian(x), count + n, converged)
+    return Fit(estimator, x, found, estimator.jacobian(x), count, converged)
 
 
 def minimised(
@@ -152,6 +161,11 @@ def minimised(
     return whole(found.x), int(found.nfev), bool(found.status > 0)
 
 
+def _far(system: System) -> dict[str, float]:
+    """Return the process noise of the strongest correction."""
+    return {group: _FAR * noise for group, noise in system.strong.items()}
+
+
 def _inside(vector: ParameterVector, x: Array) -> Array:
     """Move numbers off their bounds: the minimiser would stay on one."""
     low, high = vector.bounds
@@ -169,11 +183,15 @@ def _remembered(function: Callable[[Array], Array]) -> Callable[[Array], Array]:
     return asked
 
 
-def _refined(estimator: Estimator, x: Array) -> Estimator:
-    """Return the estimator with its inputs and its glitches made from the states observed."""
-    whole = replace(estimator, window=np.inf)
-    found = whole.innovations(x, keep=True)
+def refined(estimator: Estimator, x: Array) -> Estimator:
+    """Return the estimator with its inputs and its glitches made from the states observed.
+
+    The states are those of the strongest correction, which are what was seen whatever the
+    parameters: with a weak one near a resonance a wrong input makes the turn of T that makes it.
+    """
     system = estimator.system
+    whole = replace(estimator.with_noise(_far(system)), window=np.inf)
+    found = whole.innovations(x, keep=True)
     masks = tuple(_glitches(one.error) for one in found)
     return replace(estimator, system=system.refined([one.qpos for one in found]), masks=masks)
 

@@ -8,14 +8,17 @@ its parameters act together, and only what remains of them is.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.parameters import ParameterVector, Scope
+from workbench.fit.fitting import Fit, settled
+from workbench.fit.intervals import covariance
+from workbench.fit.parameters import Parameter, ParameterVector, Scope
+from workbench.progress import Progress
 
-__all__ = ["Combination", "undetermined"]
+__all__ = ["Combination", "told_apart", "undetermined"]
 
 Array = NDArray[np.float64]
 
@@ -81,3 +84,36 @@ def undetermined(vector: ParameterVector, information: Array) -> list[Combinatio
         kept = {p.name: float(w) for p, w in zip(members, powers, strict=True) if abs(w) > _MEMBER}
         found.append(Combination(kept, deviation))
     return found
+
+
+def told_apart(fit: Fit, progress: Progress = lambda text: None) -> tuple[Fit, list[Combination]]:
+    """Return the fit of what the data tell apart, and the directions that they leave open.
+
+    Of each direction the parameter that was stated most exactly is held at its nominal value, the
+    others are moved along and fitted again: they carry the product or ratio that is determined.
+    """
+    found: list[Combination] = []
+    while open_ := undetermined(fit.vector, covariance(fit).information):
+        worst = open_[0]
+        found.append(worst)
+        members = [p for p in fit.vector.parameters if p.name in worst.powers]
+        held = min(members, key=_exactness)
+        progress(f"{worst}; {held.name} stays as stated")
+        fit = _without(fit, held, worst)
+    return fit, found
+
+
+def _exactness(parameter: Parameter) -> float:
+    return parameter.share if parameter.positive else parameter.deviation
+
+
+def _without(fit: Fit, held: Parameter, along: Combination) -> Fit:
+    """Return the fit with a parameter at its nominal value, the others moved along."""
+    parameters, x = fit.vector.parameters, fit.x.copy()
+    k = parameters.index(held)
+    direction = np.array([along.powers.get(p.name, 0.0) / _exactness(p) for p in parameters])
+    direction[[p.scope is Scope.RUN for p in parameters]] = 0.0
+    x -= x[k] / direction[k] * direction
+    kept = np.delete(np.arange(len(x)), k)
+    vector = ParameterVector(tuple(parameters[i] for i in kept))
+    return settled(replace(fit.estimator, vector=vector), x[kept])

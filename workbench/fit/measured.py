@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle
 from workbench.errors import InputError
-from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Mode
+from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
+from workbench.sim import SAMPLE_RATE_HZ
 from workbench.timeseries import TimeSeries
 
-__all__ = ["PLACES", "MeasuredRun", "measured_run"]
+__all__ = ["PLACES", "MeasuredRun", "measured_run", "paced"]
 
 PLACES: dict[Mode, tuple[str, ...]] = {
     "clamped": (TOP[0], TOP[2]),
@@ -24,6 +26,8 @@ PLACES: dict[Mode, tuple[str, ...]] = {
 
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
+_LEAST_S = 0.5
+_PACE = 0.01  # by how much the cameras' rate may differ from the observer's
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,20 +80,23 @@ class MeasuredRun:
         return np.array([np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else np.nan
                          for c in seen.T])  # fmt: skip
 
-    def noise(self) -> NDArray[np.float64]:
+    def noise(self, channels: Sequence[str] = ()) -> NDArray[np.float64]:
         """Return the standard deviation of white noise in each channel, (c,) [m] or [rad].
+
+        Args:
+            channels: names; those that are compared where left out.
 
         From third differences, which no motion of the robot survives at 120 Hz: their variance is
         20 times that of the noise. The median makes it deaf to impacts.
         """
-        chosen = self.motion.select(self.channels)
+        chosen = self.motion.select(channels or self.channels)
         found = []
         for k, name in enumerate(chosen.names):
             seen = np.where(chosen.valid[:, k], chosen.values[:, k], np.nan)
             third = np.diff(seen, 3)
             third = np.abs(third[np.isfinite(third)])
             sigma = 1.4826 * float(np.median(third)) / np.sqrt(20) if len(third) else np.nan
-            floor = _LEAST_NOISE_RAD if name == ROTOR_ANGLE else _LEAST_NOISE_M
+            floor = _LEAST_NOISE_RAD if name in (ROTOR_ANGLE, PITCH) else _LEAST_NOISE_M
             found.append(max(sigma, floor) if np.isfinite(sigma) else floor)
         return np.array(found)
 
@@ -118,3 +125,27 @@ def measured_run(bundle: Bundle) -> MeasuredRun:
         height=release.get("height_m", 0.0),
         role=facts["role"],
     )
+
+
+def paced(run: MeasuredRun) -> MeasuredRun:
+    """Return a run at the observer's rate: every so many samples, missing ones not valid.
+
+    Raises:
+        InputError: when its own rate is no multiple of that, or it is too short.
+    """
+    name, motion, times = run.name, run.motion, run.motion.times
+    if len(times) < 2 or times[-1] < _LEAST_S:
+        raise InputError(f"{name}: less than {_LEAST_S:g} s were seen after the first motion")
+    step = float(np.median(np.diff(times)))
+    every = max(1, round(1 / (SAMPLE_RATE_HZ * step)))
+    if abs(every * step * SAMPLE_RATE_HZ - 1) > _PACE:
+        raise InputError(
+            f"{name}: {1 / step:.0f} samples a second; the observer takes a multiple of "
+            f"{SAMPLE_RATE_HZ}"
+        )
+    own, step = step, step * every
+    grid = times[0] + step * np.arange(int((times[-1] - times[0] + own / 2) / step) + 1)
+    nearest = np.clip(np.searchsorted(times, grid - own / 2), 0, len(times) - 1)
+    there = np.abs(times[nearest] - grid) < own / 2
+    valid = motion.valid[nearest] & there[:, None]
+    return replace(run, motion=TimeSeries(grid, motion.values[nearest], motion.names, valid))

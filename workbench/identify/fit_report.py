@@ -10,7 +10,6 @@ import numpy as np
 from workbench.bundle import Bundle, sha256
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
-from workbench.identify.contact import Contact
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.identification import Identification
 from workbench.identify.pairs import simulated_pair
@@ -27,28 +26,22 @@ _DIGEST = 12  # digits of a hash that a reader compares
 
 def report_fit(
     path: Path,
-    found: Identification | Contact,
+    found: Identification,
     runs: Sequence[MeasuredRun],
     robot: Robot,
     validation: Validation,
     provenance: Mapping[str, str],
-) -> Path | None:
+) -> Path:
     """Write the report of a fit as one HTML page and return its path.
 
     Args:
         path: the `.html` file; one that is there is replaced.
-        found: the fit of the beam or of the ground; of one that fitted nothing nothing is written.
+        found: the fit.
         runs: fitted and held out; the first hop among them is shown beside its simulation.
         robot: as fitted.
         validation: on the runs that were held out.
         provenance: rows of what the fit was made from.
     """
-    contact = None
-    if isinstance(found, Contact):
-        if found.solution is None:
-            return None
-        contact = _untold(found)
-        found = _as_identification(found)
     used = [run for run in found.runs if run.mode in ("clamped", "decay")]
     hop = next((run for run in runs if run.mode == "hop"), None)
     write_identification(
@@ -57,7 +50,6 @@ def report_fit(
         _resonances(used),
         _damping(used),
         _validated(validation),
-        contact,
         hop=None if hop is None else simulated_pair(hop, robot),
         provenance=provenance,
     )
@@ -79,26 +71,6 @@ def made_from(
         )
     versions = bundles[0].manifest["versions"]
     return rows | {"versions": ", ".join(f"{name} {version}" for name, version in versions.items())}
-
-
-def _as_identification(found: Contact) -> Identification:
-    assert found.solution is not None
-    told = set(found.not_determined.values())
-    return Identification(
-        estimates=found.estimates,
-        not_determined=(),
-        increments=found.solution.problem.robot.increments,
-        misfit=found.misfit,
-        runs=found.solution.problem.runs,
-        warnings=tuple(text for text in found.warnings if text not in told),
-        solution=found.solution,
-    )
-
-
-def _untold(found: Contact) -> Part | None:
-    rows = list(found.not_determined.items())
-    text = "These parameters keep their stated values."
-    return Part(("Parameter", "Why the runs do not tell it"), rows, text) if rows else None
 
 
 def _resonances(runs: Sequence[MeasuredRun]) -> Resonances | None:
@@ -126,9 +98,9 @@ def _validated(validation: Validation) -> Part | None:
         "mean square in mm: of a perfect model (noise), of the stated and of the fitted one; and "
         "the share of what could be removed that is gone."
     )
-    hops = " ".join(_hops(run) for run in validation.runs if run.stated_events)
     heads = ("Run", "Point", "Noise", "Stated", "Fitted", "Removed")
-    return Part(heads, rows, f"{text} {hops}".strip())
+    told = " ".join(sentence for run in validation.runs if (sentence := _predicted(run)))
+    return Part(heads, rows, f"{text} {told}".strip())
 
 
 def _row(name: str, point: PointError) -> tuple[str, ...]:
@@ -137,10 +109,10 @@ def _row(name: str, point: PointError) -> tuple[str, ...]:
     return (name, point.point, *(f"{error:.3f}" for error in errors), removed)
 
 
-def _hops(run: RunValidation) -> str:
+def _predicted(run: RunValidation) -> str:
     told = "; ".join(
-        f"{old.name} {old.measured:.4g} \N{PLUS-MINUS SIGN} {new.error:.2g} measured, "
-        f"{old.simulated:.4g} stated, {new.simulated:.4g} fitted"
-        for old, new in zip(run.stated_events, run.fitted_events, strict=True)
+        f"{ahead} s ahead {stated:.3g} mm stated, {fitted:.3g} mm fitted"
+        for ahead, (stated, fitted) in run.predicted.items()
+        if stated is not None and fitted is not None
     )
-    return f"Its hops after {run.window:.1f} s, {run.name}: {told}."
+    return f"Predicted from the observed state, {run.name}: {told}." if told else ""

@@ -1,4 +1,8 @@
-"""From runs to parameters: what is told, how surely, and what is not."""
+"""From runs to parameters: what is told, how surely, and what is not.
+
+The question is put to `workbench.fit`: the runs that tell of the named parameters are observed
+together, and the parameters fitted. What the runs do not tell apart is held and said.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +11,46 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from workbench.errors import InputError, did_you_mean
-from workbench.fit.measured import MeasuredRun
-from workbench.identify.determinacy import Combination
-from workbench.identify.intervals import bootstrap
-from workbench.identify.leftover import leftover
-from workbench.identify.pairs import run_misfits
-from workbench.identify.solution import Solution
-from workbench.identify.solve import BOUND, Fit, fit_runs
+from workbench.errors import InputError
+from workbench.fit import (
+    Combination,
+    Fit,
+    Hopper,
+    MeasuredRun,
+    Parameter,
+    ParameterVector,
+    Scope,
+    covariance,
+    fit_system,
+    free_parameters,
+    intervals,
+    told_apart,
+    warnings_of,
+)
 from workbench.progress import Progress
-from workbench.protocol import UNITS, ModelFile, ShapeFile
-from workbench.sim import make_robot
+from workbench.protocol import ModelFile, ShapeFile
+from workbench.sim import Robot, make_robot
 
-__all__ = ["BEAM", "Estimate", "Identification", "estimates_of", "identify"]
+__all__ = ["BEAM", "FOOT", "Estimate", "Identification", "identify"]
 
 BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 """k, kT, d and dT of the thesis, section 4.4."""
+FOOT = (
+    "ground_stiffness", "ground_damping", "friction_slide", "friction_stick", "friction_threshold",
+    "foot_mass", "foot_length",
+)  # fmt: skip
+"""Parameters that only runs with a free foot tell (thesis, 3.3.2 and 4.5)."""
 
 _NEAR_BOUND = 0.98
-_MODES = ("clamped", "decay")
-"""Hopping is chaotic, and tells of the ground first."""
+_CLAMPED = ("clamped", "decay")
+_FREE = ("drop", "hop")
+_FRICTION_RUN = "add a hop at a speed at which the robot travels"
+_GROUND_RUN = "add a drop, or a hop whose foot leaves the ground"
+_ADVICE = {
+    "ground_stiffness": _GROUND_RUN, "ground_damping": _GROUND_RUN,
+    "friction_slide": _FRICTION_RUN, "friction_stick": _FRICTION_RUN,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -37,11 +59,12 @@ class Estimate:
 
     Args:
         value: best fit.
-        low: 5 % of the redrawn fits lie below.
-        high: 5 % lie above.
+        low: lower end of the interval.
+        high: its upper end.
         unit: of all three.
         stated: what the model said before.
         tolerance: what the model said about its own error.
+        at_bound: whether the fit wanted to leave the third to three times of the stated value.
     """
 
     value: float
@@ -50,16 +73,12 @@ class Estimate:
     unit: str
     stated: float
     tolerance: float
+    at_bound: bool = False
 
     @property
     def half_width(self) -> float:
         """Return half the interval."""
         return (self.high - self.low) / 2
-
-    @property
-    def at_bound(self) -> bool:
-        """Tell whether the fit wanted to leave the third to three times of the stated value."""
-        return bool(abs(np.log(self.value / self.stated)) > _NEAR_BOUND * np.log(BOUND))
 
     def as_json(self) -> dict[str, Any]:
         """Return value, interval and unit as the command line prints them."""
@@ -73,27 +92,29 @@ class Identification:
 
     Args:
         estimates: by parameter.
+        values: every fitted parameter, those that carry a combination included.
         not_determined: what the runs leave open; those parameters keep their stated values, but
             for one of each product or ratio, which carries it.
-        increments: of the beam that was fitted.
-        misfit: root mean square of measured less simulated, in noise deviations; one is perfect.
-        runs: that were fitted.
+        misfits: run -> root mean square of the innovations over the cameras' noise; one is perfect.
         warnings: as whole sentences.
-        solution: the fit itself.
+        runs: that were fitted.
+        robot: as fitted.
+        fit: of them.
     """
 
     estimates: Mapping[str, Estimate]
-    not_determined: tuple[Combination, ...]
-    increments: int
-    misfit: float
-    runs: tuple[MeasuredRun, ...]
+    values: Mapping[str, float]
+    not_determined: tuple[str, ...]
+    misfits: Mapping[str, float]
     warnings: tuple[str, ...]
-    solution: Solution
+    runs: tuple[MeasuredRun, ...]
+    robot: Robot
+    fit: Fit
 
     @property
-    def values(self) -> dict[str, float]:
-        """Return every fitted parameter, those that carry a combination included."""
-        return self.solution.problem.values(self.solution.x)
+    def misfit(self) -> float:
+        """Return the root mean square of the runs' misfits."""
+        return float(np.sqrt(np.mean(np.square(list(self.misfits.values())))))
 
 
 def identify(
@@ -102,134 +123,125 @@ def identify(
     shape: ShapeFile,
     names: Sequence[str] = BEAM,
     *,
-    seed: int = 0,
     progress: Progress = lambda text: None,
     threads: int = 0,
 ) -> Identification:
     """Fit parameters of a model to measured runs.
 
     Args:
-        runs: those clamped and in decay are fitted together; of others nothing is taken.
+        runs: of any modes; those that tell of the named parameters are fitted together.
         model: the start, with its tolerances.
         shape: of the beam in the runs.
         names: of the parameters; the others stay as stated.
-        seed: of the bootstrap.
         progress: is told each stage.
         threads: 0 takes all cores.
 
     Raises:
         InputError: an unknown or unfit parameter, no runs, or runs that tell none of them.
     """
-    tolerances = _tolerances(model, names)
-    fitting = [run for run in runs if run.mode in _MODES]
-    if not fitting:
-        modes = ", ".join(sorted({run.mode for run in runs})) or "none"
-        raise InputError(
-            f"nothing to fit: runs of mode {' or '.join(_MODES)} with role train are needed, given "
-            f"are {modes}. protocols/clamped-sweep.yaml and protocols/free-decay.yaml make some"
-        )
-    robot = make_robot(model.values(), shape, model.increments)
-    return _judged(fit_runs(fitting, robot, tolerances, progress, threads), model, seed)
-
-
-def estimates_of(
-    solution: Solution,
-    redrawn: NDArray[np.float64],
-    model: ModelFile,
-    without: Collection[str] = (),
-) -> dict[str, Estimate]:
-    """Return the fitted parameters with their intervals.
-
-    Args:
-        solution: where the fit ended.
-        redrawn: (draws, names) parameters as logarithms of their share of the stated value.
-        model: the start.
-        without: parameters that the runs do not tell.
-    """
-    low, high = np.percentile(redrawn, [5, 95], axis=0)
-    found: dict[str, Estimate] = {}
-    for k, name in enumerate(solution.problem.names):
-        if name in without:
-            continue
-        stated = model.values()[name]
-        value, least, most = (stated * float(np.exp(v)) for v in (solution.x[k], low[k], high[k]))
-        tolerance = getattr(model.parameters, name).tolerance
-        found[name] = Estimate(value, least, most, UNITS[name], stated, tolerance)
-    return found
-
-
-def _judged(fit: Fit, model: ModelFile, seed: int) -> Identification:
-    """Return the answer: what the fit is worth, and what speaks against it."""
-    solution = fit.solution
-    members = {name for one in fit.open for name in one.names}
-    estimates = estimates_of(solution, bootstrap(fit.meshed or solution, seed), model, members)
-    return Identification(
-        estimates=estimates,
-        not_determined=fit.open,
-        increments=solution.problem.robot.increments,
-        misfit=solution.misfit,
-        runs=solution.problem.runs,
-        warnings=tuple(_warnings(estimates, fit.open, solution, model)),
-        solution=solution,
-    )
-
-
-def _tolerances(model: ModelFile, names: Sequence[str]) -> dict[str, float]:
-    """Return the tolerance of each named parameter as a share of its value."""
-    found: dict[str, float] = {}
-    for name in names:
-        if name not in UNITS:
-            hint = did_you_mean(name, UNITS)
-            raise InputError(f"parameter {name!r} is unknown{hint}; there are {', '.join(UNITS)}")
-        parameter = getattr(model.parameters, name)
-        if parameter.value <= 0:
-            raise InputError(
-                f"parameter {name} is {parameter.value:g} in model {model.name!r}; "
-                "a fit starts above zero, state a positive value"
-            )
-        if parameter.tolerance == 0:
-            raise InputError(
-                f"parameter {name} has tolerance 0 in model {model.name!r}: it is known exactly; "
-                "state how far it may be off to have it fitted"
-            )
-        found[name] = parameter.tolerance / parameter.value
-    if not found:
+    if not names:
         raise InputError("no parameter is named; --fit takes names, for example hinge_stiffness")
+    free = free_parameters(model, names)
+    used = runs_that_tell(names, runs)
+    robot = make_robot(model.values(), shape, model.increments)
+    system = Hopper(robot, used, free)
+    fit = fit_system(system, ParameterVector(system.parameters), progress=progress, threads=threads)
+    fit, open_ = told_apart(fit, progress)
+    members = {name for one in open_ for name in one.names}
+    estimates = _estimates(fit, model, members)
+    values = {
+        p.name: value for p, value in fit.vector.values(fit.x).items() if p.scope is not Scope.RUN
+    }
+    if not values:
+        raise InputError("the runs tell none of the parameters: " + "; ".join(_said(open_)))
+    return Identification(
+        estimates, values, tuple(_said(open_)), _misfits(fit),
+        tuple(_warnings(estimates, fit)), tuple(used), system.robot_with(fit.vector.values(fit.x)),
+        fit,
+    )  # fmt: skip
+
+
+def runs_that_tell(names: Collection[str], runs: Sequence[MeasuredRun]) -> list[MeasuredRun]:
+    """Return the runs that are fitted for some parameters.
+
+    Parameters of foot and ground need a free foot; for those of beam and rotor clamped runs are
+    taken where there are some, because a ground that is stated wrongly would pull at them.
+
+    Raises:
+        InputError: when there are none.
+    """
+    free = [run for run in runs if run.mode in _FREE]
+    clamped = [run for run in runs if run.mode in _CLAMPED]
+    ground = [name for name in names if name in FOOT]
+    if ground and not free:
+        raise InputError(
+            f"{', '.join(ground)}: no run touches the ground; runs of mode drop or hop with role "
+            "train tell of it, for example `workbench run protocols/drop.yaml`"
+        )
+    if len(ground) == len(names):
+        return free
+    chosen = list(runs) if ground else clamped or free
+    if not chosen:
+        raise InputError(
+            "nothing to fit: no run has role train. protocols/clamped-sweep.yaml and "
+            "protocols/free-decay.yaml make some"
+        )
+    return chosen
+
+
+def _estimates(fit: Fit, model: ModelFile, without: Collection[str]) -> dict[str, Estimate]:
+    """Return the fitted parameters with their intervals, but for some that the runs do not tell."""
+    found: dict[str, Estimate] = {}
+    told = intervals(fit, covariance(fit))
+    for parameter, one in told.items():
+        if parameter.scope is Scope.RUN or parameter.name in without:
+            continue
+        stated = getattr(model.parameters, parameter.name)
+        found[parameter.name] = Estimate(
+            one.value, one.low, one.high, parameter.unit, stated.value, stated.tolerance,
+            _at_bound(parameter, one.value),
+        )  # fmt: skip
     return found
 
 
-def _warnings(
-    estimates: Mapping[str, Estimate],
-    open_: Sequence[Combination],
-    solution: Solution,
-    model: ModelFile,
-) -> list[str]:
-    warnings = [str(one) for one in open_]
+def _at_bound(parameter: Parameter, value: float) -> bool:
+    reach = np.log(parameter.high / parameter.nominal)
+    return bool(abs(np.log(value / parameter.nominal)) > _NEAR_BOUND * reach)
+
+
+def _said(open_: Sequence[Combination]) -> list[str]:
+    """Return each combination in words, and which run would tell it."""
+    said = []
+    for one in open_:
+        advice = dict.fromkeys(_ADVICE[name] for name in one.names if name in _ADVICE)
+        said.append("; ".join([str(one), *advice]))
+    return said
+
+
+def _misfits(fit: Fit) -> dict[str, float]:
+    system = fit.estimator.system
+    return {
+        name: float(np.sqrt(np.nanmean((one.error[: one.sane] / system.sigma(k)) ** 2)))
+        for k, (name, one) in enumerate(zip(system.names, fit.innovations, strict=True))
+    }
+
+
+def _warnings(estimates: Mapping[str, Estimate], fit: Fit) -> list[str]:
+    warnings = []
     for name, estimate in estimates.items():
         if estimate.at_bound:
             warnings.append(
-                f"{name} ends at its bound, {estimate.value:.4g} {estimate.unit}, {BOUND:g} times "
-                "off its stated value; the model lacks something, or the stated value is wrong"
+                f"{name} ends at its bound, {estimate.value:.4g} {estimate.unit}, a third or three "
+                "times its stated value; the model lacks something, or the stated value is wrong"
             )
         elif abs(estimate.value - estimate.stated) > 3 * estimate.tolerance:
             warnings.append(
                 f"{name} is {estimate.value:.4g} {estimate.unit}, more than three tolerances "
                 f"from the stated {estimate.stated:.4g}"
             )
-    increments = solution.problem.robot.increments
-    if increments != model.increments:
+    if not fit.converged:
         warnings.append(
-            f"a beam of {model.increments} increments cannot follow these runs; they are fitted "
-            f"with {increments}, and the new model says so"
+            "the fit had not come to rest after its last round; values may still move by more than "
+            "their intervals"
         )
-    left = leftover(solution)
-    if left.is_more_than_noise:
-        misfits = run_misfits(solution)
-        worst = max(misfits, key=misfits.__getitem__)
-        warnings.append(
-            f"the model lacks something that the runs show: it misses them by {left.misfit:.3f} "
-            f"times the noise, where noise alone leaves {left.noise:.3f} \N{PLUS-MINUS SIGN} "
-            f"{left.noise * left.error:.3f}, most in {worst} ({misfits[worst]:.2f} times); values "
-            "and intervals do not know of it. `workbench diagnose` looks for what it is"
-        )
-    return warnings
+    return warnings + warnings_of(fit)

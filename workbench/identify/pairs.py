@@ -9,14 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.fit.measured import MeasuredRun
-from workbench.identify.solution import Solution, root_mean_square
+from workbench.fit import Fit, MeasuredRun
 from workbench.motion import time_zero
 from workbench.sim import Condition, Robot, linear_modes, sample_times, simulate, staircase
 from workbench.timeseries import TimeSeries
 
 __all__ = ["FrequencySurface", "Pair", "fitted_pairs", "frequency_surface", "label",
-           "run_misfits", "simulated_pair"]  # fmt: skip
+           "simulated_pair"]  # fmt: skip
 
 _REST_S = 0.6
 _AFTER_S = 0.2
@@ -56,30 +55,23 @@ def label(run: MeasuredRun) -> str:
     return f"dropped by {1000 * run.height:.3g} mm"
 
 
-def fitted_pairs(solution: Solution) -> list[Pair]:
-    """Return each fitted run beside the simulation that the fit ended with.
+def fitted_pairs(fit: Fit, runs: Sequence[MeasuredRun]) -> list[Pair]:
+    """Return each fitted run beside the free simulation with the values of the fit.
 
-    Start, lag, gain and places are those of the fit, so what is left is the model's. Where a
+    Its start and its rotor's angle are those of the fit, so what is left is the model's. Where a
     sample was not seen, both sides are NaN.
     """
-    problem = solution.problem
+    system = fit.estimator.system
+    free = fit.estimator.with_noise(dict.fromkeys(system.groups, 0.0)).innovations(fit.x)
     pairs = []
-    for run, seen, parted in zip(problem.runs, problem.seen, solution.by_run, strict=True):
-        measured = np.where(seen.valid, seen.values, np.nan)
-        simulated = measured - parted * seen.sigma
+    for k, (run, one) in enumerate(zip(runs, free, strict=True)):
+        names, seen = tuple(system.channels_of(k)), system.seen(k)
+        times = run.motion.times[-len(seen) :]
         pairs.append(Pair(run.name, label(run), *(
-            TimeSeries(seen.times, values, run.channels, seen.valid)
-            for values in (measured, simulated)
+            TimeSeries(times, values, names, np.isfinite(values))
+            for values in (seen, seen - one.error)
         )))  # fmt: skip
     return pairs
-
-
-def run_misfits(solution: Solution) -> dict[str, float]:
-    """Return the root mean square of each run's residuals in noise deviations, by name."""
-    runs = solution.problem.runs
-    return {
-        run.name: root_mean_square(left) for run, left in zip(runs, solution.by_run, strict=True)
-    }
 
 
 def simulated_pair(run: MeasuredRun, robot: Robot) -> Pair:

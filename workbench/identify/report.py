@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
@@ -22,7 +21,7 @@ from workbench.identify.figures import (
     sweep_figure,
 )
 from workbench.identify.identification import Identification
-from workbench.identify.pairs import Pair, fitted_pairs, frequency_surface, run_misfits
+from workbench.identify.pairs import Pair, fitted_pairs, frequency_surface
 from workbench.identify.resonance import Resonances
 from workbench.identify.spectrum import Spectrum
 from workbench.review.drawing import as_svg
@@ -92,7 +91,6 @@ def write_identification(
     resonances: Resonances | None = None,
     damping: Sequence[ModeDamping] = (),
     validation: Part | None = None,
-    contact: Part | None = None,
     *,
     hop: Pair | None = None,
     provenance: Mapping[str, str] | None = None,
@@ -105,7 +103,6 @@ def write_identification(
         resonances: of the same runs.
         damping: of the ring-downs among them.
         validation: on runs that were not fitted.
-        contact: parameters of the ground.
         hop: a hopping run and its simulation, for figure 4.5.
         provenance: rows of what the fit was made from: bundles, hashes, versions.
     """
@@ -113,7 +110,6 @@ def write_identification(
         ("Warnings", _warnings(identification)),
         ("Parameters", _parameters(identification)),
         ("Not determined", _open(identification)),
-        ("Ground contact", _part(contact)),
         ("Validation", _validation(validation)),
         ("Misfit of each run", _misfits(identification)),
         ("Measured and simulated", _pairs(identification)),
@@ -123,7 +119,7 @@ def write_identification(
         ("Damping", _damping(damping)),
         ("Made from", _lines((provenance or {}).items())),
     ]
-    runs = f"{len(identification.runs)} runs, beam of {identification.increments} increments"
+    runs = f"{len(identification.runs)} runs, beam of {identification.robot.increments} increments"
     write_page(path, "Identification of the robot", runs, _verdict(identification), sections)
 
 
@@ -145,25 +141,27 @@ def _parameters(found: Identification) -> Markup:
 
 
 def _warnings(found: Identification) -> Markup:
-    told_below = {str(one) for one in found.not_determined}
-    return warning_list(text for text in found.warnings if text not in told_below)
+    return warning_list(found.warnings)
 
 
 def _open(found: Identification) -> Markup:
-    return warning_list(str(one) for one in found.not_determined)
+    return warning_list(found.not_determined)
 
 
 def _misfits(found: Identification) -> Markup:
-    rows = [(name, f"{misfit:.2f}") for name, misfit in run_misfits(found.solution).items()]
+    rows = [(name, f"{misfit:.2f}") for name, misfit in found.misfits.items()]
+    noise = ", ".join(f"{value:.2g} at the {group}" for group, value in
+                      found.fit.estimator.noise.items())  # fmt: skip
     words = Markup(
-        "<p>Root mean square of measured less simulated, in standard deviations of the cameras' "
-        "noise; 1 is as good as can be.</p>"
-    )
+        "<p>Root mean square of what was seen less what was predicted one sample ahead, in "
+        "standard deviations of the cameras' noise; 1 is as good as can be. Process noise, what "
+        "the model lacks in N m sqrt(s) and N sqrt(s): {}.</p>"
+    ).format(noise)
     return words + table(rows, ("Run", "Misfit in noise deviations"))
 
 
 def _pairs(found: Identification) -> Markup:
-    pairs = fitted_pairs(found.solution)
+    pairs = fitted_pairs(found.fit, found.runs)
     clamped = [p for p, run in zip(pairs, found.runs, strict=True) if run.mode == "clamped"]
     chosen = _spread(clamped or pairs)
     return _drawn(
@@ -188,10 +186,8 @@ def _surface(found: Identification, resonances: Resonances | None) -> Markup:
         for e in needed
         if e is not None
     ]
-    robot = found.solution.problem.robot
-    fitted = replace(robot, values=dict(robot.values) | found.values)
     angle = next((run.start_angle for run in found.runs if run.mode == "decay"), None)
-    surface = frequency_surface(fitted, grids[0].tolist(), grids[1].tolist(), angle)
+    surface = frequency_surface(found.robot, grids[0].tolist(), grids[1].tolist(), angle)
     return _drawn(
         figure_4_3(surface, found.estimates, _longitudinal(resonances)), "figure-4-3",
         "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the "

@@ -1,42 +1,49 @@
 """Validation: how far two models are from runs that no fit has seen (thesis, 4.5 and 4.6).
 
-Each run is simulated with the stated and with the fitted model. Both may choose what nobody wrote
-down about the run, when it began and how its motor ran, and no parameter; a wrong model gets the
-same benefit of the doubt. Clamped, decay and drop runs are compared whole; a hop is compared up to
-its first hops, and by the statistics of its hops from there on, since what it does then cannot be
-reproduced even by the robot itself.
+Each run is simulated freely with the stated and with the fitted model, its rotor turned as it was
+seen to turn. Both may choose what nobody wrote down about the run, such as when it was let go, and
+no parameter; a wrong model gets the same benefit of the doubt. Clamped, decay and drop runs are
+compared whole, a hop up to its first hops: what it does then cannot be reproduced even by the robot
+itself. How well it was predicted is told for every run, from the observed state some time ahead.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.measured import MeasuredRun
-from workbench.identify.events import EventTest, compare_events, twins
-from workbench.identify.excitation import first_slip
-from workbench.identify.problem import LEAD_S, Problem
-from workbench.identify.solution import ROBUST
-from workbench.motion import FOOT, TOP
+from workbench.fit import (
+    Estimator,
+    Hopper,
+    MeasuredRun,
+    ParameterVector,
+    paced,
+    refined,
+    settled,
+)
+from workbench.fit.prediction import prediction_errors
+from workbench.fit.state import observed
+from workbench.motion import FOOT, position
 from workbench.protocol import ModelFile, ShapeFile
-from workbench.sim import Robot, make_robot, simulate_all
+from workbench.sim import Robot, make_robot
 
-__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "validate"]
+__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "first_slip", "validate"]
 
 NOT_VALIDATED = (
     "nothing was validated: no run has role held_out; give one run of each kind that role and "
     "repeat"
 )
 
-_AFTER_SLIP_S = 0.75
+_AFTER_SLIP_S = 0.75  # the first hops
 _MOST_HOP_S = 3.0
+_LOW_M = 1e-3  # above its rest: a foot this low stands on all its corners
+_SLIPPED_M = 1e-3
+_SMOOTHED = 5  # samples of a running median; an impact lasts longer
 _REMOVABLE = 1.05  # times the noise: below this the stated model leaves nothing to remove
-_POINTS = {"foot": FOOT, "T": TOP}
 
 
 @dataclass(frozen=True)
@@ -92,16 +99,15 @@ class RunValidation:
         mode: what the robot did.
         window: how much of it was compared sample by sample [s].
         points: T, and the foot where it is free.
-        stated_events: of a hop from there on, the stated model's; empty where it does not hop.
-        fitted_events: the fitted model's.
+        predicted: time ahead [s] -> error of the stated and of the fitted model's predictions [mm],
+            camera noise included; None where the model cannot follow the run, or it is too short.
     """
 
     name: str
     mode: str
     window: float
     points: tuple[PointError, ...]
-    stated_events: tuple[EventTest, ...] = ()
-    fitted_events: tuple[EventTest, ...] = ()
+    predicted: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -141,9 +147,9 @@ class Validation:
                     "mode": run.mode,
                     "window_s": run.window,
                     "points": [point.as_json() for point in run.points],
-                    "events": {
-                        old.name: {"stated": old.as_json(), "fitted": new.as_json()}
-                        for old, new in zip(run.stated_events, run.fitted_events, strict=False)
+                    "prediction_mm": {
+                        ahead: {"stated": stated, "fitted": fitted}
+                        for ahead, (stated, fitted) in run.predicted.items()
                     },
                 }
                 for run in self.runs
@@ -151,7 +157,7 @@ class Validation:
         }
 
     def __str__(self) -> str:
-        """Return a table: each run's points, the hops' events, and all together."""
+        """Return a table: each run's points, its predictions, and all together."""
         pooled = self.pooled
         if pooled is None:
             return NOT_VALIDATED
@@ -159,9 +165,8 @@ class Validation:
         for run in self.runs:
             lines += [_line(run.name, point) for point in run.points]
             lines += [
-                f"  {old.name:40}{old.measured:9.4g}{old.simulated:9.4g}{new.simulated:9.4g}"
-                f"  measured, stated, fitted; +- {new.error:.2g}"
-                for old, new in zip(run.stated_events, run.fitted_events, strict=False)
+                f"{'  ' + ahead + ' s ahead':32}{'[mm]':10}{'':9}{_mm(stated):>9}{_mm(fitted):>9}"
+                for ahead, (stated, fitted) in run.predicted.items()
             ]
         return "\n".join([*lines, _line("all", pooled)])
 
@@ -172,7 +177,6 @@ def validate(
     fitted: ModelFile,
     shape: ShapeFile,
     *,
-    seed: int = 0,
     threads: int = 0,
 ) -> Validation:
     """Compare a stated and a fitted model on runs that were held out.
@@ -182,7 +186,6 @@ def validate(
         stated: the model before the fit.
         fitted: the model after it, best read again from its file.
         shape: of the beam in the runs.
-        seed: of the twins' starts, for the statistics of the hops.
         threads: 0 takes all cores.
 
     Raises:
@@ -195,75 +198,79 @@ def validate(
                 "held_out only, since a fit has seen the others"
             )
     robots = [make_robot(m.values(), shape, m.increments) for m in (stated, fitted)]
-    return Validation(tuple(_validated(run, robots, seed, threads) for run in runs))
+    return Validation(tuple(_validated(paced(run), robots, threads) for run in runs))
 
 
-def _validated(run: MeasuredRun, robots: Sequence[Robot], seed: int, threads: int) -> RunValidation:
+def first_slip(run: MeasuredRun) -> float:
+    """Return when the foot, low on the ground, was first out of its place [s]; inf if never."""
+    path = position(run.motion, FOOT)[:, [0, 2]]
+    seen = np.isfinite(path).all(axis=1)
+    times, path = run.motion.times[seen], path[seen]
+    if len(times) < _SMOOTHED:
+        return float("inf")
+    still = times <= 0
+    path = path - (np.median(path[still], axis=0) if still.any() else path[0])
+    x, z = np.median(np.lib.stride_tricks.sliding_window_view(path, _SMOOTHED, axis=0), axis=-1).T
+    edge = _SMOOTHED // 2
+    times = times[edge:-edge]
+    standing = (times > 0) & (z < _LOW_M)
+    out = standing & (np.abs(x) > _SLIPPED_M)
+    if not out.any():
+        return float("inf")
+    # it left its place in the air, at the end of the last time that it stood in it
+    stood = standing & (np.abs(x) < _SLIPPED_M / 2) & (times < times[out][0])
+    return float(times[stood][-1]) if stood.any() else 0.0
+
+
+def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunValidation:
     window = float(run.motion.times[-1])
     if run.mode == "hop":
         window = min(window, _MOST_HOP_S, first_slip(run) + _AFTER_SLIP_S)
-    problems = [Problem([run], robot, (), window, threads) for robot in robots]
-    ends = [_own_unknowns(problem) for problem in problems]
-    errors = [_distances(p, x) for p, x in zip(problems, ends, strict=True)]
+    part = replace(run, motion=run.motion.between(-np.inf, window))
+    apart = [_distances(part, robot, threads) for robot in robots]
+    system = Hopper(robots[0], [part])
     points = tuple(
-        _point(problems[0], name, errors[0][name], errors[1][name]) for name in errors[0]
+        _point(system, k, name, *(one[name] for one in apart)) for k, name in enumerate(apart[0])
     )
-    events: list[tuple[EventTest, ...]] = [(), ()]
-    if run.mode == "hop":
-        whole = [Problem([run], robot, (), threads=threads) for robot in robots]
-        events = [_events(p, x, window, seed) for p, x in zip(whole, ends, strict=True)]
-        if not all(events):
-            events = [(), ()]
-    return RunValidation(run.name, run.mode, window, points, *events)
+    told = [_predictions(run, robot) for robot in robots]
+    ahead = {key: (told[0].get(key), told[1].get(key)) for key in {**told[0], **told[1]}}
+    return RunValidation(run.name, run.mode, window, points, ahead)
 
 
-def _events(
-    problem: Problem, x: NDArray[np.float64], start: float, seed: int
-) -> tuple[EventTest, ...]:
-    jobs = [(problem.robot, condition) for condition in twins(problem.condition(0, x), seed)]
-    done = simulate_all(jobs, problem.threads)
-    motions = [simulation.motion.shifted(-LEAD_S) for simulation in done]
-    return compare_events(problem.runs[0], motions, start, seed)
+def _distances(run: MeasuredRun, robot: Robot, threads: int) -> dict[str, NDArray[np.float64]]:
+    """Return the distance of each point at each sample, (n,) [m], NaN where it was not seen.
+
+    Without process noise nothing is corrected: this is the free simulation. What only the run knows
+    is what this model explains it best by.
+    """
+    system = Hopper(robot, [run])
+    vector = ParameterVector(system.parameters)
+    x = np.zeros(len(vector))
+    estimator = refined(Estimator.of(system, vector, system.strong, threads=threads), x)
+    free = settled(estimator.with_noise(dict.fromkeys(system.groups, 0.0)), x)
+    (one,) = free.innovations
+    names = ("T",) if len(run.places) == 2 else ("foot", "T")
+    return {name: np.hypot(*one.error[:, 2 * k : 2 * k + 2].T) for k, name in enumerate(names)}
 
 
-def _own_unknowns(problem: Problem) -> NDArray[np.float64]:
-    """Return what the run keeps to itself as this model explains it best, (u,)."""
-    found = scipy.optimize.least_squares(
-        problem.residuals,
-        problem.start,
-        jac=problem.jacobian,  # pyright: ignore[reportArgumentType]  # the stub omits functions
-        loss="soft_l1",
-        f_scale=ROBUST,
-        ftol=1e-4,
-        max_nfev=12,
-    )
-    return np.asarray(found.x)
-
-
-def _distances(problem: Problem, x: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-    """Return the distance of each point at each sample, (n,) [m], NaN where it was not seen."""
-    run, seen = problem.runs[0], problem.seen[0]
-    first = len(seen.rest)
-    parted = problem.residuals(x)[first : first + seen.values.size].reshape(seen.values.shape)
-    apart = np.where(seen.valid, parted * seen.sigma, np.nan)
-    return {
-        name: np.hypot(*(apart[:, run.channels.index(c)] for c in channels[::2]))
-        for name, channels in _POINTS.items()
-        if channels[0] in run.places
-    }
+def _predictions(run: MeasuredRun, robot: Robot) -> dict[str, float | None]:
+    """Return time ahead [s] -> error of a prediction [mm]; nothing where it cannot be observed."""
+    try:
+        told = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
+    except InputError:
+        return {}
+    return {f"{s:g}": float(mm) if np.isfinite(mm) else None for s, mm in told.items()}
 
 
 def _point(
-    problem: Problem, name: str, stated: NDArray[np.float64], fitted: NDArray[np.float64]
+    system: Hopper, k: int, name: str, stated: NDArray[np.float64], fitted: NDArray[np.float64]
 ) -> PointError:
-    run, seen = problem.runs[0], problem.seen[0]
-    index = [run.channels.index(channel) for channel in _POINTS[name][::2]]
-    path = np.where(seen.valid, seen.values, np.nan)[:, index]
+    path, sigma = system.seen(0)[:, 2 * k : 2 * k + 2], system.sigma(0)[2 * k : 2 * k + 2]
     return PointError(
         point=name,
         stated_mm=_rms_mm(stated),
         fitted_mm=_rms_mm(fitted),
-        noise_mm=1000 * float(np.hypot(*seen.sigma[index])),
+        noise_mm=1000 * float(np.hypot(*sigma)),
         amplitude_mm=_rms_mm(np.hypot(*(path - np.nanmean(path, axis=0)).T)),
         samples=int(np.isfinite(stated).sum()),
     )
@@ -295,3 +302,7 @@ def _line(name: str, point: PointError) -> str:
         f"{name[:32]:32}{point.point + ' [mm]':10}{point.noise_mm:9.3f}{point.stated_mm:9.3f}"
         f"{point.fitted_mm:9.3f}{removed}"
     )
+
+
+def _mm(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3f}"

@@ -180,7 +180,7 @@ class Hopper:
         Raises:
             InputError: when the values cannot be simulated, in however short steps.
         """
-        robot = self._robot(values)
+        robot = applied(self.robot_with(values), turning=False)
         while True:
             try:
                 return self._start(run, robot, values, coarse)
@@ -223,7 +223,8 @@ class Hopper:
             self._observation(run, model, data, bias), steps, lead, anchors(model),
         )  # fmt: skip
 
-    def _robot(self, values: Mapping[Parameter, float]) -> Robot:
+    def robot_with(self, values: Mapping[Parameter, float]) -> Robot:
+        """Return the robot with the values of the parameters that are not nominal."""
         own, effects = dict(self.robot.values), {n: dict(v) for n, v in self.robot.effects.items()}
         for parameter in self.free:
             value = values.get(parameter, parameter.nominal)
@@ -232,7 +233,7 @@ class Hopper:
                 effects.setdefault(effect, {})[quantity] = value
             else:
                 own[parameter.name] = value
-        return applied(replace(self.robot, values=own, effects=effects), turning=False)
+        return replace(self.robot, values=own, effects=effects)
 
     def _held(self, run: int) -> bool:
         return _clamped(self.runs[run])
@@ -336,7 +337,7 @@ def _seen(run: MeasuredRun) -> _Seen:
             f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
             "rest before its first motion"
         )
-    sigma = run.noise()[: len(channels)]
+    sigma = run.noise(channels)
     return _Seen(tuple(channels), first, values[first:], sigma, np.nanmedian(still, axis=0))
 
 

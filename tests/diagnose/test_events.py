@@ -3,13 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.identify.robots import SHAPE, changed, driven
-from workbench.fit.measured import MeasuredRun
-from workbench.identify.events import LEAST_HOPS, compare_events, hop_events, twins
-from workbench.identify.problem import LEAD_S, Problem
+from tests.identify.robots import LAG_S, REST_S, SHAPE, changed, driven
+from workbench.diagnose.events import LEAST_HOPS, compare_events, hop_events, twins
+from workbench.fit import MeasuredRun, commanded_speed
 from workbench.motion import FOOT
 from workbench.protocol import ModelFile
-from workbench.sim import make_robot, simulate_all
+from workbench.sim import Condition, make_robot, sample_times, simulate_all
 from workbench.timeseries import TimeSeries
 
 PERIOD_S, FLIGHT_S, APEX_M, STRIDE_M = 0.4, 0.2, 0.02, 0.01
@@ -27,10 +26,11 @@ def hopping(seconds: float) -> TimeSeries:
 
 
 def twins_of(run: MeasuredRun, model: ModelFile) -> list[TimeSeries]:
-    problem = Problem([run], make_robot(model.values(), SHAPE), ())
-    conditions = twins(problem.condition(0, problem.start))
-    done = simulate_all([(problem.robot, one) for one in conditions])
-    return [simulation.motion.shifted(-LEAD_S) for simulation in done]
+    times = sample_times(float(run.motion.times[-1]))
+    command = commanded_speed(times, run.steps, 1.0, LAG_S)
+    robot = make_robot(model.values(), SHAPE)
+    conditions = twins(Condition("hop", command, rest=REST_S))
+    return [one.motion for one in simulate_all([(robot, condition) for condition in conditions])]
 
 
 def test_hops_of_a_known_foot_are_told() -> None:
