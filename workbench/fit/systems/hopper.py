@@ -69,6 +69,7 @@ class Hopper:
         robot: everything that is not fitted stays as it is here.
         runs: measured.
         free: parameters of the model that are fitted.
+        candidates: parameter -> effect and quantity of an extension that are fitted as well.
         turned: (n,) angle of each run's rotor against T at every observed sample [rad]; None where
             nothing drives it.
     """
@@ -82,9 +83,11 @@ class Hopper:
         robot: Robot,
         runs: Sequence[MeasuredRun],
         free: Sequence[Parameter] = (),
+        candidates: Mapping[Parameter, tuple[str, str]] = MappingProxyType({}),
         turned: Sequence[Array | None] = (),
     ) -> None:
         self.robot, self.runs, self.free = replace(robot, planar=True), tuple(runs), tuple(free)
+        self.candidates = dict(candidates)
         self._seen = [_seen(run) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
@@ -97,13 +100,13 @@ class Hopper:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return what is fitted: the model's parameters, then those of single runs."""
+        """Return what is fitted: the model's parameters, candidates, then those of single runs."""
         pairs = (one for pair in (*self.place.values(), *self.phase.values()) for one in pair)
-        return (*self.free, *self.late.values(), *self.height.values(), *pairs)
+        return (*self.free, *self.candidates, *self.late.values(), *self.height.values(), *pairs)
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
-        return Hopper(self.robot, self.runs, self.free, turned)
+        return Hopper(self.robot, self.runs, self.free, self.candidates, turned)
 
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
@@ -227,12 +230,9 @@ class Hopper:
         """Return the robot with the values of the parameters that are not nominal."""
         own, effects = dict(self.robot.values), {n: dict(v) for n, v in self.robot.effects.items()}
         for parameter in self.free:
-            value = values.get(parameter, parameter.nominal)
-            if parameter.scope is Scope.CANDIDATE:
-                effect, _, quantity = parameter.name.partition(".")
-                effects.setdefault(effect, {})[quantity] = value
-            else:
-                own[parameter.name] = value
+            own[parameter.name] = values.get(parameter, parameter.nominal)
+        for parameter, (effect, quantity) in self.candidates.items():
+            effects.setdefault(effect, {})[quantity] = values.get(parameter, parameter.nominal)
         return replace(self.robot, values=own, effects=effects)
 
     def _held(self, run: int) -> bool:
