@@ -136,7 +136,7 @@ class _Run:
         return sysid.sysid_rollout(models=models, initial_states=starts, **others)
 
     def _at_rest(self, model: mujoco.MjModel, robot: Robot) -> NDArray[np.float64]:
-        _, data = settle(robot, "fixed", np.pi / 2, self.take.true_pull)
+        _, data = settle(robot, "fixed", np.pi / 2, (self.take.true_pull, 0.0))
         return sysid.create_initial_state(model, data.qpos, data.qvel, data.act)
 
 

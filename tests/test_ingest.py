@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.bundles import carried_out
 from workbench.bundle import verify
 from workbench.errors import FileFaults, InputError, TakeError
 from workbench.ingest import ingest_sheet
-from workbench.protocol import Sheet, load, load_shape
+from workbench.motion import TOP
+from workbench.protocol import Sheet, load, load_model, load_shape
+from workbench.sim import applied, make_robot, settle, unloaded
 
 HEAD = """\
 schema: workbench/sheet-1
@@ -165,7 +168,8 @@ def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Pat
         tmp_path, "  - {take: decay.csv, mode: decay, pull: 0.45 N, duration: 4 s}\n"
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert bundle.manifest["release"] == {"pull_N": 0.45, "height_m": 0.0, "standard_error": None}
+    told = {"pull_N": 0.45, "pull_up_N": 0.0, "height_m": 0.0, "standard_error": None}
+    assert bundle.manifest["release"] == told
     real, twin = (bundle.manifest[who]["displacement_m"] for who in ("real", "twin"))
     assert twin / real == pytest.approx(0.45 / 0.39, abs=0.02)
 
@@ -180,9 +184,39 @@ def test_the_direction_of_a_pull_is_found_in_the_data(tmp_path: Path, decay: Pat
     assert "T was pulled backwards, and so is the twin's" in bundle.manifest["warnings"]
 
 
+def test_a_pull_forward_and_up_starts_the_twin_where_both_hold_it(
+    tmp_path: Path, decay: Path
+) -> None:
+    (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
+    sheet = write_sheet(
+        tmp_path, "  - {take: decay.csv, mode: decay, pull: [0.3 N, -200 mN], duration: 4 s}\n"
+    )
+    (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
+    assert (bundle.manifest["pull_N"], bundle.manifest["pull_up_N"]) == (0.3, -0.2)
+    page = bundle.view("report").read_text(encoding="utf-8")
+    assert "T pulled forward with 0.3 N and upward with -0.2 N" in page
+    shape, model = load_shape("thesis-initial", tmp_path), load_model("thesis", tmp_path)
+    robot = make_robot(model.content.values(), shape.content)
+    angle = bundle.manifest["track"]["start_angle_rad"]
+    pulled, rest = (
+        settle(unloaded(applied(robot)), "fixed", angle, pull)[1].body("top").xpos[[0, 2]]
+        for pull in ((0.3, -0.2), (0.0, 0.0))
+    )
+    twin = bundle.read_series("twin")
+    started, ended = (
+        np.array([np.median(twin[name][part]) for name in (TOP[0], TOP[2])])
+        for part in (twin.times < -0.1, twin.times > 3.0)
+    )
+    assert started - ended == pytest.approx(pulled - rest, abs=3e-3)
+
+
 @pytest.mark.parametrize(
     ("run", "text"),
     [
+        (
+            "mode: decay, pull: [0.3 N]",
+            r"pull: two forces are meant, forward and up: \[0\.3 N, -0\.2 N\]",
+        ),
         ("mode: decay, omega: 17 rad/s", "mode decay has no drive; remove omega"),
         ("mode: drop, ramp: 1 s", "mode drop has no drive; remove ramp"),
         ("mode: drop, pull: 0.4 N", "mode drop has no pull, only mode decay has; remove it"),

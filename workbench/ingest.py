@@ -155,6 +155,7 @@ def _name(run: SheetRun) -> str:
 
 def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]:
     speed = _speed(sheet, run)
+    pull = run.pull if isinstance(run.pull, tuple) else (run.pull, None)
     return {
         "kind": "ingest",
         "title": f"{run.mode}{'' if speed is None else f' at {speed:.2f} rad/s'}, {run.take}",
@@ -166,7 +167,8 @@ def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]
         "operator": operator_name(),
         "voltage_V": run.voltage,
         "speed_rad_s": speed,
-        "pull_N": run.pull,
+        "pull_N": pull[0],
+        "pull_up_N": pull[1],
         "height_m": run.height,
         "rest_s": run.rest,
         "ramp_s": None if speed is None else run.ramp or 0.0,

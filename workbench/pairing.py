@@ -243,6 +243,9 @@ def _release(
         return find_release(mode, model, shape, command, track)
     if pull is None:
         return Release(height=height)
+    up = bundle.manifest.get("pull_up_N")
+    if up is not None:
+        return Release(pull=pull, pull_up=up)
     held = summarize_release(track.motion, mode, command.duration).displacement_m
     return Release(pull=-pull if held < 0 else pull)
 

@@ -62,16 +62,19 @@ class Release(NamedTuple):
         pull: force on T, forward [N]; zero in a drop.
         height: of the foot above the floor [m]; zero in a decay.
         uncertainty: standard error of what was found in the data; None when it was told.
+        pull_up: force on T, upward [N].
     """
 
     pull: float = 0.0
     height: float = 0.0
     uncertainty: float | None = None
+    pull_up: float = 0.0
 
     def as_json(self) -> dict[str, float | None]:
         """Return the numbers under their names with units; the error's is that of its value."""
         return {
             "pull_N": self.pull,
+            "pull_up_N": self.pull_up,
             "height_m": self.height,
             "standard_error": self.uncertainty,
         }
@@ -175,8 +178,10 @@ def _condition(mode: Mode, command: Command, track: Track, release: Release) -> 
     rest = float(np.clip(track.rest_s, _LEAST_REST_S, _MOST_REST_S))
     times = sample_times(command.duration + _AFTER_S)
     speed = staircase(times, command.steps) if mode in DRIVEN else np.zeros(len(times))
-    pull, height, _ = release
-    return Condition(mode, speed, track.start_angle_rad, rest, pull, height)
+    return Condition(
+        mode, speed, track.start_angle_rad, rest, release.pull, release.height,
+        pull_up=release.pull_up,
+    )  # fmt: skip
 
 
 def robot_of(model: ModelFile, shape: ShapeFile) -> Robot:

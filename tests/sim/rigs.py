@@ -25,7 +25,7 @@ def with_effect(robot: Robot, name: str, **quantities: float) -> Robot:
 
 def resting(robot: Robot, pull: float = 0.0, angle: float = DOWN) -> State:
     """Return the clamped robot at rest, its effects in."""
-    return settle(unloaded(applied(robot)), "fixed", angle, pull)
+    return settle(unloaded(applied(robot)), "fixed", angle, (pull, 0.0))
 
 
 def moments(state: State, pull: float = 0.0) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from workbench.motion import DRIVEN
 from workbench.protocol.calibration import Calibration
@@ -18,6 +18,20 @@ __all__ = ["Sheet", "SheetRun"]
 Angle = Annotated[float, Field(ge=-3.2, le=3.2)]
 
 
+def _two(forces: tuple[float, ...]) -> tuple[float, ...]:
+    if len(forces) != 2:
+        raise ValueError("two forces are meant, forward and up: [0.3 N, -0.2 N]")
+    return forces
+
+
+_Force = Annotated[float, Quantity("force")]
+Pull = Annotated[
+    Annotated[float, Quantity("force", above=0), Tag("forward")]
+    | Annotated[tuple[_Force, ...], AfterValidator(_two), Tag("pull")],
+    Discriminator(lambda given: "pull" if isinstance(given, (list, tuple)) else "forward"),
+]
+
+
 class SheetRun(Section):
     """One take and what was asked of the robot in it."""
 
@@ -28,8 +42,9 @@ class SheetRun(Section):
     """Commanded rotor speed."""
     voltage: Annotated[float, Quantity("voltage", above=0)] | None = None
     """Supply voltage; the calibration turns it into a speed."""
-    pull: Annotated[float, Quantity("force", above=0)] | None = None
-    """Force on T before the release, in mode decay; found in the data if absent."""
+    pull: Pull | None = None
+    """Force on T before the release, in mode decay: forward, or `[0.3 N, -0.2 N]` forward and up;
+    found in the data if absent."""
     height: Annotated[float, Quantity("length", above=0, high=1)] | None = None
     """Height of the fall, in mode drop; found in the data if absent."""
     rest: Annotated[float, Quantity("time", low=0)] | None = None

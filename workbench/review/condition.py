@@ -34,7 +34,9 @@ def condition(facts: Mapping[str, Any]) -> str:
     pull, height, error = (release[key] for key in ("pull_N", "height_m", "standard_error"))
     if facts["mode"] == "decay":
         found = "" if error is None else f" \N{PLUS-MINUS SIGN} {error:.2g} N, found in the data"
-        return f"decay, T pulled forward with {pull:.3g} N{found}"
+        up = release.get("pull_up_N")
+        upward = f" and upward with {up:.3g} N" if up else ""
+        return f"decay, T pulled forward with {pull:.3g} N{upward}{found}"
     found = (
         "" if error is None else f" \N{PLUS-MINUS SIGN} {1000 * error:.2g} mm, found in the data"
     )

@@ -121,6 +121,7 @@ def _require_circumstances(robot: Robot, condition: Condition) -> None:
         ("the rotor's start angle", condition.start_angle, "rad"),
         ("the still time", condition.rest, "s"),
         ("the pull on T", condition.pull, "N"),
+        ("the upward pull on T", condition.pull_up, "N"),
         ("the height of the fall", condition.height, "m"),
     ):
         if not np.isfinite(value):

@@ -26,11 +26,12 @@ class Condition:
             length is that of the simulation.
         start_angle: where the rotor stands at rest, about +y from +x [rad].
         rest: still time that is put before time zero [s].
-        pull: force on T before the release, in mode decay [N].
+        pull: force on T before the release, in mode decay, forward [N].
         height: of the fall, in mode drop [m].
         drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
             motor.
         energy: whether the potential (gravity and hinges) and kinetic energy are recorded.
+        pull_up: force on T before the release, in mode decay, upward [N].
     """
 
     mode: Mode
@@ -41,6 +42,7 @@ class Condition:
     height: float = 0.0
     drive: Drive = "speed"
     energy: bool = False
+    pull_up: float = 0.0
 
     @property
     def foot(self) -> Foot:

@@ -57,7 +57,11 @@ def unloaded(robot: Robot) -> Robot:
 
 
 def settle(
-    robot: Robot, foot: Foot, start_angle: float, pull: float = 0.0, drive: Drive = "speed"
+    robot: Robot,
+    foot: Foot,
+    start_angle: float,
+    pull: tuple[float, float] = (0.0, 0.0),
+    drive: Drive = "speed",
 ) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at rest, the rotor held at an angle.
 
@@ -69,7 +73,7 @@ def settle(
         robot: with the angles of the free strip.
         foot: on the ground or fixed.
         start_angle: direction from T to the rotor in the world, about +y from +x [rad].
-        pull: forward force on T [N]; it is gone from the data returned.
+        pull: force on T, forward and up [N]; it is gone from the data returned.
         drive: what the model's rotor is turned by.
 
     Raises:
@@ -80,7 +84,7 @@ def settle(
     _pose(model, data, robot)
     free = moving_dofs(model, foot)
     data.joint("rotor").qpos[:] = start_angle - world_angle(data)
-    data.xfrc_applied[model.body("top").id, 0] = pull
+    data.xfrc_applied[model.body("top").id, [0, 2]] = pull
     stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
     for _ in range(_ROUNDS):
         if np.abs(force).max() < _BALANCED:

@@ -206,7 +206,7 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
     """Return model and data of a free strip at time zero."""
     angle, drive = condition.start_angle, condition.drive
     if condition.mode != "drop":
-        pull = condition.pull if condition.mode == "decay" else 0.0
+        pull = (condition.pull, condition.pull_up) if condition.mode == "decay" else (0.0, 0.0)
         return settle(free, condition.foot, angle, pull, drive)
     _, held = settle(free, "fixed", angle, drive=drive)
     model, data = settle(free, "free", angle, drive=drive)
