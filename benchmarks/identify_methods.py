@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.stats import norm
-
-from workbench.errors import InputError
-from workbench.identify import identify
-from workbench.identify.objective import (
+from thesis_objective import (
     FMINCON_HIGH,
     FMINCON_LOW,
     FMINCON_ORDER,
@@ -24,6 +21,9 @@ from workbench.identify.objective import (
     fmincon_criterion,
     fmincon_fit,
 )
+
+from workbench.errors import InputError
+from workbench.identify import identify
 from workbench.motion import TOP, position
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
 

@@ -1,8 +1,7 @@
 """Identification: parameters and the motor's line from measured runs, each with its interval.
 
 The robot: `identification` puts the question to `workbench.fit` and judges the answer, `new_model`
-is the file that is left of it, `validation` compares it with runs that were held out; `objective`
-is what the thesis minimised instead.
+is the file that is left of it, `validation` compares it with runs that were held out.
 
 The motor: `shaft` is its speed in one run, `speed_line` the line through such speeds, `line_checks`
 what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is

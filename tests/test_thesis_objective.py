@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
-from workbench.identify.objective import (
+from benchmarks.thesis_objective import (
     FMINCON_HIGH,
     FMINCON_LOW,
     FMINCON_ORDER,
@@ -23,6 +22,7 @@ from workbench.identify.objective import (
     fmincon_index,
     free_swing,
 )
+from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape
 from workbench.sim import Robot, make_robot
 
