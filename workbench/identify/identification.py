@@ -49,7 +49,6 @@ FINER = 32
 
 _NEAR_BOUND = 0.98
 _LACK = 0.11  # of the strong process noise
-_LIKELIER = 4.5  # of log likelihood: three standard deviations
 _CLAMPED = ("clamped", "decay")
 _FREE = ("drop", "hop")
 _FRICTION_RUN = "add a hop at a speed at which the robot travels"
@@ -152,15 +151,17 @@ def identify(
     used = runs_that_tell(names, runs)
     robot = make_robot(model.values(), shape, model.increments)
     fit = _fitted(robot, used, free, progress, threads)
+    other: Fit | None = None
     if lacks(fit) and robot.increments < FINER:
         finer = replace(robot, increments=FINER)
         progress(f"a beam of {robot.increments} increments does not follow: try {FINER}")
         other = _fitted(finer, used, free, progress, threads, fit.x)
-        if _log_likelihood(other) > _log_likelihood(fit) + _LIKELIER:
-            robot, fit = finer, other
+        if _log_likelihood(other) > _log_likelihood(fit):
+            robot, fit, other = finer, other, fit
+    unlike = _unlike(fit, other) if other is not None and lacks(fit) else {}
     fit, open_ = told_apart(fit, progress)
     members = {name for one in open_ for name in one.names}
-    estimates = _estimates(fit, model, members)
+    estimates = _estimates(fit, model, members, unlike)
     values = {
         p.name: value for p, value in fit.vector.values(fit.x).items() if p.scope is not Scope.RUN
     }
@@ -227,17 +228,40 @@ def runs_that_tell(names: Collection[str], runs: Sequence[MeasuredRun]) -> list[
     return chosen
 
 
-def _estimates(fit: Fit, model: ModelFile, without: Collection[str]) -> dict[str, Estimate]:
-    """Return the fitted parameters with their intervals, but for some that the runs do not tell."""
+def _unlike(fit: Fit, other: Fit) -> dict[str, float]:
+    """Return by how much two fits' values differ, as a share."""
+    values = other.vector.values(other.x)
+    return {
+        p.name: abs(values[p] / value - 1)
+        for p, value in fit.vector.values(fit.x).items()
+        if p.scope is not Scope.RUN
+    }
+
+
+def _estimates(
+    fit: Fit, model: ModelFile, without: Collection[str], unlike: Mapping[str, float]
+) -> dict[str, Estimate]:
+    """Return the fitted parameters with their intervals, but for some that the runs do not tell.
+
+    Args:
+        fit: of them.
+        model: what is stated.
+        without: names of those that the runs do not tell.
+        unlike: share by which another mesh, that follows as badly, has a parameter otherwise; it
+            counts like half an interval.
+    """
     found: dict[str, Estimate] = {}
     told = intervals(fit, covariance(fit))
     for parameter, one in told.items():
-        if parameter.scope is Scope.RUN or parameter.name in without:
+        name, value = parameter.name, one.value
+        if parameter.scope is Scope.RUN or name in without:
             continue
-        stated = getattr(model.parameters, parameter.name)
-        found[parameter.name] = Estimate(
-            one.value, one.low, one.high, parameter.unit, stated.value, stated.tolerance,
-            _at_bound(parameter, one.value),
+        stated = getattr(model.parameters, name)
+        more = unlike.get(name, 0.0) * value
+        below, above = (float(np.hypot(end - value, more)) for end in (one.low, one.high))
+        found[name] = Estimate(
+            value, value - below, value + above, parameter.unit, stated.value, stated.tolerance,
+            _at_bound(parameter, value),
         )  # fmt: skip
     return found
 
@@ -280,8 +304,8 @@ def _warnings(
             "the model lacks something that the runs show: they ask for process noise of "
             f"{fit.estimator.noise[BEAM_JOINTS]:.2g} N m sqrt(s) at each hinge, and {worst} is "
             f"missed most, {misfits[worst]:.2f} times the cameras' noise one sample ahead. The "
-            "intervals count it, but not that the missing cause may bend the values; `workbench "
-            "diagnose` looks for what it is"
+            "intervals count it, and what beams of other increments make of it, but not that the "
+            "missing cause may bend the values; `workbench diagnose` looks for what it is"
         )
     for name, estimate in estimates.items():
         if estimate.at_bound:
