@@ -32,6 +32,7 @@ _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
 _HAND_S = (0.2, 1.2)  # a person lets go so long after being asked
 _LEAST_S = 0.5  # a motion shorter than this has no rotor speed
+_DARK = slice(30, 32)  # frames at rest in which somebody stands before all cameras
 
 __all__ = ["film", "let_go", "move", "true_robot"]
 
@@ -189,7 +190,10 @@ def _turned(places: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[
 def _gaps(
     count: int, markers: int, section: VirtualSection, rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return which marker samples are hidden, (n, m): half of the gaps hide a whole body."""
+    """Return which marker samples are hidden, (n, m): half of the gaps hide a whole body.
+
+    Where there are gaps at all, two frames show nothing of any body, as real takes have them.
+    """
     hidden = np.zeros((count, markers), dtype=bool)
     mean = max(1.0, section.gap_length * 120)
     for _ in range(rng.poisson(section.gap_share * count / mean)):
@@ -197,6 +201,7 @@ def _gaps(
         which = slice(None) if rng.random() < 0.5 else rng.integers(markers)
         hidden[start : start + length, which] = True
     hidden[0] = False
+    hidden[_DARK] = section.gap_share > 0
     return hidden
 
 

@@ -70,6 +70,8 @@ class Answer:
         lost: (body, frame, reason) samples that no longer count as seen.
         refused: where not empty, the pattern of the error.
         same_cloud: whether the points without a body are the same.
+        dark: frames in which nothing is seen: no body, no marker, no other point.
+        untangled: an export without the exchange of T and Rotor, whose motion must come out.
     """
 
     frames: tuple[int, ...] = tuple(range(FRAMES))
@@ -79,6 +81,8 @@ class Answer:
     lost: tuple[tuple[str, int, Missing], ...] = ()
     refused: str = ""
     same_cloud: bool = True
+    dark: tuple[int, ...] = ()
+    untangled: bytes = b""
 
 
 class Change(NamedTuple):
@@ -226,6 +230,76 @@ def lost(export: Export, rng: random.Random) -> Change:
     )
 
 
+def dark(export: Export, rng: random.Random) -> Change:
+    """Show nothing in some frames, perhaps in the first, the last or in all but one."""
+    count = rng.choice([1, 2, FRAMES - 1])
+    frames = rng.sample(range(FRAMES), count) if rng.random() < 0.7 else range(count)
+    for frame in frames:
+        if export.is_motive:
+            cells = export.frames[frame][0].split(b",")
+            export = export.with_row(frame, 0, [*cells[:2], *[b""] * (len(cells) - 2)])
+            continue
+        first, *bodies = (row.split(b",") for row in export.frames[frame])
+        export = export.with_row(frame, 0, [*first[:3], b"0", b"0"])
+        for row, cells in enumerate(bodies, start=1):
+            markers = int(cells[6])
+            at = len(cells) - 1 - 5 * markers  # where the seen places begin
+            cells[5] = b"%d" % (frame + 1)
+            cells[at : at + 3 * markers] = [b"NAN"] * (3 * markers)
+            cells[at + 3 * markers : at + 4 * markers] = [b"0"] * markers
+            export = export.with_row(frame, row, cells)
+    return Change(export.text(), Answer(dark=tuple(sorted(frames))))
+
+
+def exchanged(export: Export, rng: random.Random) -> Change:
+    """Exchange the bodies T and Rotor in less than half of the frames; of poses alone too."""
+    start = rng.randrange(1, FRAMES - 2)
+    frames = range(start, min(FRAMES, start + rng.randint(1, 5)))
+    if export.is_motive and rng.random() < 0.5:
+        export = poses_alone(export)
+    base = export
+    for frame in frames:
+        if export.is_motive:
+            cells = export.frames[frame][0].split(b",")
+            ours, theirs = columns_of(export, b"T"), columns_of(export, b"Rotor")
+            for a, b in zip(ours, theirs, strict=True):
+                cells[a], cells[b] = cells[b], cells[a]
+            export = export.with_row(frame, 0, cells)
+            continue
+        first, foot, top, rotor = (row.split(b",") for row in export.frames[frame])
+        top[5:], rotor[5:] = rotor[5:], top[5:]
+        ids = {b"2": b"3", b"3": b"2"}
+        for at in range(4, 4 + 11 * int(first[3]), 11):
+            first[at] = ids.get(first[at], first[at])
+        for row, cells in enumerate((first, foot, top, rotor)):
+            export = export.with_row(frame, row, cells)
+    return Change(export.text(), Answer(untangled=base.text()))
+
+
+def poses_alone(export: Export) -> Export:
+    """Return a Motive export without its markers; cameras never see a pose twice."""
+    types = export.head[2].split(b",")
+    columns = [0, 1, *(i for i, kind in enumerate(types) if kind == b"Rigid Body")]
+
+    def kept(line: bytes) -> bytes:
+        cells = line.split(b",")
+        return b",".join([cells[i] for i in columns])
+
+    rows = [kept(rows[0]).split(b",") for rows in export.frames]
+    for k, cells in enumerate(rows):
+        for i, part in enumerate(kept(export.head[-2]).split(b",")):
+            if part == b"Position" and cells[i]:
+                cells[i] = b"%.6f" % (float(cells[i]) + 1e-6 * (k * k % 7))
+    head = (*export.head[:2], *map(kept, export.head[2:]))
+    return Export(export.flavour, head, tuple((b",".join(cells),) for cells in rows))
+
+
+def columns_of(export: Export, body: bytes) -> list[int]:
+    """Return the columns of a body and of its markers, in their order."""
+    names = export.head[3].split(b",")
+    return [i for i, name in enumerate(names) if re.fullmatch(body + rb"([:_].*)?", name)]
+
+
 def damaged(export: Export, rng: random.Random) -> Change:
     """Lose or add a cell, cut a row, or put a word where a number belongs."""
     frame = rng.randrange(1, FRAMES)
@@ -256,7 +330,17 @@ def number_columns(export: Export, cells: Cells) -> list[int]:
 
 KNOWN: dict[str, Mutation] = {
     mutation.__name__: mutation
-    for mutation in (presented, selected, renumbered, reordered, hidden, lost, damaged)
+    for mutation in (
+        presented,
+        selected,
+        renumbered,
+        reordered,
+        hidden,
+        lost,
+        dark,
+        exchanged,
+        damaged,
+    )
 }
 MOTIVE_ONLY: dict[str, Mutation] = {"in_other_units": in_other_units}
 
@@ -274,7 +358,11 @@ def differences(take: Take, base: Take, answer: Answer) -> list[str]:
     for name in sorted(set(base.bodies) & set(take.bodies)):
         _compare_body(told, take, base, name, answer)
     if answer.same_cloud:
-        told.equal("cloud", _cloud(take, 1.0), _cloud(base, answer.scale, rows))
+        points = _cloud(base, answer.scale, rows)
+        told.equal("cloud", _cloud(take, 1.0), [
+            set() if frame in answer.dark else seen
+            for frame, seen in zip(rows, points, strict=True)
+        ])  # fmt: skip
     return told.found
 
 
@@ -303,6 +391,11 @@ def _compare_body(told: _Comparison, take: Take, base: Take, name: str, answer: 
             missing[frame] = reason
             if reason == Missing.BLANK:
                 position[frame], quaternion[frame] = np.nan, np.nan
+    dark, solved = list(answer.dark), other.solved.copy()
+    measured[dark], position[dark], quaternion[dark] = np.nan, np.nan, np.nan
+    missing[dark] = Missing.LOST if base.format == "row" else Missing.BLANK
+    if base.format == "motive":  # row formats repeat the last model markers
+        solved[dark] = np.nan
     told.equal(f"markers of {name}", set(body.marker_names), set(other.marker_names))
     if set(body.marker_names) != set(other.marker_names):
         return
@@ -310,7 +403,7 @@ def _compare_body(told: _Comparison, take: Take, base: Take, name: str, answer: 
     told.same(f"position of {name}", body.position, position[rows] * answer.scale)
     told.same(f"quaternion of {name}", body.quaternion, quaternion[rows])
     told.same(f"measured of {name}", body.measured[:, slots], measured[rows] * answer.scale)
-    told.same(f"solved of {name}", body.solved[:, slots], other.solved[rows] * answer.scale)
+    told.same(f"solved of {name}", body.solved[:, slots], solved[rows] * answer.scale)
     told.same(f"missing of {name}", body.missing, missing[rows])
 
 

@@ -132,18 +132,15 @@ def test_the_content_decides_not_the_name(write: Write, places: NDArray[np.float
     assert read_take(path.rename(path.with_name("x.csv"))).format == "c3d"
 
 
-@pytest.mark.parametrize(
-    ("labels", "unit", "match"),
-    [
-        (("a", "b", "c", "Unlabeled 1"), "mm", "no label like 'Foot:Marker1' names a body; .*'a'"),
-        (LABELS, "furlong", "POINT:UNITS is 'furlong'; known are m, "),
-    ],
-)
-def test_what_cannot_be_used_is_named(
-    labels: tuple[str, ...], unit: str, match: str, write: Write, places: NDArray[np.float64]
-) -> None:
-    with pytest.raises(TakeError, match=match):
-        read_take(write(places, labels=labels, unit=unit))
+def test_an_unknown_unit_is_named(write: Write, places: NDArray[np.float64]) -> None:
+    with pytest.raises(TakeError, match="POINT:UNITS is 'furlong'; known are m, "):
+        read_take(write(places, unit="furlong"))
+
+
+def test_points_that_name_no_body_are_reported(write: Write, places: NDArray[np.float64]) -> None:
+    take = read_take(write(places, labels=("a", "b", "c", "Unlabeled 1")))
+    assert (len(take.bodies), take.cloud.position.shape[1]) == (0, 4)
+    assert any("named 'a', 'b', 'c', 'Unlabeled 1': make rigid" in text for text in take.warnings)
 
 
 @pytest.mark.parametrize(

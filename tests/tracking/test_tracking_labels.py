@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import TakeError
+from workbench.errors import InputError
 from workbench.tracking import (
     Axes,
     BodyNames,
@@ -99,14 +99,16 @@ def test_an_export_of_labelled_markers_alone_gives_a_track(
     np.testing.assert_allclose(track.motion["top_z_m"], whole.motion["top_z_m"], atol=1e-6)
 
 
-def test_points_without_a_body_are_refused_by_name(stored: Path, read: Read) -> None:
+def test_points_without_a_body_are_reported_with_what_to_do(stored: Path, read: Read) -> None:
     data = (stored / "hop_motive_1.23.csv").read_bytes()
     data = data.replace(b"Rigid Body Marker", b"Camera").replace(b"Rigid Body", b"Camera")
-    data = re.sub(rb"(Foot|T|Rotor):Marker", rb"Point", data)
-    with pytest.raises(TakeError, match=r":7: there are no rigid bodies, and no label .*'Point1'"):
-        read(data)
+    take = read(re.sub(rb"(Foot|T|Rotor):Marker", rb"Point", data))
+    told = "no label like 'Foot:Marker1' names one; the markers are named 'Point1', 'Point2'"
+    assert (len(take.bodies), any(told in warning for warning in take.warnings)) == (0, True)
     rows = b"".join(
         b"frame,%d,0.%d,0,1,1,2,3,7,Marker-17\r\n" % (index, index) for index in range(3)
     )
-    with pytest.raises(TakeError, match=r"there are no rigid bodies.* named 'Marker-17'"):
-        read(b"comment,x\r\ninfo,version,1.1\r\n" + rows)
+    take = read(b"comment,x\r\ninfo,version,1.1\r\n" + rows)
+    assert any("named 'Marker-17': make rigid bodies Foot, T" in text for text in take.warnings)
+    with pytest.raises(InputError, match="has no bodies, only markers; make rigid bodies Foot"):
+        make_track(take, bodies=BodyNames(), axes=Axes())

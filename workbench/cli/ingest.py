@@ -16,6 +16,9 @@ from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
 __all__ = ["ingest", "print_quality"]
 
+_MOST_POINTS = 20
+_MOST_IDS = 3
+
 
 def ingest(
     source: Annotated[Path, typer.Argument(metavar="SHEET_OR_TAKE", help="Sheet or export.")],
@@ -96,7 +99,10 @@ def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) 
         for name, body in report["bodies"].items()
     ]  # fmt: skip
     head = ["body", "missing", "gaps", "longest gap", "hidden markers", "mean position [m]"]
-    show_table(title, head, rows)
+    if report["bodies"]:
+        show_table(title, head, rows)
+    else:
+        _print_points(title, report["points"])
     print(f"clock: steps scatter by {1e3 * report['jitter_s']:.3f} ms")
     if report["start_time"]:
         print(f"start: {report['start_time']}")
@@ -106,14 +112,36 @@ def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) 
         print(f"note: {warning}")
 
 
+def _print_points(title: str, points: list[dict[str, Any]]) -> None:
+    """Print the markers of a take without bodies; ids that follow one another are one marker."""
+    rows = [
+        [_ids(point["names"]), str(point["missing"]), str(point["gaps"]),
+         str(point["longest_gap"]), _place(point["mean_position_m"])]
+        for point in points[:_MOST_POINTS]
+    ]  # fmt: skip
+    show_table(title, ["marker", "missing", "gaps", "longest gap", "mean position [m]"], rows)
+    if len(points) > _MOST_POINTS:
+        print(f"and {len(points) - _MOST_POINTS} more markers; --json has all of them")
+
+
+def _ids(names: list[str]) -> str:
+    """Return the ids that a marker had, the first and the last of many."""
+    if len(names) <= _MOST_IDS:
+        return ", ".join(names)
+    return f"{names[0]}, ... {names[-1]} ({len(names)} ids)"
+
+
 def _reasons(body: dict[str, Any]) -> str:
     """Return how many samples of a body are missing, and why."""
     return " + ".join(f"{count} {reason}" for reason, count in body["reasons"].items()) or "0"
 
 
 def _hidden(body: dict[str, Any]) -> str:
-    """Return in how many samples each marker is hidden; a dash where the file has no markers."""
-    return " ".join(str(count) for count in body["markers"].values()) or "-"
+    """Return in how many samples each marker is hidden; a dash where the file does not tell."""
+    counts = list(body["markers"].values())
+    if all(count is None for count in counts):
+        return "-"
+    return " ".join("-" if count is None else str(count) for count in counts)
 
 
 def _place(mean: list[float] | None) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.tracking.axes import Axes
 from workbench.tracking.body_names import BodyNames, check_names
+from workbench.tracking.exchanges import without_exchanges
 from workbench.tracking.identity import told_exchanges, untangle
 from workbench.tracking.parallel import at_once
 from workbench.tracking.placing import POOR_FIT_M, Placed, place
@@ -101,11 +102,11 @@ def raw_points(
 ) -> RawPoints:
     """Take foot, T and rotor out of a take.
 
-    Exchanged markers are put back first, within each body and between T and rotor. Three or more
-    markers then give a pose; with `markers` the body's point is its origin, else the centroid of
-    the rigid body that the take itself shows. Two markers give a point and a direction. Neither
-    jumps when a marker is hidden. Where the file has no measured markers, or they seldom tell the
-    place, the solved ones are used, else the pose position.
+    Exchanged bodies and markers are put back first. Three or more markers then give a pose; with
+    `markers` the body's point is its origin, else the centroid of the rigid body that the take
+    itself shows. Two markers give a point and a direction. Neither jumps when a marker is hidden.
+    Where the file has no measured markers, or they seldom tell the place, the solved ones are
+    used, else the pose position.
 
     Args:
         take: the export.
@@ -119,7 +120,7 @@ def raw_points(
     """
     places = {name: np.asarray(given, dtype=float) for name, given in (markers or {}).items()}
     check_names(take, names, places, axes)
-    exchanges: list[str] = []
+    take, exchanges = without_exchanges(take, names)
     marked = {role: _marked(take.bodies[name], axes) for role, name in asdict(names).items()}
     marked = _untangled(take, marked, exchanges)
     told: dict[str, list[str]] = {role: [] for role in marked}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.axes import Axes
+from workbench.tracking.labels import MAKE_BODIES
 from workbench.tracking.take import Take, known
 
 __all__ = ["BodyNames", "check_names", "guess_bodies"]
@@ -48,6 +49,8 @@ def check_names(take: Take, names: BodyNames, placed: Iterable[str], axes: Axes)
     Raises:
         InputError: with the names that exist, and the bodies that move like a robot.
     """
+    if not take.bodies:
+        raise InputError(f"{take.path}: the take has no bodies, only markers; {MAKE_BODIES}")
     roles = {"foot": names.foot, "top": names.top, "rotor": names.rotor}
     for role, name in roles.items():
         if name not in take.bodies:

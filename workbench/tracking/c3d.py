@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import TakeError
-from workbench.tracking.labels import bodies_by_label
+from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.source import LARGEST, Source, shown
 from workbench.tracking.take import Cloud, Take, known
 
@@ -30,7 +30,6 @@ _METRES = {
 _RATES_HZ = (0.1, 1e5)
 _LAST = 65535
 """The header cannot tell a later frame; longer files say this one."""
-_NAMES_SHOWN = 8
 _LIBRARY_ERRORS = (
     RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError
 )  # fmt: skip
@@ -57,7 +56,7 @@ def parse_c3d(source: Source) -> Take:
     """Turn a C3D file into a take without poses.
 
     Raises:
-        TakeError: `ezc3d` is missing, the file is damaged, or no label names a body.
+        TakeError: `ezc3d` is missing, or the file is damaged.
     """
     points = _read(source)
     if points.unit.casefold() not in _METRES:
@@ -67,7 +66,7 @@ def parse_c3d(source: Source) -> Take:
     position = points.position * _METRES[points.unit.casefold()]
     bodies, loose = bodies_by_label(points.labels, position, source)
     if not bodies:
-        raise _fault(source, f"no label like 'Foot:Marker1' names a body; {_told(points.labels)}")
+        warn_of_no_bodies(points.labels, position, 1, source)
     source.warn(
         "a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes"
     )
@@ -176,11 +175,6 @@ def _labels(group: Any) -> list[str]:
 
 def _value(group: Any, key: str, otherwise: Any) -> Any:
     return next(iter(group[key]["value"]), otherwise) if key in group else otherwise
-
-
-def _told(labels: list[str]) -> str:
-    shortened = ", ".join(map(shown, labels[:_NAMES_SHOWN]))
-    return f"the labels are {shortened}" + ", ..." * (len(labels) > _NAMES_SHOWN)
 
 
 def _fault(source: Source, cause: str) -> TakeError:

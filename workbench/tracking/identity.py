@@ -79,7 +79,7 @@ def untangle(
 
 
 def told_exchanges(
-    times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str
+    times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
 ) -> str | None:
     """Return a sentence on the exchanges undone, or None where there were none."""
     count = int(np.count_nonzero(exchanged))
@@ -88,7 +88,7 @@ def told_exchanges(
     stretches = int(np.count_nonzero(np.diff(exchanged.astype(np.int8), prepend=0) == 1))
     first = float(times[np.argmax(exchanged)])
     return (
-        f"{whose}: markers exchanged in {count} samples ({stretches} stretches, the first at "
+        f"{whose}: {what} exchanged in {count} samples ({stretches} stretches, the first at "
         f"{first:.3f} s); undone"
     )
 

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.source import Source
+from workbench.tracking.source import Source, listed
 from workbench.tracking.take import BodyTake, Missing, known
 
-__all__ = ["bodies_by_label", "marker_name", "merge", "side_by_side"]
+__all__ = [
+    "MAKE_BODIES",
+    "bodies_by_label",
+    "marker_name",
+    "merge",
+    "owners_of",
+    "side_by_side",
+    "warn_of_no_bodies",
+]
+
+MAKE_BODIES = (
+    "make rigid bodies Foot, T and Rotor in Motive, or label the markers there as Foot:Marker1 and "
+    "so on, and export again"
+)
+"""What helps where a take has markers and no bodies."""
 
 _LABEL = re.compile(
     r"(?P<body>.*\S)\s*(?:"
@@ -37,9 +51,7 @@ def bodies_by_label(
     Returns:
         The bodies by name, seen where at least one marker is; the places of the other labels.
     """
-    told = [_LABEL.fullmatch(label.strip()) for label in labels]
-    owners = ["" if match is None else match["body"] for match in told]
-    owners = ["" if owner.casefold() in _NO_BODY else owner for owner in owners]
+    owners = owners_of(labels)
     bodies: dict[str, BodyTake] = {}
     for owner in dict.fromkeys(filter(None, owners)):
         own = [k for k, name in enumerate(owners) if name == owner]
@@ -50,6 +62,35 @@ def bodies_by_label(
             merge(paths, slot, points[:, k], labels[k], source)
         bodies[owner] = _unposed(owner, slots, side_by_side(paths, slots, len(points)))
     return bodies, [k for k, owner in enumerate(owners) if not owner]
+
+
+def owners_of(labels: Sequence[str]) -> list[str]:
+    """Return the body that each label names, empty where it names none."""
+    found = [_LABEL.fullmatch(label.strip()) for label in labels]
+    owners = ["" if match is None else match["body"] for match in found]
+    return ["" if owner.casefold() in _NO_BODY else owner for owner in owners]
+
+
+def warn_of_no_bodies(
+    labels: Iterable[str], points: NDArray[np.float64], line: int, source: Source
+) -> None:
+    """Say that a file holds markers alone, and what to do; they are reported all the same.
+
+    Args:
+        labels: of the markers.
+        points: (n, k, 3) their places [m], NaN where not seen.
+        line: of the header that names them, for the message.
+        source: takes the warning.
+
+    Raises:
+        TakeError: no marker is ever seen either.
+    """
+    if not known(points).any():
+        raise source.fault(line, "there are no rigid bodies, and no marker is ever seen")
+    source.warn(
+        "there are no rigid bodies, and no label like 'Foot:Marker1' names one; the markers are "
+        f"named {listed(labels)}: {MAKE_BODIES}"
+    )
 
 
 def marker_name(rest: str) -> str:

@@ -9,12 +9,18 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.tracking.labels import bodies_by_label, marker_name, merge, side_by_side
+from workbench.tracking.labels import (
+    bodies_by_label,
+    marker_name,
+    merge,
+    side_by_side,
+    warn_of_no_bodies,
+)
 from workbench.tracking.missing import motive_missing
 from workbench.tracking.motive_header import Entity, Layout
 from workbench.tracking.motive_table import MotiveTable
 from workbench.tracking.rotations import usable
-from workbench.tracking.source import Source, shown, unique_name
+from workbench.tracking.source import Source, listed, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud
 
 __all__ = ["bodies_and_cloud"]
@@ -53,7 +59,7 @@ def bodies_and_cloud(
     """Return the bodies by name and the measured points that belong to none.
 
     Raises:
-        TakeError: the unit of length is unknown, or there are no bodies.
+        TakeError: the unit of length is unknown, or there are neither bodies nor markers.
     """
     scaled = _Scaled(table, _scale(layout, source))
     owners = [entity for entity in layout.entities if entity.type in _BODIES]
@@ -90,14 +96,15 @@ def _from_labels(
     cloud = _cloud(markers, scaled)
     labels = [entity.name for entity in markers]
     bodies, loose = bodies_by_label(labels, cloud.position, source)
-    if not bodies:
+    if not markers:
         types = ", ".join(sorted({entity.type for entity in layout.entities}))
-        names = ", ".join(dict.fromkeys(shown(entity.name) for entity in layout.entities))
         raise source.fault(
             layout.line,
-            f"there are no rigid bodies, and no label like 'Foot:Marker1' names one; the columns "
-            f"are of type {types}, named {names}",
+            f"there are no rigid bodies and no measured markers; the columns are of type {types}, "
+            f"named {listed(entity.name for entity in layout.entities)}",
         )
+    if not bodies:
+        warn_of_no_bodies(labels, cloud.position, layout.line, source)
     return bodies, _cloud([markers[k] for k in loose], scaled)
 
 
@@ -156,6 +163,7 @@ def _body(
         missing=motive_missing(position, quaternion, measured, rate),
         reported_error=scaled.error(owner),
         marker_quality=quality if any(marker.quality is not None for marker in markers) else None,
+        solved_only=frozenset(slots) - paths["measured"].keys(),
     )
 
 

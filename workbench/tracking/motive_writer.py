@@ -101,6 +101,8 @@ def _marker_columns(
     body: BodyTake, markers: NDArray[np.float64], kind: str, version: str, scale: float
 ) -> Iterator[_Column]:
     for k, label in enumerate(body.marker_names):
+        if kind == "Marker" and label in body.solved_only:
+            continue
         name = _marker_name(body.name, label, kind, version)
         identity = body.id if kind == "Rigid Body Marker" else f"{body.id}{k + 1:08d}"
         for axis, values in zip("XYZ", markers[:, k].T * scale, strict=True):

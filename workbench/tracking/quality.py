@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.tracking.chains import Chain, chains
 from workbench.tracking.missing import gaps
 from workbench.tracking.take import Missing, Take, known
 
@@ -17,7 +18,10 @@ def quality(take: Take) -> dict[str, Any]:
 
     Lengths in metres, times in seconds, the file's own axes, nothing filtered. The mean position
     is over the samples that count as seen; it is None when there is none. `reasons` counts the
-    others by `Missing`, `markers` the samples in which each measured marker was not visible.
+    others by `Missing`, `markers` the samples in which each measured marker was not visible, None
+    where the file does not hold its measured places. `points` are the markers of a take without
+    bodies: the ids that one of them had, the share of the take that does not show it, and where it
+    was.
     """
     return {
         "format": take.format,
@@ -30,6 +34,9 @@ def quality(take: Take) -> dict[str, Any]:
         "start_time": take.header.get("Capture Start Time"),
         "bodies": {name: _body(take, name) for name in take.bodies},
         "loose_points": take.cloud.position.shape[1],
+        "points": []
+        if take.bodies
+        else [_point(take, chain) for chain in chains(take.cloud, take.rate_hz)],
         "warnings": list(take.warnings),
     }
 
@@ -50,5 +57,19 @@ def _body(take: Take, name: str) -> dict[str, Any]:
             reason.name.lower(): n for reason, n in reasons.items() if n and reason != Missing.SEEN
         },
         "mean_position_m": None if mean is None else [float(x) for x in mean],
-        "markers": dict(zip(body.marker_names, hidden.tolist(), strict=True)),
+        "markers": {
+            marker: None if marker in body.solved_only else count
+            for marker, count in zip(body.marker_names, hidden.tolist(), strict=True)
+        },
+    }
+
+
+def _point(take: Take, chain: Chain) -> dict[str, Any]:
+    count, longest = chain.gaps(len(take))
+    return {
+        "names": list(chain.names),
+        "missing": len(take) - len(chain.frames),
+        "gaps": count,
+        "longest_gap": longest,
+        "mean_position_m": chain.position.mean(axis=0).tolist(),
     }

@@ -210,7 +210,8 @@ def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> 
             of = np.flatnonzero(ids.codes == code)
             pose = (kind.frames[of], np.take(values, of, axis=1).T)
             frames.poses.setdefault(identity.strip(), []).append(pose)
-    places = found.numbers[4 + 7 * tracked :].reshape(seen, 3, -1).transpose(2, 0, 1)
+    # of a frame that shows nothing there are no numbers, so the count of rows has to be stated
+    places = found.numbers[4 + 7 * tracked :].reshape(seen, 3, len(kind.frames)).transpose(2, 0, 1)
     labels = np.empty(places.shape[:2], dtype=np.int32)
     for k, texts in enumerate(found.words[1 + tracked :]):
         known = [frames.vocabulary.setdefault(x, len(frames.vocabulary)) for x in texts.vocabulary]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.tracking.clock import jitter, row_rate, warn_of_index_steps
-from workbench.tracking.labels import bodies_by_label
+from workbench.tracking.labels import bodies_by_label, owners_of, warn_of_no_bodies
 from workbench.tracking.rotations import usable
 from workbench.tracking.row_bulk import read_bulk
 from workbench.tracking.row_careful import read_careful
@@ -16,7 +16,6 @@ from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 __all__ = ["parse_row"]
 
 _WXYZ = [6, 3, 4, 5]  # places of the quaternion in a pose
-_NAMES_SHOWN = 8
 
 
 def parse_row(source: Source) -> Take:
@@ -121,19 +120,16 @@ def _cloud(table: RowTable, bodies: list[BodyTake]) -> Cloud:
 
 def _from_labels(cloud: Cloud, source: Source) -> tuple[dict[str, BodyTake], Cloud]:
     """Make bodies of a file of points alone, whose places in a frame's list hold any marker."""
-    labels = sorted({str(name) for name in cloud.names.flat if name})
-    points = np.full((len(cloud.names), len(labels), 3), np.nan)
+    names = sorted({str(name) for name in cloud.names.flat if name})
+    labels = [name for name, owner in zip(names, owners_of(names), strict=True) if owner]
+    if not labels:
+        warn_of_no_bodies(names, cloud.position, 1, source)
+        return {}, cloud
+    position, free = np.full((len(cloud.names), len(labels), 3), np.nan), known(cloud.position)
     for k, label in enumerate(labels):
         frame, place = np.nonzero(cloud.names == label)
-        points[frame, k] = cloud.position[frame, place]
-    bodies, loose = bodies_by_label(labels, points, source)
-    if not bodies:
-        told = ", ".join(map(shown, labels[:_NAMES_SHOWN])) + ", ..." * (len(labels) > _NAMES_SHOWN)
-        raise source.fault(
-            1,
-            "there are no rigid bodies, and no label like 'Foot:Marker1' names one; the points "
-            f"are named {told or 'nothing'}",
-        )
-    names = np.array([labels[k] for k in loose], dtype=object)
-    position = points[:, loose]
-    return bodies, Cloud(position, np.where(known(position), names, ""))
+        position[frame, k] = cloud.position[frame, place]
+        free[frame, place] = False
+    bodies, _ = bodies_by_label(labels, position, source)
+    rest = np.where(free[:, :, None], cloud.position, np.nan)
+    return bodies, Cloud(rest, np.where(free, cloud.names, ""))

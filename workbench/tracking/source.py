@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from workbench.errors import TakeError
 
-__all__ = ["LARGEST", "Source", "shown", "unique_name"]
+__all__ = ["LARGEST", "Source", "listed", "shown", "unique_name"]
 
 LARGEST = 1e9
 """Beyond any coordinate, time or index; keeps later arithmetic from overflowing."""
 _SHOWN = 40
+_LISTED = 8
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,13 @@ class Source:
 def shown(text: str) -> str:
     """Return a cell for a message: quoted and cut to a readable length."""
     return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return different names for a message: the first eight, and how many there are besides."""
+    each = list(dict.fromkeys(names))
+    more = f" and {len(each) - _LISTED} more" if len(each) > _LISTED else ""
+    return (", ".join(map(shown, each[:_LISTED])) or "nothing") + more
 
 
 def unique_name(name: str, taken: Sequence[str], source: Source) -> str:

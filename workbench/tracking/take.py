@@ -47,6 +47,7 @@ class BodyTake:
         reported_error: (n,) what the export calls the body's error: [m] in Motive files, in a
             unit that nobody has told in row formats; None where the file gives none.
         marker_quality: (n, m) from 0 to 1; None where the file gives none.
+        solved_only: names of the markers whose measured places the file does not hold.
     """
 
     name: str
@@ -59,6 +60,7 @@ class BodyTake:
     missing: NDArray[np.int8]
     reported_error: NDArray[np.float64] | None = None
     marker_quality: NDArray[np.float64] | None = None
+    solved_only: frozenset[str] = frozenset()
 
     @property
     def seen(self) -> NDArray[np.bool_]:

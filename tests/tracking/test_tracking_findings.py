@@ -1,0 +1,178 @@
+"""What public files taught, each as a small file of our own with its right value.
+
+Names begin with the number of the finding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.errors import TakeError
+from workbench.tracking import (
+    Axes,
+    BodyNames,
+    BodyTake,
+    Missing,
+    Take,
+    make_track,
+    mean_speed,
+    quality,
+    read_take,
+    write_motive,
+)
+
+Read = Callable[[bytes], Take]
+ROW_HEAD = """\
+comment,"NaturalPoint Trackable Export Data"
+righthanded
+info,framecount,2
+info,trackablecount,1
+"""
+DEFINED = 'trackable,"Foot",1,3,0,0,0,0,0,.1,0,.1,0\n'
+SEEN = """\
+frame,0,0.000000,1,{id},0.1,0.2,0.3,0,0,0,1,0,0,0,3,0.1,0.2,0.3,1,0.1,0.2,0.4,2,0.1,0.3,0.3,3
+"""
+SEEN_BODY = (
+    'trackable,0,0.000000,"Foot",1,0,3,0.1,0.2,0.3,0.1,0.2,0.4,0.1,0.3,0.3,'
+    "0.1,0.2,0.3,0.1,0.2,0.4,0.1,0.3,0.3,1,1,1,1,1,1,0.0005\n"
+)
+DARK = "frame,1,0.010000,0,0\n"
+DARK_BODY = (
+    'trackable,1,0.010000,"Foot",1,1,3,0.1,0.2,0.3,0.1,0.2,0.4,0.1,0.3,0.3,'
+    "NAN,NAN,NAN,NAN,NAN,NAN,NAN,NAN,NAN,0,0,0,1,1,1,0.0005\n"
+)
+ROWS = SEEN.format(id=1) + SEEN_BODY + DARK + DARK_BODY
+
+
+def motive(
+    columns: Sequence[tuple[str, str, str]],
+    rows: Sequence[Sequence[object]],
+    times: Sequence[float] | None = None,
+    blank: str = "\n",
+    **keys: object,
+) -> bytes:
+    """Return a Motive file of columns (type, name, axis of position or rotation)."""
+    told = {
+        "Format Version": "1.23", "Capture_Frame_Rate": 120, "Export_Frame_Rate": 120,
+        "Total_Exported_Frames": len(rows), "Rotation_Type": "Quaternion",
+        "Length_Units": "Meters", "Coordinate_Space": "Global",
+    } | keys  # fmt: skip
+    pairs = [f"{key.replace('_', ' ')},{value}" for key, value in told.items() if value is not None]
+    kinds, names, axes = zip(*columns, strict=True)
+    parts = ["Rotation" if axis in "xyzw" else "Position" for axis in axes]
+    head = [",".join(pairs) + blank, ",Type," + ",".join(kinds), ",Name," + ",".join(names)]
+    head += [",ID," + ",".join('"1"' for _ in names), ",," + ",".join(parts)]
+    head += ["Frame,Time (Seconds)," + ",".join(axis.upper() for axis in axes)]
+    stamps = [k / 120 for k in range(len(rows))] if times is None else times
+    body = [
+        f"{k},{time:.6f}," + ",".join("" if cell is None else str(cell) for cell in row)
+        for k, (time, row) in enumerate(zip(stamps, rows, strict=True))
+    ]
+    return "\n".join([*head, *body, ""]).encode()
+
+
+def points(name: str, kind: str = "Rigid Body") -> list[tuple[str, str, str]]:
+    """Return the columns of a place."""
+    return [(kind, name, axis) for axis in "XYZ"]
+
+
+def told(take: Take, words: str) -> bool:
+    """Tell whether a warning has these words."""
+    return any(words in warning for warning in take.warnings)
+
+
+def poses_alone(take: Take) -> Take:
+    """Return a take as Motive exports it without markers."""
+
+    def bare(body: BodyTake) -> BodyTake:
+        none = np.empty((len(take), 0, 3))
+        return replace(body, measured=none, solved=none, marker_names=())
+
+    return replace(take, bodies={name: bare(body) for name, body in take.bodies.items()})
+
+
+def exchanged(take: Take, one: str, other: str, rows: slice) -> Take:
+    """Return a take in which two bodies have changed their columns in some rows."""
+    a, b = take.bodies[one], take.bodies[other]
+    parts: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for field in ("position", "quaternion"):
+        mine, theirs = getattr(a, field).copy(), getattr(b, field).copy()
+        mine[rows], theirs[rows] = theirs[rows].copy(), mine[rows].copy()
+        parts[field] = mine, theirs
+    a = replace(a, **{field: pair[0] for field, pair in parts.items()})
+    b = replace(b, **{field: pair[1] for field, pair in parts.items()})
+    return replace(take, bodies={**take.bodies, one: a, other: b})
+
+
+def test_f1_a_frame_in_which_nothing_is_visible_is_a_frame(read: Read) -> None:
+    take = read((ROW_HEAD + DEFINED + ROWS).encode())
+    body = quality(take)["bodies"]["Foot"]
+    assert (len(take), take.rate_hz, take.warnings) == (2, 100.0, ())
+    assert (body["missing"], body["reasons"]) == (1, {"lost": 1})
+    assert body["markers"] == {"Marker 1": 1, "Marker 2": 1, "Marker 3": 1}
+    assert body["mean_position_m"] == pytest.approx([0.1, 0.7 / 3, 1 / 3])
+
+
+def test_f1_the_same_in_version_1_1_and_with_the_first_frame_dark(read: Read) -> None:
+    head = 'comment,x\nrighthanded\ninfo,version,1.1\nrigidbody,"Foot",1,1,0,0,0\n'
+    dark = 'frame,0,0.0,0,0\nrigidbody,0,0.0,"Foot",1,1,1,0.1,0.2,0.3,1,NAN,NAN,NAN,0,1,0\n'
+    seen = (
+        'frame,1,0.01,1,1,0.1,0.2,0.3,0,0,0,1,0,0,0,1,0.1,0.2,0.3,1,"Foot-1"\n'
+        'rigidbody,1,0.01,"Foot",1,0,1,0.1,0.2,0.3,1,0.1,0.2,0.3,1,1,0\n'
+    )
+    take = read((head + dark + seen).encode())
+    assert take.version == "1.1"
+    assert take.bodies["Foot"].missing.tolist() == [Missing.LOST, Missing.SEEN]
+    assert take.cloud.position.shape == (2, 0, 3)
+
+
+@pytest.mark.parametrize("pair", [("T", "Rotor"), ("Foot", "T"), ("Foot", "Rotor")])
+def test_f2_exchanged_bodies_of_poses_alone_are_put_back(
+    pair: tuple[str, str], tmp_path: Path, new_hop: Callable[..., object]
+) -> None:
+    take = poses_alone(new_hop(seconds=12.5).take)  # type: ignore[attr-defined]
+    wrong = exchanged(take, *pair, slice(600, 720))
+    speeds = []
+    for each, name in ((take, "right.csv"), (wrong, "wrong.csv")):
+        write_motive(each, tmp_path / name)
+        track = make_track(read_take(tmp_path / name), bodies=BodyNames(), axes=Axes())
+        driven = track.raw.between(1.0, 10.0)
+        speeds.append(mean_speed(driven.times, driven["rotor_angle_rad"]).value)
+        assert sum(body["rejected"] for body in track.report["bodies"].values()) == 0
+    assert speeds[1] == pytest.approx(speeds[0], abs=1e-9)
+    assert any(
+        f"'{pair[0]}' and '{pair[1]}': bodies exchanged in 120 samples (1 stretches, the first at "
+        "5.000 s); undone" in warning
+        for warning in track.warnings
+    )
+
+
+def test_f9_markers_alone_are_a_table_with_gaps_and_chained_ids(read: Read) -> None:
+    columns = [*points("Unlabeled 7", "Marker"), *points("Unlabeled 9", "Marker")]
+    rows = [[0.1, 0.2, 0.3 + 1e-4 * k] + [None] * 3 if k < 4 else [None] * 6 for k in range(6)] + [
+        [None] * 3 + [0.1, 0.2, 0.301] for _ in range(4)
+    ]
+    take = read(motive(columns, rows))
+    report = quality(take)
+    assert (report["frames"], report["rate_hz"], report["bodies"]) == (10, 120.0, {})
+    (marker,) = report["points"]
+    assert marker["names"] == ["Unlabeled 7", "Unlabeled 9"]
+    assert (marker["missing"], marker["gaps"], marker["longest_gap"]) == (2, 1, 2)
+    assert told(take, "make rigid bodies Foot, T and Rotor in Motive, or label the markers")
+
+
+def test_f9_a_thousand_names_are_not_listed(read: Read) -> None:
+    columns = [column for k in range(1000) for column in points(f"Unlabeled {k}", "Marker")]
+    take = read(motive(columns, [[0.1 * (i % 30) + 0.3 for i in range(3000)]] * 2))
+    assert told(take, "'Unlabeled 7' and 992 more: make rigid bodies")
+    assert max(map(len, take.warnings)) < 600
+
+
+def test_f9_a_file_in_which_nothing_is_ever_seen_is_refused(read: Read) -> None:
+    with pytest.raises(TakeError, match="no rigid bodies, and no marker is ever seen"):
+        read(motive(points("Unlabeled 7", "Marker"), [[None] * 3] * 3))
