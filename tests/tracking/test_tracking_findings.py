@@ -176,3 +176,76 @@ def test_f9_a_thousand_names_are_not_listed(read: Read) -> None:
 def test_f9_a_file_in_which_nothing_is_ever_seen_is_refused(read: Read) -> None:
     with pytest.raises(TakeError, match="no rigid bodies, and no marker is ever seen"):
         read(motive(points("Unlabeled 7", "Marker"), [[None] * 3] * 3))
+
+
+def test_f3_cut_times_of_120_hz_are_not_125_hz(read: Read) -> None:
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(5)]
+    times = (0.000, 0.008, 0.016, 0.025, 0.033)
+    assert read(motive(points("Foot"), rows, times, Export_Frame_Rate=None)).rate_hz == 120
+
+
+@pytest.mark.parametrize(
+    ("rate", "count"), [(120, 4), (120, 5), *((r, n) for r in (100, 240, 360) for n in (30, 1501))]
+)
+@pytest.mark.parametrize("way", [np.floor, np.round])
+def test_f3_the_rate_comes_from_the_whole_time_column(
+    way: Callable[[np.ndarray], np.ndarray], rate: int, count: int, read: Read
+) -> None:
+    times = way(np.arange(count) / rate * 1e3) / 1e3
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(count)]
+    absent = {"Export_Frame_Rate": None, "Capture_Frame_Rate": None}
+    take = read(motive(points("Foot"), rows, times.tolist(), **absent))
+    assert take.rate_hz == rate
+    np.testing.assert_allclose(take.times, np.arange(count) / rate, atol=1e-12)
+    assert told(take, f"Export Frame Rate is ''; {rate} Hz told from the times")
+    assert not told(take, "is used")
+
+
+def test_f3_the_capture_rate_decides_where_digits_leave_it_open(read: Read) -> None:
+    times = [0.0, 0.004, 0.008, 0.012, 0.016]  # 240 and 250 Hz fit
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(5)]
+    keys = {"Export_Frame_Rate": None, "Capture_Frame_Rate": "240.000000"}
+    assert read(motive(points("Foot"), rows, times, **keys)).rate_hz == 240
+
+
+def test_f3_a_stated_rate_is_checked_against_the_whole_column(read: Read) -> None:
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(50)]
+    take = read(motive(points("Foot"), rows, [k / 100 for k in range(50)]))
+    assert take.rate_hz == 120
+    assert told(take, "by up to 0.08167 s, at frame 49: its 50 rows tell 100 Hz. The rate of the")
+    assert told(take, "tracking: {rate: 100 Hz}")
+    cut = [round(k / 120 - 4e-4, 3) for k in range(50)]
+    assert read(motive(points("Foot"), rows, cut)).warnings == ()
+
+
+def test_f3_a_row_formats_clock_that_is_cut_is_mended_by_the_index(read: Read) -> None:
+    rows = "".join(f"frame,{k},{int(k / 0.12) / 1e3:.3f},0,1,1,2,3,7\n" for k in range(40))
+    take = read(f"comment,x\ninfo,framecount,40\n{rows}".encode())
+    assert take.rate_hz == 120
+    np.testing.assert_allclose(take.times, np.arange(40) / 120, atol=1e-12)
+    assert told(take, "the clock is cut to 1 ms; times are frame index / 120 Hz")
+
+
+@pytest.mark.parametrize(("capture", "export"), [(240, 60), ("120.000000", 120), ("", 120)])
+def test_f12_an_export_at_a_lower_rate_gives_no_hint(
+    capture: object, export: object, read: Read
+) -> None:
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(5)]
+    times = [k / int(str(export)) for k in range(5)]
+    keys = {"Capture_Frame_Rate": capture, "Export_Frame_Rate": export}
+    assert read(motive(points("Foot"), rows, times, **keys)).warnings == ()
+
+
+def test_f12_an_export_above_the_capture_rate_does(read: Read) -> None:
+    rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(5)]
+    take = read(motive(points("Foot"), rows, Capture_Frame_Rate="30.000000"))
+    assert told(take, "captured at 30 Hz, exported at 120 Hz; samples are not independent")
+
+
+def test_f13_markers_that_were_not_exported_are_not_hidden(read: Read) -> None:
+    solved = [*points("Foot"), *points("Foot:Marker1", "Rigid Body Marker")]
+    rows = [[0.1 + 1e-4 * k] * 3 + [0.2 + 1e-4 * k] * 3 for k in range(6)]
+    assert quality(read(motive(solved, rows)))["bodies"]["Foot"]["markers"] == {"Marker 1": None}
+    both = [*solved, *points("Foot:Marker1", "Marker")]
+    rows = [[*row, *([None] * 3 if k == 2 else row[3:])] for k, row in enumerate(rows)]
+    assert quality(read(motive(both, rows)))["bodies"]["Foot"]["markers"] == {"Marker 1": 1}

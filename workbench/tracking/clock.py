@@ -7,26 +7,81 @@ from numpy.typing import NDArray
 
 from workbench.tracking.source import Source
 
-__all__ = ["jitter", "motive_times", "row_rate", "warn_of_index_steps"]
+__all__ = ["column_rate", "jitter", "motive_times", "row_clock", "warn_of_index_steps"]
 
 _TIME_TOLERANCE_S = 1e-3
 _SNAP = 1e-4  # a printed step of 0.00833333 s is 120 Hz
+_ORDINARY = 0.6  # of the usual step; larger ones are gaps that the index does not count
+_DECIMALS = (2, 3, 4)  # of clocks that are cut; finer ones tell each step
+_ROUND_HZ = (10.0, 5.0, 1.0)
+_APART = 2e-3  # a column that leaves a stated rate by more tells another one
+_LEAST_ROWS = 3
 
 
-def row_rate(times: NDArray[np.float64], source: Source) -> float:
-    """Return the rate of a clock column [Hz]: one over the median step, rounded if that near.
+def column_rate(
+    indices: NDArray[np.int64], times: NDArray[np.float64], likely: float = 0.0
+) -> float | None:
+    """Return the rate that a time column tells over all its rows [Hz], None where it tells none.
+
+    A single step tells little: a column that is cut to milliseconds has steps of 8, 8 and 9 ms at
+    120 Hz. So it is the frames counted over the time between them, gaps that the index does not
+    count left out; then the likely or the roundest rate within what the printed digits leave open.
+
+    Args:
+        indices: (n,) frame indices.
+        times: (n,) [s], NaN where blank.
+        likely: a rate that goes before round ones [Hz].
+    """
+    advance, steps = np.diff(indices), np.diff(times)
+    usable = (advance > 0) & np.isfinite(steps) & (steps >= 0)
+    if not usable.any() or not steps[usable].sum() > 0:
+        return None
+    advance, steps = advance[usable], steps[usable]
+    each, cut = steps / advance, _resolution(times)
+    usual = float(np.median(each))
+    ordinary = np.abs(each - usual) <= max(_ORDINARY * usual, 1.01 * cut)
+    seconds = float(steps[ordinary].sum())
+    if not seconds > 0:
+        return None
+    rate = float(advance[ordinary].sum()) / seconds
+    within = max(_SNAP, cut / seconds) * rate
+    if abs(rate - likely) < within:
+        return likely
+    for unit in _ROUND_HZ:
+        near = unit * round(rate / unit)
+        if near > 0 and abs(rate - near) < within:
+            return float(near)
+    return rate
+
+
+def row_clock(
+    indices: NDArray[np.int64], times: NDArray[np.float64], source: Source
+) -> tuple[float, NDArray[np.float64]]:
+    """Return the rate of a row format's clock [Hz] and the times (n,) [s].
+
+    The times are the clock's own, but where it is cut to milliseconds and fits an even rate within
+    that: there the frame index tells them better.
 
     Raises:
         TakeError: when the clock has too few samples or stands still.
     """
-    steps = np.diff(times)
-    steps = steps[np.isfinite(steps)]
-    if len(steps) == 0 or np.median(steps) <= 1e-9:
+    rate = column_rate(np.arange(len(times)), times)
+    by_index = column_rate(indices, times)
+    if rate is None:
         raise source.fault(1, f"no rate can be told from {len(times)} frame(s); at least 2 needed")
-    if np.any(steps <= 0):
-        source.warn(f"the clock does not advance at {np.count_nonzero(steps <= 0)} frame(s)")
-    rate = 1.0 / float(np.median(steps))
-    return float(round(rate)) if abs(rate - round(rate)) < _SNAP * rate else rate
+    back = np.count_nonzero(np.diff(times) <= 0)
+    if back:
+        source.warn(f"the clock does not advance at {back} frame(s)")
+    cut = _resolution(times)
+    if by_index is not None and cut > 0 and len(times) >= _LEAST_ROWS:
+        even = times[0] + (indices - indices[0]) / by_index
+        off = np.abs(times - even)
+        if off.max() <= 1.01 * cut and off.max() > 1e-6:
+            source.warn(
+                f"the clock is cut to {1e3 * cut:g} ms; times are frame index / {by_index:g} Hz"
+            )
+            return by_index, even
+    return rate, times
 
 
 def motive_times(
@@ -35,7 +90,7 @@ def motive_times(
     rate: float,
     source: Source,
 ) -> NDArray[np.float64]:
-    """Return index / rate, (n,) [s]; warn where the time column differs by more than 1 ms.
+    """Return index / rate, (n,) [s]; warn where the time column tells another rate or other times.
 
     The column of some Motive versions is cut to milliseconds, so it is checked, not used.
     """
@@ -44,13 +99,31 @@ def motive_times(
         source.warn("no Time column; times are frame index / rate")
         return times
     apart = np.abs(column - times)
-    apart = apart[np.isfinite(apart)]
-    if len(apart) and apart.max() > _TIME_TOLERANCE_S:
-        source.warn(
-            f"the Time column differs from frame / {rate:g} Hz by up to {apart.max():.4g} s; "
-            "frame / rate is used"
+    known = np.flatnonzero(np.isfinite(apart))
+    if not len(known) or apart[known].max() <= _TIME_TOLERANCE_S:
+        return times
+    worst = int(known[np.argmax(apart[known])])
+    other = column_rate(indices, column) if len(known) >= _LEAST_ROWS else None
+    told = (
+        f"the Time column differs from frame / {rate:g} Hz by up to {apart[worst]:.4g} s, at frame "
+        f"{indices[worst]}"
+    )
+    if other is not None and abs(other - rate) > _APART * rate:
+        told += (
+            f": its {len(known)} rows tell {other:.6g} Hz. The rate of the header is used; if the "
+            f"column is right, state it in the sheet, tracking: {{rate: {other:.6g} Hz}}"
         )
+    source.warn(told)
     return times
+
+
+def _resolution(times: NDArray[np.float64]) -> float:
+    """Return to what a clock is cut [s]: 0.01, 0.001 or 0.0001 s, or zero where it is finer."""
+    some = times[np.isfinite(times)]
+    for decimals in _DECIMALS:
+        if np.allclose(some, np.round(some, decimals), rtol=0, atol=1e-9):
+            return 10.0**-decimals
+    return 0.0
 
 
 def jitter(indices: NDArray[np.int64], times: NDArray[np.float64] | None) -> float:

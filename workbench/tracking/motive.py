@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from workbench.tracking.clock import jitter, motive_times, warn_of_index_steps
+from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
 from workbench.tracking.motive_bodies import bodies_and_cloud
 from workbench.tracking.motive_header import Layout, read_layout
 from workbench.tracking.motive_table import MotiveTable, read_table
@@ -14,6 +12,7 @@ from workbench.tracking.take import Take
 
 __all__ = ["parse_motive"]
 
+_RATES_HZ = (0.1, 1e5)
 _VERSIONS = ("1.2", "1.21", "1.22", "1.23", "1.24", "1.25")
 
 
@@ -57,21 +56,30 @@ def _version(layout: Layout, source: Source) -> str:
 
 
 def _rate(layout: Layout, table: MotiveTable, source: Source) -> float:
+    """Return the rate that the header states, else the one that the times tell [Hz]."""
     text = layout.header.get("Export Frame Rate", "")
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = float("nan")
-    if 0.1 <= rate <= 1e5:
-        return rate
+    stated = _number(text)
+    if _is_rate(stated):
+        return stated
+    told = None
     if layout.time_column is not None:
-        steps = np.diff(table.column(layout.time_column))
-        steps = steps[steps > 0]
-        if len(steps) and 1e-5 <= np.median(steps) <= 10:
-            rate = 1.0 / float(np.median(steps))
-            source.warn(f"Export Frame Rate is {shown(text)}; {rate:.6g} Hz told from the times")
-            return rate
-    raise source.fault(1, f"Export Frame Rate is {shown(text)} and the times give none")
+        captured = _number(layout.header.get("Capture Frame Rate", ""))
+        told = column_rate(table.indices, table.column(layout.time_column), captured)
+    if told is None or not _is_rate(told):
+        raise source.fault(1, f"Export Frame Rate is {shown(text)} and the times give none")
+    source.warn(f"Export Frame Rate is {shown(text)}; {told:.6g} Hz told from the times")
+    return told
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def _is_rate(rate: float) -> bool:
+    return _RATES_HZ[0] <= rate <= _RATES_HZ[1]
 
 
 def _check_header(layout: Layout, n: int, source: Source) -> None:
@@ -80,10 +88,10 @@ def _check_header(layout: Layout, n: int, source: Source) -> None:
     count = header.get("Total Exported Frames", "")
     if count != str(n):
         source.warn(f"the header says {shown(count)} exported frames, the file has {n}")
-    capture, export = header.get("Capture Frame Rate", ""), header.get("Export Frame Rate", "")
-    if capture and export and capture != export:
+    capture, export = (_number(header.get(f"{k} Frame Rate", "")) for k in ("Capture", "Export"))
+    if export > capture * (1 + 1e-6):  # a lower rate leaves samples out, which does no harm
         source.warn(
-            f"captured at {capture} Hz, exported at {export} Hz; samples are not independent"
+            f"captured at {capture:g} Hz, exported at {export:g} Hz; samples are not independent"
         )
     space = header.get("Coordinate Space", "Global")
     if space.casefold() != "global":

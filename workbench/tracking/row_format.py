@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.tracking.clock import jitter, row_rate, warn_of_index_steps
+from workbench.tracking.clock import jitter, row_clock, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label, owners_of, warn_of_no_bodies
 from workbench.tracking.rotations import usable
 from workbench.tracking.row_bulk import read_bulk
@@ -36,15 +36,16 @@ def parse_row(source: Source) -> Take:
     cloud = _cloud(table, list(bodies.values()))
     if not bodies:
         bodies, cloud = _from_labels(cloud, source)
+    rate, times = row_clock(table.indices, table.times, source)
     return Take(
         path=source.path,
         sha256=source.sha256(),
         format="row",
         version=version,
-        rate_hz=row_rate(table.times, source),
+        rate_hz=rate,
         jitter_s=jitter(table.indices, table.times),
         indices=table.indices,
-        times=table.times,
+        times=times,
         bodies=bodies,
         cloud=cloud,
         header=table.info,
