@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from workbench.tracking import (
     write_motive,
 )
 
+MakeHop = Callable[..., Any]
 Read = Callable[[bytes], Take]
 ROW_HEAD = """\
 comment,"NaturalPoint Trackable Export Data"
@@ -54,7 +56,7 @@ def motive(
     rows: Sequence[Sequence[object]],
     times: Sequence[float] | None = None,
     blank: str = "\n",
-    **keys: object,
+    **keys: Any,
 ) -> bytes:
     """Return a Motive file of columns (type, name, axis of position or rotation)."""
     told = {
@@ -133,9 +135,9 @@ def test_f1_the_same_in_version_1_1_and_with_the_first_frame_dark(read: Read) ->
 
 @pytest.mark.parametrize("pair", [("T", "Rotor"), ("Foot", "T"), ("Foot", "Rotor")])
 def test_f2_exchanged_bodies_of_poses_alone_are_put_back(
-    pair: tuple[str, str], tmp_path: Path, new_hop: Callable[..., object]
+    pair: tuple[str, str], tmp_path: Path, new_hop: MakeHop
 ) -> None:
-    take = poses_alone(new_hop(seconds=12.5).take)  # type: ignore[attr-defined]
+    take = poses_alone(new_hop(seconds=12.5).take)
     wrong = exchanged(take, *pair, slice(600, 720))
     speeds = []
     for each, name in ((take, "right.csv"), (wrong, "wrong.csv")):
@@ -193,7 +195,7 @@ def test_f3_the_rate_comes_from_the_whole_time_column(
 ) -> None:
     times = way(np.arange(count) / rate * 1e3) / 1e3
     rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(count)]
-    absent = {"Export_Frame_Rate": None, "Capture_Frame_Rate": None}
+    absent: dict[str, Any] = {"Export_Frame_Rate": None, "Capture_Frame_Rate": None}
     take = read(motive(points("Foot"), rows, times.tolist(), **absent))
     assert take.rate_hz == rate
     np.testing.assert_allclose(take.times, np.arange(count) / rate, atol=1e-12)
@@ -232,7 +234,7 @@ def test_f12_an_export_at_a_lower_rate_gives_no_hint(
 ) -> None:
     rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(5)]
     times = [k / int(str(export)) for k in range(5)]
-    keys = {"Capture_Frame_Rate": capture, "Export_Frame_Rate": export}
+    keys: dict[str, Any] = {"Capture_Frame_Rate": capture, "Export_Frame_Rate": export}
     assert read(motive(points("Foot"), rows, times, **keys)).warnings == ()
 
 
@@ -249,3 +251,109 @@ def test_f13_markers_that_were_not_exported_are_not_hidden(read: Read) -> None:
     both = [*solved, *points("Foot:Marker1", "Marker")]
     rows = [[*row, *([None] * 3 if k == 2 else row[3:])] for k, row in enumerate(rows)]
     assert quality(read(motive(both, rows)))["bodies"]["Foot"]["markers"] == {"Marker 1": 1}
+
+
+def six(k: int) -> list[float]:
+    """Return places of two markers that move."""
+    return [0.1 + 1e-3 * k, 0.2, 0.3, 0.15 + 1e-3 * k, 0.2, 0.3]
+
+
+def test_f6_a_body_that_never_moves_and_has_no_raw_marker_was_never_seen(read: Read) -> None:
+    columns = [*points("Foot"), *points("Rotor"), *points("Foot:Marker1", "Marker")]
+    rows = [[*six(k)[:3], 0.4, 0.5, 0.6, *six(k)[3:]] for k in range(20)]
+    take = read(motive(columns, rows))
+    bodies = quality(take)["bodies"]
+    assert (bodies["Rotor"]["missing"], bodies["Rotor"]["reasons"]) == (20, {"frozen": 20})
+    assert bodies["Foot"]["missing"] == 0
+    assert told(take, "'Rotor' has the very same pose in all 20 rows that give one, which cameras")
+    assert not told(take, "'Foot' has")
+
+
+def test_f6_where_no_body_has_raw_markers_one_pose_is_a_warning(read: Read) -> None:
+    rows = [[*six(k)[:3], 0.4, 0.5, 0.6] for k in range(20)]
+    take = read(motive([*points("Foot"), *points("Rotor")], rows))
+    assert quality(take)["bodies"]["Rotor"]["missing"] == 0
+    assert told(take, "'Rotor' has the very same pose in all 20 rows that give one")
+    assert told(take, "was it ever tracked?")
+
+
+def test_f11_exact_zeros_are_no_places(read: Read) -> None:
+    columns = [*points("Foot:Marker1", "Marker"), *points("Unlabeled 7", "Marker")]
+    zero = ["0.000000"] * 3
+    rows = [six(k) if k != 3 else [*zero, *six(k)[3:]] for k in range(6)]
+    rows[5][3:] = [0.0, -0.0, "0.000000"]
+    take = read(
+        motive([*points("Foot"), *columns], [[*six(k)[:3], *r] for k, r in enumerate(rows)])
+    )
+    foot = quality(take)["bodies"]["Foot"]
+    assert (foot["missing"], foot["markers"]) == (1, {"Marker 1": 1})
+    assert np.isnan(take.cloud.position[5]).all()
+    assert told(take, "markers of 'Foot' stand at exactly 0, 0, 0 in 1 sample(s), first at frame 3")
+    assert told(
+        take, "markers of no body stand at exactly 0, 0, 0 in 1 sample(s), first at frame 5"
+    )
+
+
+def test_f11_zeros_of_a_row_format_are_no_places(read: Read) -> None:
+    zeros = ROWS.replace("1,0.1,0.2,0.4,2,", "1,0,0,0,2,").replace(
+        "0.1,0.2,0.3,0.1,0.2,0.4,0.1,0.3,0.3,1,1,1", "0.1,0.2,0.3,0,0,0,0.1,0.3,0.3,1,1,1"
+    )
+    take = read((ROW_HEAD + DEFINED + zeros).encode())
+    assert quality(take)["bodies"]["Foot"]["markers"]["Marker 2"] == 2
+    assert take.cloud.position.shape[1] == 0
+    assert told(take, "visible points stand at exactly 0, 0, 0 in 1 sample(s), first at frame 0")
+
+
+@pytest.mark.parametrize(("hold", "in_effect"), [(2, 60), (3, 40), (6, 20)])
+def test_f14_held_samples_are_told_and_do_not_count(hold: int, in_effect: int, read: Read) -> None:
+    rows = [six(k - k % hold)[:3] for k in range(60)]
+    take = read(motive(points("Foot"), rows))
+    repeats = 60 - 60 // hold
+    assert quality(take)["bodies"]["Foot"]["reasons"] == {"frozen": repeats}
+    assert told(take, f"'Foot' repeats the sample before exactly in {repeats} samples at even")
+    assert told(take, f"first at frame 1: {in_effect} Hz in effect, 120 Hz stated")
+
+
+def test_f14_a_rate_that_is_no_part_of_the_stated_one_is_found(read: Read) -> None:
+    rows = [six(k * 100 // 120)[:3] for k in range(120)]
+    take = read(
+        motive([*points("Foot"), *points("Foot:Marker1", "Marker")], [[*r, *r] for r in rows])
+    )
+    assert told(take, "'Foot' repeats the sample before exactly in 20 samples at even intervals")
+    assert told(take, "100 Hz in effect, 120 Hz stated")
+
+
+def test_f14_repeats_by_chance_and_a_body_at_rest_are_no_holds(read: Read) -> None:
+    rng = np.random.default_rng(3)
+    rounded = np.round(0.3 + rng.normal(0, 5e-4, (400, 3)), 3).tolist()
+    assert read(motive(points("Foot"), rounded)).bodies["Foot"].seen.all()
+    rest = [six(max(0, k - 200))[:3] for k in range(400)]
+    assert read(motive(points("Foot"), rest)).warnings == ()
+
+
+def test_f14_the_motion_of_held_samples_is_that_of_the_samples_that_were_taken(
+    tmp_path: Path, new_hop: MakeHop
+) -> None:
+    take = poses_alone(new_hop(seconds=8.0, noise_m=0.0).take)
+    rows = np.arange(len(take)) // 2 * 2
+    held = {
+        name: replace(body, position=body.position[rows], quaternion=body.quaternion[rows])
+        for name, body in take.bodies.items()
+    }
+    write_motive(replace(take, bodies=held), tmp_path / "held.csv")
+    write_motive(take, tmp_path / "whole.csv")
+    motion = [
+        make_track(read_take(tmp_path / name), bodies=BodyNames(), axes=Axes()).motion
+        for name in ("held.csv", "whole.csv")
+    ]
+    late = motion[0].between(0.5, 5.0)
+    off = late["rotor_x_m"] - motion[1].at(late.times)["rotor_x_m"]
+    assert np.abs(off).max() < 1e-3  # half a sample late it would be 2.5 mm
+
+
+def test_solved_markers_that_are_not_the_measured_ones_are_told(read: Read) -> None:
+    columns = [*points("Foot"), *points("Foot:Marker1", "Rigid Body Marker")]
+    columns += points("Foot:Marker1", "Marker")
+    rows = [[*six(k)[:3], *six(k)[:3], *six(k)[3:]] for k in range(10)]
+    take = read(motive(columns, rows))
+    assert told(take, "the solved markers of 'Foot' lie 50.0 mm (median) from the measured ones")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import TakeError
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
+from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import LARGEST, Source, shown
 from workbench.tracking.take import Cloud, Take, known
 
@@ -63,14 +64,15 @@ def parse_c3d(source: Source) -> Take:
         raise _fault(source, f"POINT:UNITS is {shown(points.unit)}; known are {', '.join(_METRES)}")
     if not _RATES_HZ[0] <= points.rate <= _RATES_HZ[1]:
         raise _fault(source, f"POINT:RATE is {points.rate:g}; no rate of cameras [Hz]")
+    indices = points.first + np.arange(len(points.position))
     position = points.position * _METRES[points.unit.casefold()]
+    position = without_zeros(position, "points", indices, source)
     bodies, loose = bodies_by_label(points.labels, position, source)
     if not bodies:
         warn_of_no_bodies(points.labels, position, 1, source)
     source.warn(
         "a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes"
     )
-    indices = points.first + np.arange(len(position))
     names = np.array([points.labels[k] for k in loose], dtype=object)
     return Take(
         path=source.path,

@@ -9,12 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.tracking.source import Source
 from workbench.tracking.take import Missing, known
 
-__all__ = ["gaps", "motive_missing", "runs"]
+__all__ = ["gaps", "motive_missing", "never_moves", "runs", "without_zeros"]
 
 _FROZEN_S = 0.04
 _FROZEN_SAMPLES = 5  # shorter exact repeats occur in real files of bodies that were seen
+_STILL_SAMPLES = 3
 
 
 def motive_missing(
@@ -22,18 +24,22 @@ def motive_missing(
     quaternion: NDArray[np.float64],
     measured: NDArray[np.float64],
     rate: float,
+    *,
+    others_raw: bool = False,
 ) -> NDArray[np.int8]:
     """Return (n,) values of `Missing`.
 
     Raw markers decide where the file has them. Without them a repeated pose counts as frozen only
     from 0.04 s on (at least 5 samples), and never from the body's first pose: that body has not
-    moved yet, and nothing tells it from one that stands still.
+    moved yet, and nothing tells it from one that stands still. But where other bodies have raw
+    markers, one without them that has a single pose all through was never tracked.
 
     Args:
         position: (n, 3) NaN where blank.
         quaternion: (n, 4) w, x, y, z.
         measured: (n, m, 3) raw markers, NaN where not seen.
         rate: [Hz].
+        others_raw: whether the file has raw markers of other bodies.
     """
     missing = np.zeros(len(position), dtype=np.int8)
     visible = np.asarray(known(measured).any(axis=1), dtype=np.bool_)
@@ -45,9 +51,43 @@ def motive_missing(
     zero = _is_zero_pose(position, quaternion) & ~(has_raw & visible)
     missing[zero] = Missing.PLACEHOLDER
     missing[~known(position)] = Missing.BLANK
-    if not has_raw:
-        _mark_frozen(missing, repeat, max(_FROZEN_SAMPLES, round(_FROZEN_S * rate)))
+    if has_raw:
+        return missing
+    least = max(_FROZEN_SAMPLES, round(_FROZEN_S * rate))
+    _mark_frozen(missing, repeat, least)
+    seen = missing == Missing.SEEN
+    if others_raw and never_moves(position[seen], quaternion[seen]):
+        missing[seen] = Missing.FROZEN
     return missing
+
+
+def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> bool:
+    """Tell whether poses (k, 3), (k, 4) w, x, y, z are one and the same; three at the least."""
+    poses = np.hstack([position, np.nan_to_num(quaternion)])
+    return len(poses) >= _STILL_SAMPLES and bool((poses == poses[0]).all())
+
+
+def without_zeros(
+    points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], source: Source
+) -> NDArray[np.float64]:
+    """Return points (..., 3) with NaN in place of exact zeros, which exporters write for nothing.
+
+    Args:
+        points: (n, k, 3) [m], NaN where not seen.
+        whose: markers, for the warning.
+        indices: (n,) of the frames, for the warning.
+        source: takes the warning.
+    """
+    zero = (points[..., 0] == 0) & (points[..., 1] == 0) & (points[..., 2] == 0)
+    count = int(np.count_nonzero(zero))
+    if not count:
+        return points
+    first = indices[int(np.argmax(zero.any(axis=1)))]
+    source.warn(
+        f"{whose} stand at exactly 0, 0, 0 in {count} sample(s), first at frame {first}; these "
+        "count as not seen"
+    )
+    return np.where(zero[..., None], np.nan, points)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -16,18 +16,19 @@ from workbench.tracking.labels import (
     side_by_side,
     warn_of_no_bodies,
 )
-from workbench.tracking.missing import motive_missing
+from workbench.tracking.missing import motive_missing, never_moves, without_zeros
 from workbench.tracking.motive_header import Entity, Layout
 from workbench.tracking.motive_table import MotiveTable
 from workbench.tracking.rotations import usable
 from workbench.tracking.source import Source, listed, shown, unique_name
-from workbench.tracking.take import BodyTake, Cloud
+from workbench.tracking.take import BodyTake, Cloud, Missing, known
 
 __all__ = ["bodies_and_cloud"]
 
 _METRES = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254}
 _BODIES = ("rigid body", "bone")
 _MEASURED = "marker"
+_MANY = 10  # rows
 
 
 @dataclass(frozen=True)
@@ -71,11 +72,13 @@ def bodies_and_cloud(
         if entity.type not in _BODIES:
             owner = _owner(entity, owners, source)
             (loose if owner is None else own[owner]).append(entity)
+    raw = [any(marker.type == _MEASURED for marker in markers) for markers in own]
     bodies: dict[str, BodyTake] = {}
-    for owner, markers in zip(owners, own, strict=True):
+    for k, owner in enumerate(owners):
         name = unique_name(owner.name, list(bodies), source)
-        bodies[name] = _body(owner, name, markers, scaled, rate, source)
-    return bodies, _cloud([entity for entity in loose if entity.type == _MEASURED], scaled)
+        others_raw = any(raw[:k] + raw[k + 1 :])
+        bodies[name] = _body(owner, name, own[k], scaled, rate, others_raw, source)
+    return bodies, _cloud([e for e in loose if e.type == _MEASURED], scaled, source)
 
 
 def _scale(layout: Layout, source: Source) -> float:
@@ -93,7 +96,7 @@ def _from_labels(
 ) -> tuple[dict[str, BodyTake], Cloud]:
     """Make bodies of an export of markers alone."""
     markers = [entity for entity in layout.entities if entity.type == _MEASURED]
-    cloud = _cloud(markers, scaled)
+    cloud = _cloud(markers, scaled, source)
     labels = [entity.name for entity in markers]
     bodies, loose = bodies_by_label(labels, cloud.position, source)
     if not markers:
@@ -105,7 +108,7 @@ def _from_labels(
         )
     if not bodies:
         warn_of_no_bodies(labels, cloud.position, layout.line, source)
-    return bodies, _cloud([markers[k] for k in loose], scaled)
+    return bodies, _cloud([markers[k] for k in loose], scaled, source)
 
 
 def _owner(marker: Entity, owners: Sequence[Entity], source: Source) -> int | None:
@@ -138,6 +141,7 @@ def _body(
     markers: Sequence[Entity],
     scaled: _Scaled,
     rate: float,
+    others_raw: bool,
     source: Source,
 ) -> BodyTake:
     names = [marker_name(marker.name.removeprefix(owner.name)) for marker in markers]
@@ -150,28 +154,60 @@ def _body(
         merge(paths[kind], slot, scaled.position(marker), marker.name, source)
         if marker.quality is not None:
             quality[:, slots.index(slot)] = scaled.table.column(marker.quality)
-    measured = side_by_side(paths["measured"], slots, n)
+    measured, solved = (side_by_side(paths[kind], slots, n) for kind in ("measured", "solved"))
+    indices = scaled.table.indices
+    measured = without_zeros(measured, f"markers of {name!r}", indices, source)
+    solved = without_zeros(solved, f"solved markers of {name!r}", indices, source)
     position, quaternion = scaled.position(owner), _quaternion(owner, scaled.table)
+    missing = motive_missing(position, quaternion, measured, rate, others_raw=others_raw)
+    _warn_of_one_pose(name, position, quaternion, measured, missing, source)
     return BodyTake(
         name=name,
         id=owner.id,
         position=position,
         quaternion=quaternion,
         measured=measured,
-        solved=side_by_side(paths["solved"], slots, n),
+        solved=solved,
         marker_names=slots,
-        missing=motive_missing(position, quaternion, measured, rate),
+        missing=missing,
         reported_error=scaled.error(owner),
         marker_quality=quality if any(marker.quality is not None for marker in markers) else None,
         solved_only=frozenset(slots) - paths["measured"].keys(),
     )
 
 
-def _cloud(loose: Sequence[Entity], scaled: _Scaled) -> Cloud:
+def _warn_of_one_pose(
+    name: str,
+    position: NDArray[np.float64],
+    quaternion: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    missing: NDArray[np.int8],
+    source: Source,
+) -> None:
+    """Warn of a body that has the same pose in all of many rows: cameras are never that still."""
+    given = known(position) & (missing != Missing.PLACEHOLDER)
+    count = int(np.count_nonzero(given))
+    if (
+        known(measured).any()
+        or count < _MANY
+        or not never_moves(position[given], quaternion[given])
+    ):
+        return
+    verdict = "was it ever tracked?"
+    if not (missing == Missing.SEEN).any():
+        verdict = "it counts as never seen, as no raw marker of it is in the file"
+    source.warn(
+        f"body {name!r} has the very same pose in all {count} rows that give one, which cameras "
+        f"never see: {verdict}"
+    )
+
+
+def _cloud(loose: Sequence[Entity], scaled: _Scaled, source: Source) -> Cloud:
     if not loose:
         return Cloud.empty(len(scaled.table))
     position = np.stack([scaled.position(entity) for entity in loose], axis=1)
     names = np.array([entity.name for entity in loose], dtype=object)
+    position = without_zeros(position, "markers of no body", scaled.table.indices, source)
     return Cloud(position, np.broadcast_to(names, position.shape[:2]))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from workbench.errors import TakeError, what_to_do
 from workbench.tracking.c3d import is_c3d, parse_c3d
+from workbench.tracking.checks import checked
 from workbench.tracking.motive import parse_motive
 from workbench.tracking.row_format import parse_row
 from workbench.tracking.source import Source, shown
@@ -45,7 +46,7 @@ def read_take(path: str | Path) -> Take:
     """
     data = _bytes(Path(path))
     with ThreadPoolExecutor(1) as beside:
-        return _parsed(str(path), beside.submit(_sha256, data).result, data)
+        return checked(_parsed(str(path), beside.submit(_sha256, data).result, data))
 
 
 def _bytes(path: Path) -> bytes:

@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.tracking.clock import jitter, row_clock, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label, owners_of, warn_of_no_bodies
+from workbench.tracking.missing import without_zeros
 from workbench.tracking.rotations import usable
 from workbench.tracking.row_bulk import read_bulk
 from workbench.tracking.row_careful import read_careful
@@ -32,8 +33,8 @@ def parse_row(source: Source) -> Take:
     for rows in table.bodies:
         if len(rows.frames):
             name = unique_name(rows.name, list(bodies), source)
-            bodies[name] = _body(rows, name, table)
-    cloud = _cloud(table, list(bodies.values()))
+            bodies[name] = _body(rows, name, table, source)
+    cloud = _cloud(table, list(bodies.values()), source)
     if not bodies:
         bodies, cloud = _from_labels(cloud, source)
     rate, times = row_clock(table.indices, table.times, source)
@@ -72,13 +73,15 @@ def _check_header(table: RowTable, source: Source) -> None:
             source.warn(f"body {shown(rows.name)} has no row in {silent} frame(s); missing there")
 
 
-def _body(rows: BodyRows, name: str, table: RowTable) -> BodyTake:
+def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
     n, m, width = len(table.indices), rows.markers, MODEL_WIDTH[table.version]
     frames, values = rows.frames, rows.values
     solved, measured = np.full((n, m, 3), np.nan), np.full((n, m, 3), np.nan)
     quality, error = np.full((n, m), np.nan), np.full(n, np.nan)
     solved[frames] = values[:, : width * m].reshape(len(frames), m, width)[:, :, :3]
     measured[frames] = values[:, width * m : (width + 3) * m].reshape(len(frames), m, 3)
+    measured = without_zeros(measured, f"markers of {name!r}", table.indices, source)
+    solved = without_zeros(solved, f"model markers of {name!r}", table.indices, source)
     quality[frames], error[frames] = values[:, (width + 4) * m : -1], values[:, -1]
     missing = np.full(n, Missing.BLANK, dtype=np.int8)
     missing[frames] = np.where(rows.lost > 0, Missing.LOST, Missing.SEEN)
@@ -100,10 +103,11 @@ def _body(rows: BodyRows, name: str, table: RowTable) -> BodyTake:
     )
 
 
-def _cloud(table: RowTable, bodies: list[BodyTake]) -> Cloud:
+def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
     """Return the visible points without those that the body rows repeat digit for digit."""
-    free = known(table.points)
-    x, y, z = np.ascontiguousarray(table.points.transpose(2, 1, 0))  # (k, n) each
+    seen = without_zeros(table.points, "visible points", table.indices, source)
+    free = known(seen)
+    x, y, z = np.ascontiguousarray(seen.transpose(2, 1, 0))  # (k, n) each
     for body in bodies:
         for marker in np.ascontiguousarray(body.measured.transpose(1, 2, 0)):  # (3, n)
             free &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2])).T

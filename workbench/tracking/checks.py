@@ -1,0 +1,127 @@
+"""What a take states, checked against its own numbers, whatever its format.
+
+Each check is a warning with number and place. Samples that repeat the one before because nothing
+new was measured no longer count as seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.tracking.missing import runs
+from workbench.tracking.take import BodyTake, Missing, Take, known
+
+__all__ = ["checked", "solved_apart"]
+
+_LONGEST_HOLD = 8  # samples; a longer repeat is a frozen body, or one that truly stands still
+_LEAST_HOLDS = 3
+_LEAST_SHARE = 0.02  # real takes of bodies that were seen repeat 1 sample in 1000
+_EVEN = 0.9  # of the holds come at the usual interval; chance repeats of rounded numbers do not
+_APART_M = 5e-3  # real solved markers lie within 0.2 mm of the measured ones
+_TIMES_REPORTED = 3.0
+_LOOKED_AT = 2000  # samples
+
+
+class _Held(NamedTuple):
+    """(n,) True where a body repeats the sample before, and how many it has that are new."""
+
+    mask: NDArray[np.bool_]
+    new: int
+
+
+def checked(take: Take) -> Take:
+    """Return a take whose held samples do not count as seen, with warnings on what contradicts."""
+    held = {name: found for name, body in take.bodies.items() if (found := _held(body)) is not None}
+    bodies = {
+        name: _without(body, held[name].mask) if name in held else body
+        for name, body in take.bodies.items()
+    }
+    warnings = [*_on_holds(take, held), *_on_solved(take.bodies)]
+    if not warnings:
+        return take
+    return replace(take, bodies=bodies, warnings=(*take.warnings, *warnings))
+
+
+def solved_apart(body: BodyTake) -> float:
+    """Return the median distance of solved from measured markers [m], NaN where none has both."""
+    some = slice(None, None, max(1, len(body.missing) // _LOOKED_AT))
+    apart = np.linalg.norm(body.measured[some] - body.solved[some], axis=2)
+    apart = apart[np.isfinite(apart)]
+    return float(np.median(apart)) if len(apart) else float("nan")
+
+
+def _held(body: BodyTake) -> _Held | None:
+    """Return the samples of a body that is sampled and held, None where it is not.
+
+    Holds are short and come evenly: every second sample, or every sixth. Numbers that are rounded
+    repeat by chance, at odd intervals.
+    """
+    values = body.measured.reshape(len(body.missing), -1)
+    if not np.isfinite(values).any():
+        values = np.hstack([body.position, body.quaternion])
+    repeat = np.zeros(len(values), dtype=np.bool_)
+    alike = np.arange(1, len(values))
+    for column in values.T:  # what differs in one of them is not looked at again
+        before, after = column[alike - 1], column[alike]
+        alike = alike[(before == after) | (np.isnan(before) & np.isnan(after))]
+    repeat[alike] = True
+    given = np.isfinite(values).any(axis=1)
+    repeat &= given
+    holds = [(start, stop) for start, stop in runs(repeat) if stop - start <= _LONGEST_HOLD]
+    mask = np.zeros(len(values), dtype=np.bool_)
+    for start, stop in holds:
+        mask[start:stop] = True
+    new = int(np.count_nonzero(given & ~repeat))
+    if len(holds) < _LEAST_HOLDS or mask.sum() < _LEAST_SHARE * new:
+        return None
+    apart = np.diff([start for start, _ in holds])
+    even = np.abs(apart - np.median(apart)) <= 1
+    return _Held(mask, new) if even.mean() >= _EVEN else None
+
+
+def _without(body: BodyTake, rows: NDArray[np.bool_]) -> BodyTake:
+    """Return a body without what it only repeats in some samples."""
+    return replace(
+        body,
+        position=np.where(rows[:, None], np.nan, body.position),
+        quaternion=np.where(rows[:, None], np.nan, body.quaternion),
+        measured=np.where(rows[:, None, None], np.nan, body.measured),
+        missing=np.where(rows & body.seen, Missing.FROZEN, body.missing).astype(np.int8),
+    )
+
+
+def _on_holds(take: Take, held: Mapping[str, _Held]) -> list[str]:
+    told: list[str] = []
+    for name, found in held.items():
+        count = int(np.count_nonzero(found.mask))
+        rate = take.rate_hz * found.new / (found.new + count)
+        told.append(
+            f"{name!r} repeats the sample before exactly in {count} samples at even intervals, "
+            f"first at frame {take.indices[np.argmax(found.mask)]}: {rate:.4g} Hz in effect, "
+            f"{take.rate_hz:g} Hz stated; the repeats count as not seen"
+        )
+    return told
+
+
+def _on_solved(bodies: Mapping[str, BodyTake]) -> list[str]:
+    told: list[str] = []
+    for name, body in bodies.items():
+        apart = solved_apart(body)
+        error = body.reported_error
+        reported = np.nan if error is None else error[body.seen & known(error[:, None])]
+        usual = float(np.median(reported)) if np.size(reported) else np.nan
+        if apart > _APART_M and not apart < _TIMES_REPORTED * usual:
+            stated = (
+                "" if np.isnan(usual) else f", the file states an error of {1e3 * usual:.1f} mm"
+            )
+            told.append(
+                f"the solved markers of {name!r} lie {1e3 * apart:.1f} mm (median) from the "
+                f"measured ones{stated}: its model is not the body that was seen. The measured "
+                "ones are followed; recipe 'thesis' follows the solved ones"
+            )
+    return told
