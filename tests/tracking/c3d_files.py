@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PROCESSORS", "c3d_bytes"]
+__all__ = ["PROCESSORS", "Processor", "c3d_bytes"]
 
 Processor = Literal["intel", "dec", "mips"]
 Value = Sequence[str] | Sequence[float] | int

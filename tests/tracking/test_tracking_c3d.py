@@ -6,13 +6,16 @@ import struct
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from c3d_files import Processor, c3d_bytes
 from numpy.typing import NDArray
 
 from workbench.errors import TakeError
 from workbench.tracking import Axes, BodyNames, Missing, Take, make_track, quality, read_take
+from workbench.tracking.c3d_data import read_header, read_points
 from workbench.tracking.take import known
 
 ezc3d = pytest.importorskip("ezc3d", reason="needs the extra `c3d`")
@@ -171,3 +174,117 @@ def test_without_ezc3d_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "ezc3d", None)
     with pytest.raises(TakeError, match=r"pip install hopping-workbench\[c3d\]"):
         read_take(path)
+
+
+@pytest.fixture
+def drawn(tmp_path: Path) -> Callable[..., Take]:
+    """Read a file that is written here byte by byte, (n, k, 3) [mm]."""
+
+    def from_points(points: NDArray[np.float64], **how: Any) -> Take:
+        path = tmp_path / "drawn.c3d"
+        path.write_bytes(c3d_bytes(points, LABELS[: points.shape[1]], **how))
+        return read_take(path)
+
+    return from_points
+
+
+@pytest.mark.parametrize("processor", ["intel", "dec"])
+@pytest.mark.parametrize("integers", [False, True])
+def test_f7_either_byte_order_is_read_as_whole_numbers_and_as_floats(
+    processor: str, integers: bool, drawn: Callable[..., Take], places: NDArray[np.float64]
+) -> None:
+    take = drawn(1e3 * places, processor=processor, integers=integers, scale=0.0957)
+    assert len(take) == FRAMES
+    within = 0.06e-3 if integers else 1e-6  # half a step of 0.0957 mm
+    np.testing.assert_allclose(take.bodies["Foot"].measured, places[:, :2], atol=within)
+
+
+@pytest.mark.parametrize("processor", ["intel", "dec"])
+@pytest.mark.parametrize("integers", [False, True])
+def test_f7_a_cut_file_is_still_told_in_either_byte_order(
+    processor: Processor, integers: bool, tmp_path: Path, places: NDArray[np.float64]
+) -> None:
+    data = c3d_bytes(1e3 * places, LABELS, processor=processor, integers=integers)
+    (tmp_path / "x.c3d").write_bytes(data[:-1024])
+    with pytest.raises(TakeError, match=r"the header promises frames 1 to 50 .* cut off\?"):
+        read_take(tmp_path / "x.c3d")
+
+
+def test_f7_the_byte_order_that_no_library_reads_is_named(
+    drawn: Callable[..., Take], places: NDArray[np.float64]
+) -> None:
+    with pytest.raises(TakeError, match="its byte order is that of MIPS processors, which is not"):
+        drawn(places, processor="mips")
+
+
+def long_points(count: int) -> NDArray[np.float64]:
+    points = np.full((count, 3, 3), 800.0)
+    points[:, 0, 0] = np.arange(count)
+    points[::2, 0, 1] = 0.0  # no sample repeats the one before
+    points[-3, 1] = np.nan
+    return points
+
+
+@pytest.mark.parametrize("count", [65_534, 65_535, 65_536, 70_000])
+@pytest.mark.parametrize("processor", ["intel", "dec"])
+def test_f4_more_frames_than_the_header_counts_are_read_whole(
+    count: int, processor: str, drawn: Callable[..., Take]
+) -> None:
+    take = drawn(long_points(count), processor=processor, integers=processor == "dec", scale=8.0)
+    foot = take.bodies["Foot"].measured
+    assert (len(take), take.indices[-1]) == (count, count)
+    assert foot[-1, 0, 0] == pytest.approx((count - 1) * 1e-3, abs=4.1e-3)
+    assert known(foot[-5:, 1]).tolist() == [True, True, False, True, True]
+
+
+def test_f4_a_file_that_the_library_writes_is_read_whole(
+    write: Write, places: NDArray[np.float64]
+) -> None:
+    points = np.tile(places[:1], (70_000, 1, 1))
+    points[:, 0, 0] = np.linspace(0.1, 0.9, 70_000)
+    take = read_take(write(points))
+    assert len(take) == 70_000
+    np.testing.assert_allclose(take.bodies["Foot"].measured[:, 0], points[:, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("processor", ["intel", "dec"])
+def test_f4_the_length_that_the_parameters_state_counts(
+    processor: str, drawn: Callable[..., Take]
+) -> None:
+    take = drawn(long_points(70_000), processor=processor, trial=(1, 70_000))
+    assert len(take) == 70_000
+    with pytest.raises(TakeError, match="promise 80000 frames, there is room for 70000; cut off"):
+        drawn(long_points(70_000), processor=processor, trial=(1, 80_000))
+
+
+@pytest.mark.parametrize("processor", ["intel", "dec"])
+@pytest.mark.parametrize("integers", [False, True])
+def test_our_reading_of_the_points_is_that_of_the_library(
+    processor: Processor, integers: bool, tmp_path: Path, places: NDArray[np.float64]
+) -> None:
+    data = c3d_bytes(1e3 * places, LABELS, processor=processor, integers=integers)
+    (tmp_path / "x.c3d").write_bytes(data)
+    peer = ezc3d.c3d(str(tmp_path / "x.c3d"))["data"]["points"][:3].transpose(2, 1, 0)
+    np.testing.assert_allclose(read_points(data, read_header(data), FRAMES), peer, atol=1e-4)
+
+
+def test_axes_that_the_file_names_are_taken_from_it(
+    drawn: Callable[..., Take], places: NDArray[np.float64]
+) -> None:
+    take = drawn(1e3 * places, screen=("-X", "+Z"))
+    assert take.axes == Axes(up="z", forward="-x")
+    assert not any("usually z-up" in warning for warning in take.warnings)
+    for screen in (("+X", "+X"), ("?", "+Z")):
+        take = drawn(1e3 * places, screen=screen)
+        assert take.axes is None
+        assert any("usually z-up" in warning for warning in take.warnings)
+
+
+def test_f11_a_point_at_exact_zero_is_not_seen(
+    drawn: Callable[..., Take], places: NDArray[np.float64]
+) -> None:
+    places[12, 0] = 0.0
+    take = drawn(1e3 * places)
+    assert known(take.bodies["Foot"].measured[11:14, 0]).tolist() == [True, False, True]
+    told = "points stand at exactly 0, 0, 0 in 1 sample(s), first at frame 13"
+    assert any(told in warning for warning in take.warnings)

@@ -13,7 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import TakeError
+from workbench.errors import InputError, TakeError
+from workbench.tracking.axes import Axes
+from workbench.tracking.c3d_data import (
+    BLOCK,
+    LAST,
+    PROCESSORS,
+    Header,
+    read_header,
+    read_points,
+    whole_frames,
+)
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import LARGEST, Source, shown
@@ -21,36 +31,36 @@ from workbench.tracking.take import Cloud, Take, known
 
 __all__ = ["is_c3d", "parse_c3d"]
 
-_BLOCK = 512  # [bytes]
 _KEY = 0x50
-_PROCESSORS = (84, 85, 86)  # Intel, DEC, MIPS
 _METRES = {
     "m": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "centimeters": 0.01,
     "mm": 0.001, "millimeter": 0.001, "millimeters": 0.001, "in": 0.0254, "inches": 0.0254,
 }  # fmt: skip
 _RATES_HZ = (0.1, 1e5)
-_LAST = 65535
-"""The header cannot tell a later frame; longer files say this one."""
 _LIBRARY_ERRORS = (
     RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError
 )  # fmt: skip
 
 
 class _Points(NamedTuple):
-    """What the file holds: k labels, (n, k, 3) in its unit, its rate [Hz], its first frame."""
+    """What the file holds: k labels, (n, k, 3) in its unit, its rate [Hz], its first frame.
+
+    `screen` is which of its axes point up and to the right on a screen, empty where it says none.
+    """
 
     labels: list[str]
     position: NDArray[np.float64]
     unit: str
     rate: float
     first: int
+    screen: tuple[str, ...]
 
 
 def is_c3d(data: bytes) -> bool:
     """Tell a C3D file by its second byte and by the key of the parameters that the first names."""
-    at = _BLOCK * (data[0] - 1) if data else 0
-    is_keyed = len(data) >= _BLOCK and data[1] == _KEY and at > 0
-    return is_keyed and at + 4 <= len(data) and data[at + 3] in _PROCESSORS
+    at = BLOCK * (data[0] - 1) if data else 0
+    is_keyed = len(data) >= BLOCK and data[1] == _KEY and at > 0
+    return is_keyed and at + 4 <= len(data) and data[at + 3] in PROCESSORS
 
 
 def parse_c3d(source: Source) -> Take:
@@ -65,14 +75,13 @@ def parse_c3d(source: Source) -> Take:
     if not _RATES_HZ[0] <= points.rate <= _RATES_HZ[1]:
         raise _fault(source, f"POINT:RATE is {points.rate:g}; no rate of cameras [Hz]")
     indices = points.first + np.arange(len(points.position))
-    position = points.position * _METRES[points.unit.casefold()]
+    metres = _METRES[points.unit.casefold()]
+    position = points.position * metres
     position = without_zeros(position, "points", indices, source)
     bodies, loose = bodies_by_label(points.labels, position, source)
     if not bodies:
         warn_of_no_bodies(points.labels, position, 1, source)
-    source.warn(
-        "a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes"
-    )
+    axes = _axes(points.screen, source)
     names = np.array([points.labels[k] for k in loose], dtype=object)
     return Take(
         path=source.path,
@@ -87,30 +96,53 @@ def parse_c3d(source: Source) -> Take:
         cloud=Cloud(position[:, loose], np.broadcast_to(names, (len(position), len(loose)))),
         header={"POINT:UNITS": points.unit, "POINT:RATE": f"{points.rate:g}"},
         warnings=tuple(source.warnings),
+        axes=axes,
+        unit_m=metres,
     )
+
+
+def _axes(screen: tuple[str, ...], source: Source) -> Axes | None:
+    """Return the axes that the file names, None where it names none."""
+    up, right = (name.strip().casefold().removeprefix("+") for name in screen)
+    try:
+        return Axes(up=up, forward=right)
+    except InputError:
+        source.warn(
+            "a C3D file is usually z-up, a CSV export y-up; the file does not say: set the axes"
+        )
+        return None
 
 
 def _read(source: Source) -> _Points:
     library = _ezc3d(source)
-    first, last = _check_size(source)
+    header = _check_size(source)
     _check_parameters(source)
     try:
         file = library.c3d(source.path)
-        group, data = file["parameters"]["POINT"], file["data"]
+        parameters, data = file["parameters"], file["data"]
+        group = parameters["POINT"]
         # the library turns points with a residual of -1, which were not seen, into NaN
         position = np.array(data["points"][:3], dtype=float).transpose(2, 1, 0)
         labels = _labels(group)
         unit = str(_value(group, "UNITS", "mm"))
         rate = float(_value(group, "RATE", file["header"]["points"]["frame_rate"]))
+        screen = tuple(str(_value(group, f"{axis}_SCREEN", "")) for axis in "YX")
+        count = _frames(header, parameters, source)
     except _LIBRARY_ERRORS as error:
         raise _fault(source, f"damaged: {error}") from error
+    if count > len(position):  # the library counts no further than the header
+        position = read_points(source.data, header, count)
+    elif header.last == LAST:  # or to the end of the last block, beyond the last frame
+        position = position[:count]
     if position.size == 0:
         raise _fault(source, f"{position.shape[0]} frames of {position.shape[1]} points; no data")
-    if last < _LAST and len(position) != last - first + 1:
-        raise _fault(source, f"{len(position)} frames, the header says {first} to {last}")
+    if len(position) != count:
+        raise _fault(
+            source, f"{len(position)} frames can be read of the {count} that the file states"
+        )
     if len(labels) < position.shape[1]:
         raise _fault(source, f"{len(labels)} labels name {position.shape[1]} points")
-    return _Points(labels, _checked(position, source), unit, rate, first)
+    return _Points(labels, _checked(position, source), unit, rate, header.first, screen)
 
 
 def _checked(position: NDArray[np.float64], source: Source) -> NDArray[np.float64]:
@@ -121,30 +153,68 @@ def _checked(position: NDArray[np.float64], source: Source) -> NDArray[np.float6
     return position
 
 
-def _check_size(source: Source) -> tuple[int, int]:
-    """Return the numbers of first and last frame; refuse a header that promises too much.
+def _check_size(source: Source) -> Header:
+    """Return the header; refuse one that promises too much.
 
     A damaged count would make the library reserve memory for hours of data.
     """
-    points, analog = struct.unpack_from("<2H", source.data, 2)
-    first, last = struct.unpack_from("<2H", source.data, 6)
-    scale, start = struct.unpack_from("<fH", source.data, 12)
-    width = 4 if scale < 0 else 2
-    promised = _BLOCK * (start - 1) + (last - first + 1) * (4 * points + analog) * width
-    if last < first or promised > len(source.data):
+    header = read_header(source.data)
+    if header.processor == "MIPS":
+        raise _fault(
+            source, "its byte order is that of MIPS processors, which is not read; convert the file"
+        )
+    promised = header.start + (header.last - header.first + 1) * header.frame_bytes
+    if header.last < header.first or promised > len(source.data):
         raise _fault(
             source,
-            f"the header promises frames {first} to {last} of {points} points, "
-            f"{promised} bytes, and the file has {len(source.data)}; cut off?",
+            f"the header promises frames {header.first} to {header.last} of {header.points} "
+            f"points, {promised} bytes, and the file has {len(source.data)}; cut off?",
         )
-    return first, last
+    return header
+
+
+def _frames(header: Header, parameters: Any, source: Source) -> int:
+    """Return how many frames there are: as the header says, or where it cannot, as others do."""
+    counted = header.last - header.first + 1
+    fitting = whole_frames(source.data, header)
+    stated = _stated_frames(parameters)
+    if stated is not None and 0 <= stated - fitting <= BLOCK // max(header.frame_bytes, 1):
+        stated = fitting  # the library's own count, which takes the filling of the last block in
+    if stated is not None and stated > counted:
+        if header.start + stated * header.frame_bytes > len(source.data):
+            raise _fault(
+                source,
+                f"the parameters promise {stated} frames, there is room for {fitting}; cut off?",
+            )
+        return stated
+    wraps = header.last == LAST or (fitting - counted) % (LAST + 1) == 0
+    if fitting > counted and not wraps:
+        source.warn(
+            f"the header states {counted} frames, the file has room for {fitting}; those that it "
+            "states are read"
+        )
+    return max(counted, fitting) if wraps else counted
+
+
+def _stated_frames(parameters: Any) -> int | None:
+    """Return the count that TRIAL states in words of 16 bits or floats, or POINT in a float."""
+    ends: list[int] = []
+    for name in ("ACTUAL_START_FIELD", "ACTUAL_END_FIELD"):
+        words = list(parameters.get("TRIAL", {}).get(name, {}).get("value", []))
+        if words:
+            low, high = int(words[0]), int(words[1]) if len(words) > 1 else 0
+            ends.append(low % 65536 + 65536 * (high % 65536) if len(words) > 1 else low)
+    if len(ends) == 2:
+        return ends[1] - ends[0] + 1
+    frames = parameters["POINT"].get("FRAMES", {}).get("value", [])
+    return int(frames[0]) if len(frames) and frames[0] > 0 else None
 
 
 def _check_parameters(source: Source) -> None:
     """Walk the records of the parameter section; on a broken one the library may never return."""
     data = source.data
-    start = _BLOCK * (data[0] - 1)
-    end, at = min(len(data), start + _BLOCK * max(1, data[start + 2])), start + 4
+    start = BLOCK * (data[0] - 1)
+    end, at = min(len(data), start + BLOCK * max(1, data[start + 2])), start + 4
     while at + 2 <= end and data[at] != 0:
         length, group = struct.unpack_from("<2b", data, at)
         link = at + 2 + abs(length)

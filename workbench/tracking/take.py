@@ -10,6 +10,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.tracking.axes import Axes
+
 __all__ = ["BodyTake", "Cloud", "Missing", "Take", "known"]
 
 
@@ -124,6 +126,9 @@ class Take:
         warnings: what a user should know before trusting the numbers.
         began: local wall time of frame 0; two where the file leaves morning or afternoon open, none
             where it tells no start time.
+        axes: up and forward where the file names them, None where it does not.
+        unit_m: metres in the unit of length that the file was read in.
+        unit_stated: whether the file says that unit.
     """
 
     path: str
@@ -139,6 +144,9 @@ class Take:
     header: Mapping[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     began: tuple[datetime, ...] = ()
+    axes: Axes | None = None
+    unit_m: float = 1.0
+    unit_stated: bool = True
 
     def __len__(self) -> int:
         """Return the number of samples."""
