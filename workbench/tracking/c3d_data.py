@@ -94,4 +94,4 @@ def _floats(processor: str) -> Callable[[bytes], NDArray[np.float32]]:
 def _dec_floats(text: bytes) -> NDArray[np.float32]:
     """Return DEC's floats: the two words of an IEEE one in the other order, four times as large."""
     words = np.frombuffer(text, "<u2").reshape(-1, 2)[:, ::-1]
-    return np.ascontiguousarray(words).view("<f4").ravel() / np.float32(4)
+    return np.multiply(np.ascontiguousarray(words).view("<f4").ravel(), 0.25, dtype=np.float32)

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.tracking.source import Source
+from workbench.tracking.source import Source, shown
 
 __all__ = ["Entity", "Layout", "read_layout"]
 
@@ -105,8 +105,10 @@ def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[
     for line, cells in rows:
         if cells[0].strip().casefold() == "frame":
             return keys, above, line, [cell.strip() for cell in cells]
-        if cells[0].strip():
+        if _is_number(cells[0]):
             raise source.fault(line, "data begin without the header row that starts with 'Frame'")
+        if cells[0].strip():
+            source.warn(f"the header row in line {line} begins with {shown(cells[0])}; ignored")
         above.append([cell.strip() for cell in cells])
     raise source.fault(
         1,
@@ -124,8 +126,8 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
     labelled = {"component": above[-1]}
     unnamed = iter(_UNNAMED)
     for cells in above[:-1]:
-        word = next((cell.casefold() for cell in cells[:2] if cell), "")
-        label = word if word in _LABELS else next(unnamed, "")
+        words = (cell.casefold() for cell in reversed(cells[:2]))  # the second one is Motive's
+        label = next((word for word in words if word in _LABELS), "") or next(unnamed, "")
         if not label:
             raise source.fault(
                 line, "more header rows stand above 'Frame' than type, name, id and component"
@@ -198,6 +200,14 @@ def _entity(key: tuple[str, ...], parts: dict[str, int]) -> Entity:
 def _type(text: str) -> str:
     plain = text.casefold().replace(" ", "")
     return next((known for known in _TYPES if known.replace(" ", "") == plain), plain)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _filled(cells: Sequence[str]) -> int:

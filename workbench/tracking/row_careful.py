@@ -181,17 +181,15 @@ def _times(rows: _Rows, source: Source) -> NDArray[np.float64]:
 
 def _body_rows(body: _Body, rows: _Rows, source: Source) -> BodyRows:
     name = f"body {shown(body.name)}"
-    if body.markers is None:
-        line = rows.lines[body.pose_frames[0]]
-        raise source.fault(line, f"the frame tracks a body {shown(body.id)} that no row defines")
-    width = body_width(body.markers, rows.version) - LEAD
+    markers = body.markers or 0  # none where no row but a frame's names the body
+    width = body_width(markers, rows.version) - LEAD
     values = np.array(body.values).reshape(len(body.frames), width)
     pose_frames = np.array(body.pose_frames, dtype=np.int64)
     poses = np.array(body.poses).reshape(len(pose_frames), 7)
     return BodyRows(
         name=body.name,
         id=body.id,
-        markers=body.markers,
+        markers=markers,
         frames=np.array(body.frames, dtype=np.int64),
         lost=np.array(body.lost, dtype=np.int64),
         values=source.checked(values, body.lines, name),

@@ -10,6 +10,7 @@ from workbench.tracking.missing import without_zeros
 from workbench.tracking.rotations import usable
 from workbench.tracking.row_bulk import read_bulk
 from workbench.tracking.row_careful import read_careful
+from workbench.tracking.row_poses import with_own_poses
 from workbench.tracking.row_table import MODEL_WIDTH, BodyRows, RowTable, version_of
 from workbench.tracking.source import Source, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
@@ -27,13 +28,15 @@ def parse_row(source: Source) -> Take:
     """
     version = version_of(source)
     table = read_bulk(source, version) or read_careful(source, version)
+    table = with_own_poses(table, source)
     _check_header(table, source)
     warn_of_index_steps(table.indices, source)
     bodies: dict[str, BodyTake] = {}
     for rows in table.bodies:
-        if len(rows.frames):
+        if len(rows.frames) or len(rows.pose_frames):
             name = unique_name(rows.name, list(bodies), source)
-            bodies[name] = _body(rows, name, table, source)
+            read = _body if len(rows.frames) else _posed
+            bodies[name] = read(rows, name, table, source)
     cloud = _cloud(table, list(bodies.values()), source)
     if not bodies:
         bodies, cloud = _from_labels(cloud, source)
@@ -67,7 +70,12 @@ def _check_header(table: RowTable, source: Source) -> None:
     for rows in table.bodies:
         rows_of = np.bincount(rows.frames, minlength=len(table.indices))
         silent = np.count_nonzero(rows_of == 0)
-        if not len(rows.frames):
+        if not len(rows.frames) and len(rows.pose_frames):
+            source.warn(
+                f"body {shown(rows.name)} has no rows of its own, only poses in the frame rows; "
+                "its markers are unknown"
+            )
+        elif not len(rows.frames):
             source.warn(f"body {shown(rows.name)} is defined and has no rows; left out")
         elif silent:
             source.warn(f"body {shown(rows.name)} has no row in {silent} frame(s); missing there")
@@ -100,6 +108,27 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
         missing=missing,
         reported_error=error,
         marker_quality=quality,
+    )
+
+
+def _posed(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
+    """Return a body of poses alone; a frame row lists the bodies that it tracks."""
+    n = len(table.indices)
+    pose = np.full((n, 7), np.nan)
+    pose[rows.pose_frames] = rows.poses
+    missing = np.full(n, Missing.LOST, dtype=np.int8)
+    missing[rows.pose_frames] = Missing.SEEN
+    missing[~known(pose) & (missing == Missing.SEEN)] = Missing.BLANK
+    none = np.empty((n, 0, 3))
+    return BodyTake(
+        name=name,
+        id=rows.id,
+        position=pose[:, :3],
+        quaternion=usable(pose[:, _WXYZ]),
+        measured=none,
+        solved=none,
+        marker_names=(),
+        missing=missing,
     )
 
 

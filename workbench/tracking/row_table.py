@@ -49,7 +49,7 @@ class BodyRows:
     """The rows of one body.
 
     Args:
-        name: of the body.
+        name: of the body, empty where frame rows alone name its id.
         id: of the body.
         markers: m, how many it has.
         frames: (k,) the frame that each row belongs to, as a place in `RowTable.indices`.

@@ -160,8 +160,9 @@ class Take:
         body of markers alone is where the centroid of all its markers is.
         """
         body = self.bodies[name]
-        told = body.centroid_solved if self.format == "row" else body.position
-        return told if np.isfinite(told).any() else body.centroid_measured
+        if self.format == "row" and np.isfinite(body.solved).any():
+            return body.centroid_solved
+        return body.position if np.isfinite(body.position).any() else body.centroid_measured
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
