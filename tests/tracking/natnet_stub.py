@@ -38,14 +38,16 @@ def server_info(version: Version, name: str = "Motive") -> bytes:
     return message(SERVER_INFO, text + bytes((3, 1, 0, 0, *version, 0, 0)) + tail)
 
 
-def models(take: Take, version: Version) -> bytes:
-    datasets = [struct.pack("<I", 1) + _sized(_model(body, version), version)
+def models(take: Take, version: Version, mirrored: bool = False) -> bytes:
+    """Return the model definitions, as Motive 2.1 sends them with x mirrored if asked for."""
+    datasets = [struct.pack("<I", 1) + _sized(_model(body, version, mirrored), version)
                 for body in take.bodies.values()]  # fmt: skip
     return message(MODELS, struct.pack("<I", len(datasets)) + b"".join(datasets))
 
 
-def frames(take: Take, version: Version) -> list[bytes]:
-    return [message(FRAME, _frame(take, k, version)) for k in range(len(take))]
+def frames(take: Take, version: Version, ticks: int = 0, timecode: int = 0) -> list[bytes]:
+    """Return the frames; `ticks` of the clock per second stamp the exposures, none where 0."""
+    return [message(FRAME, _frame(take, k, version, ticks, timecode)) for k in range(len(take))]
 
 
 def recording(take: Take, version: Version) -> bytes:
@@ -72,12 +74,13 @@ def _listed(items: Sequence[bytes], version: Version) -> bytes:
     return struct.pack("<I", len(items)) + _sized(b"".join(items), version)
 
 
-def _model(body: BodyTake, version: Version) -> bytes:
+def _model(body: BodyTake, version: Version, mirrored: bool) -> bytes:
     count = len(body.marker_names)
     data = body.name.encode() + b"\0" + struct.pack("<Ii3f", int(body.id), -1, 0, 0, 0)
     if version >= (4, 2):
         data += struct.pack("<4f", 0, 0, 0, 1)
-    data += struct.pack("<I", count) + _places(body).astype("<f4").tobytes()
+    places = _places(body) * ([-1, 1, 1] if mirrored else 1)
+    data += struct.pack("<I", count) + places.astype("<f4").tobytes()
     data += struct.pack(f"<{count}I", *range(1, count + 1))
     if version >= (4, 0):
         data += b"".join(f"Marker{k + 1}".encode() + b"\0" for k in range(count))
@@ -90,7 +93,7 @@ def _places(body: BodyTake) -> np.ndarray:
     return turn.inv().apply(body.solved[0] - body.position[0])
 
 
-def _frame(take: Take, k: int, version: Version) -> bytes:
+def _frame(take: Take, k: int, version: Version, ticks: int, timecode: int) -> bytes:
     none = _listed([], version)
     loose = [p for p in take.cloud.position[k] if np.isfinite(p).all()]
     data = struct.pack("<I", FIRST_FRAME + int(take.indices[k])) + none
@@ -102,7 +105,9 @@ def _frame(take: Take, k: int, version: Version) -> bytes:
     markers += [_marker(1007, p, SOLVED | UNLABELED) for p in loose]
     data += _listed(markers, version) + none + none
     time_s = CLOCK_S + float(take.times[k] - take.times[0])
-    data += struct.pack("<IId3QH", 0, 0, time_s, 1, 2, 3, 0)
+    late = {1: -0.004, 2: 0.0, 3: 0.001}  # middle of the exposure, received, sent
+    stamps = [round(ticks * (time_s + s)) if ticks else place for place, s in late.items()]
+    data += struct.pack("<IId3QH", timecode, 0, time_s, *stamps, 0)
     return data + bytes(4)
 
 

@@ -77,7 +77,7 @@ def parse_c3d(source: Source) -> Take:
     indices = points.first + np.arange(len(points.position))
     metres = _METRES[points.unit.casefold()]
     position = points.position * metres
-    position = without_zeros(position, "points", indices, source)
+    position = without_zeros(position, "points", indices, source.warn)
     bodies, loose = bodies_by_label(points.labels, position, source)
     if not bodies:
         warn_of_no_bodies(points.labels, position, 1, source)

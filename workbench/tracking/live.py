@@ -189,7 +189,7 @@ class Recorder:
         if not _OLDEST <= found.major <= _NEWEST:
             raise HardwareError(
                 f"{self._stream}: {info.application_name} streams NatNet {self._version}; read are "
-                f"{_OLDEST}.0 to {_NEWEST}.x, Motive 2 and 3"
+                f"{_OLDEST}.0 to {_NEWEST}.x, Motive 2 and 3{_instead(found.major)}"
             )
         if found.major == _NEWEST and found.minor > _KNOWN_MINOR:
             self._warnings.append(
@@ -211,7 +211,13 @@ class Recorder:
             if now >= again:
                 again = now + _REPEAT_S
                 ask()
-            if error := self._read():
+            error = self._read()
+            if isinstance(error, UnicodeDecodeError) and _is_name(error.object):
+                raise HardwareError(
+                    f"{self._stream}: a name in the stream is not UTF-8 ({error.object!r}); rename "
+                    "that rigid body, skeleton or marker set in Motive with plain letters"
+                ) from error
+            if error:
                 raise HardwareError(
                     f"{self._stream}: packets do not fit NatNet {self._version}, which the server "
                     f"says that it streams ({error}); update Motive, or the package natnet"
@@ -260,6 +266,26 @@ _NO_FRAMES = (
     "the server answers but sends no frames; is Motive live or playing, is streaming on, does a "
     "firewall of this computer stop UDP, is the transmission type the same here and in Motive?"
 )
+
+
+def _is_name(text: bytes) -> bool:
+    """Tell whether bytes that are not UTF-8 look like a name in some code page of Windows.
+
+    Packets of another version are read at the wrong places, where lengths and coordinates are.
+    """
+    low = sum(byte < 0x20 or byte == 0x7F for byte in text)
+    letters = sum(chr(byte).isalnum() or byte in b" _-." for byte in text)
+    return len(text) > 1 and low == 0 and letters >= len(text) / 2
+
+
+def _instead(major: int) -> str:
+    """Return what helps with a version that is not read."""
+    if major >= _OLDEST:
+        return ""
+    return (
+        ". Motive 1 streams it: upgrade to Motive 2 or later, or export its takes as CSV, which "
+        "`workbench ingest` reads"
+    )
 
 
 def _silent(stream: Stream, answer: float, error: BaseException) -> str:

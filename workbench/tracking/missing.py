@@ -6,10 +6,11 @@ stands before the first sighting, and the last pose is repeated after a loss.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.source import Source
 from workbench.tracking.take import Missing, known
 
 __all__ = ["gaps", "motive_missing", "never_moves", "runs", "without_zeros"]
@@ -68,7 +69,7 @@ def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) 
 
 
 def without_zeros(
-    points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], source: Source
+    points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], warn: Callable[[str], None]
 ) -> NDArray[np.float64]:
     """Return points (..., 3) with NaN in place of exact zeros, which exporters write for nothing.
 
@@ -76,14 +77,14 @@ def without_zeros(
         points: (n, k, 3) [m], NaN where not seen.
         whose: markers, for the warning.
         indices: (n,) of the frames, for the warning.
-        source: takes the warning.
+        warn: takes the warning.
     """
     zero = (points[..., 0] == 0) & (points[..., 1] == 0) & (points[..., 2] == 0)
     count = int(np.count_nonzero(zero))
     if not count:
         return points
     first = indices[int(np.argmax(zero.any(axis=1)))]
-    source.warn(
+    warn(
         f"{whose} stand at exactly 0, 0, 0 in {count} sample(s), first at frame {first}; these "
         "count as not seen"
     )

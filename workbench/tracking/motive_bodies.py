@@ -156,8 +156,8 @@ def _body(
             quality[:, slots.index(slot)] = scaled.table.column(marker.quality)
     measured, solved = (side_by_side(paths[kind], slots, n) for kind in ("measured", "solved"))
     indices = scaled.table.indices
-    measured = without_zeros(measured, f"markers of {name!r}", indices, source)
-    solved = without_zeros(solved, f"solved markers of {name!r}", indices, source)
+    measured = without_zeros(measured, f"markers of {name!r}", indices, source.warn)
+    solved = without_zeros(solved, f"solved markers of {name!r}", indices, source.warn)
     position, quaternion = scaled.position(owner), _quaternion(owner, scaled.table)
     missing = motive_missing(position, quaternion, measured, rate, others_raw=others_raw)
     _warn_of_one_pose(name, position, quaternion, measured, missing, source)
@@ -207,7 +207,7 @@ def _cloud(loose: Sequence[Entity], scaled: _Scaled, source: Source) -> Cloud:
         return Cloud.empty(len(scaled.table))
     position = np.stack([scaled.position(entity) for entity in loose], axis=1)
     names = np.array([entity.name for entity in loose], dtype=object)
-    position = without_zeros(position, "markers of no body", scaled.table.indices, source)
+    position = without_zeros(position, "markers of no body", scaled.table.indices, source.warn)
     return Cloud(position, np.broadcast_to(names, position.shape[:2]))
 
 

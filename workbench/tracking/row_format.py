@@ -88,8 +88,8 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
     quality, error = np.full((n, m), np.nan), np.full(n, np.nan)
     solved[frames] = values[:, : width * m].reshape(len(frames), m, width)[:, :, :3]
     measured[frames] = values[:, width * m : (width + 3) * m].reshape(len(frames), m, 3)
-    measured = without_zeros(measured, f"markers of {name!r}", table.indices, source)
-    solved = without_zeros(solved, f"model markers of {name!r}", table.indices, source)
+    measured = without_zeros(measured, f"markers of {name!r}", table.indices, source.warn)
+    solved = without_zeros(solved, f"model markers of {name!r}", table.indices, source.warn)
     quality[frames], error[frames] = values[:, (width + 4) * m : -1], values[:, -1]
     missing = np.full(n, Missing.BLANK, dtype=np.int8)
     missing[frames] = np.where(rows.lost > 0, Missing.LOST, Missing.SEEN)
@@ -134,7 +134,7 @@ def _posed(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTa
 
 def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
     """Return the visible points without those that the body rows repeat digit for digit."""
-    seen = without_zeros(table.points, "visible points", table.indices, source)
+    seen = without_zeros(table.points, "visible points", table.indices, source.warn)
     free = known(seen)
     x, y, z = np.ascontiguousarray(seen.transpose(2, 1, 0))  # (k, n) each
     for body in bodies:

@@ -7,7 +7,7 @@ markers sit on the bodies. Lengths are metres, axes are those of the stream.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,7 +17,9 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import HardwareError
+from workbench.tracking.checks import apart, checked
 from workbench.tracking.clock import jitter
+from workbench.tracking.missing import without_zeros
 from workbench.tracking.start_time import format_start_time
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 
@@ -28,6 +30,8 @@ __all__ = ["Layout", "Sample", "make_take"]
 
 _SNAP = 1e-3  # a rate this near to a whole number is that number
 _UNIT_WITHIN = 0.01
+_FITS_M = 2e-3  # a model's markers lie within 0.5 mm of those that were measured
+_BETTER = 0.25
 
 
 class Sample(NamedTuple):
@@ -39,6 +43,8 @@ class Sample(NamedTuple):
         poses: (b, 8) x, y, z [m], qx, qy, qz, qw, mean marker error [m]; NaN while not tracked.
         markers: (k, 3) of all bodies, as the cameras saw them [m], NaN where not seen.
         loose: number and place [m] of each marker that belongs to no body.
+        exposure: ticks of the server's clock at the middle of the exposure, 0 where not streamed.
+        timecode: as streamed, 0 without a timecode generator.
     """
 
     number: int
@@ -46,6 +52,8 @@ class Sample(NamedTuple):
     poses: NDArray[np.float64]
     markers: NDArray[np.float64]
     loose: Mapping[int, tuple[float, float, float]]
+    exposure: int = 0
+    timecode: int = 0
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,16 @@ class Layout:
                 loose[marker.id_num] = marker.pos
             elif marker.point_cloud_solved and not marker.occluded:
                 markers[slot] = marker.pos
-        return Sample(frame.prefix.frame_number, frame.suffix.timestamp, poses, markers, loose)
+        suffix = frame.suffix
+        return Sample(
+            number=frame.prefix.frame_number,
+            time_s=suffix.timestamp,
+            poses=poses,
+            markers=markers,
+            loose=loose,
+            exposure=suffix.stamp_camera_mid_exposure or 0,
+            timecode=suffix.timecode,
+        )
 
     def _slot(self, marker: LabeledMarker) -> int | None:
         """Return a marker's place among those of all bodies; bodies count theirs from 1."""
@@ -149,7 +166,8 @@ def make_take(
     rate = _rate(indices, stamps)
     poses = np.stack([sample.poses for sample in ordered])
     markers = np.stack([sample.markers for sample in ordered])
-    return Take(
+    found: list[str] = []
+    take = Take(
         path="",
         sha256="",
         format="natnet",
@@ -159,25 +177,41 @@ def make_take(
         indices=indices,
         times=indices / rate,
         bodies={
-            body.name: _body(body, poses[:, i], markers[:, body.slots])
+            body.name: _body(body, poses[:, i], markers[:, body.slots], indices, found)
             for i, body in enumerate(layout.bodies)
         },
         cloud=_cloud([sample.loose for sample in ordered]),
-        header={"Capture Start Time": format_start_time(began), **_errors(layout, poses)},
-        warnings=(*warnings, *_losses(samples, numbers)),
+        header={
+            "Capture Start Time": format_start_time(began),
+            **_timecode(ordered),
+            **_errors(layout, poses),
+        },
         began=(began,),
+        exposures_s=_exposures(ordered, stamps),
     )
+    return checked(replace(take, warnings=(*warnings, *_losses(samples, numbers), *found)))
 
 
-def _body(body: Body, poses: NDArray[np.float64], measured: NDArray[np.float64]) -> BodyTake:
+def _body(
+    body: Body,
+    poses: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    indices: NDArray[np.int64],
+    warnings: list[str],
+) -> BodyTake:
     position, quaternion = poses[:, :3].copy(), poses[:, [6, 3, 4, 5]]
     seen = known(position)
-    solved = np.full((len(poses), len(body.places), 3), np.nan)
-    if seen.any():
-        turn = scipy.spatial.transform.Rotation.from_quat(
-            quaternion[seen], scalar_first=True
-        ).as_matrix()
-        solved[seen] = position[seen, None] + np.einsum("nij,mj->nmi", turn, body.places)
+    measured = without_zeros(measured, f"markers of {body.name!r}", indices, warnings.append)
+    solved = _solved(body.places, position, quaternion)
+    mirrored = _mirrored(body, position, quaternion, measured)
+    if mirrored is not None:
+        axis, places = mirrored
+        warnings.append(
+            f"the stream's model of {body.name!r} has {axis} mirrored, as Motive 2.1 sends it: its "
+            f"markers lay {1e3 * apart(solved, measured):.1f} mm from the measured ones (median), "
+            f"and {1e3 * np.nanmedian(poses[:, 7]):.1f} mm are streamed as the error; mended"
+        )
+        solved = _solved(places, position, quaternion)
     return BodyTake(
         name=body.name,
         id=str(body.number),
@@ -187,7 +221,44 @@ def _body(body: Body, poses: NDArray[np.float64], measured: NDArray[np.float64])
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(len(body.places))),
         missing=np.where(seen, Missing.SEEN, Missing.LOST).astype(np.int8),
+        reported_error=poses[:, 7],
     )
+
+
+def _solved(
+    places: NDArray[np.float64], position: NDArray[np.float64], quaternion: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where poses put the model's markers, (n, m, 3) [m], NaN where there is no pose."""
+    seen = known(position)
+    solved = np.full((len(position), len(places), 3), np.nan)
+    if seen.any():
+        turn = scipy.spatial.transform.Rotation.from_quat(
+            quaternion[seen], scalar_first=True
+        ).as_matrix()
+        solved[seen] = position[seen, None] + np.einsum("nij,mj->nmi", turn, places)
+    return solved
+
+
+def _mirrored(
+    body: Body,
+    position: NDArray[np.float64],
+    quaternion: NDArray[np.float64],
+    measured: NDArray[np.float64],
+) -> tuple[str, NDArray[np.float64]] | None:
+    """Return which axis of a model is mirrored against the measured markers, and it put right.
+
+    None where the model fits as it is, or not better in any mirror.
+    """
+    off = apart(_solved(body.places, position, quaternion), measured)
+    if not off > _FITS_M:
+        return None
+    best: tuple[float, str, NDArray[np.float64]] | None = None
+    for axis, name in enumerate("xyz"):
+        places = body.places * np.where(np.arange(3) == axis, -1.0, 1.0)
+        left = apart(_solved(places, position, quaternion), measured)
+        if left < _BETTER * off and (best is None or left < best[0]):
+            best = left, name, places
+    return None if best is None else best[1:]
 
 
 def _cloud(loose: Sequence[Mapping[int, tuple[float, float, float]]]) -> Cloud:
@@ -216,6 +287,30 @@ def _rate(indices: NDArray[np.int64], stamps: NDArray[np.float64]) -> float:
         )
     rate = float(indices[-1]) / seconds
     return float(round(rate)) if abs(rate - round(rate)) < _SNAP * rate else rate
+
+
+def _exposures(
+    samples: Sequence[Sample], stamps: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Return when the middle of each exposure was on the server's clock (n,) [s].
+
+    None where the stream has no such stamps. How fast they tick the stream does not say: it comes
+    from the frames' own times.
+    """
+    ticks = np.array([sample.exposure for sample in samples], dtype=float)
+    if len(ticks) < 2 or (np.diff(ticks) <= 0).any():
+        return None
+    per_second = (ticks[-1] - ticks[0]) / (stamps[-1] - stamps[0])
+    whole = 10.0 ** round(np.log10(per_second))
+    return ticks / (whole if abs(per_second / whole - 1) < _SNAP else per_second)
+
+
+def _timecode(samples: Sequence[Sample]) -> dict[str, str]:
+    """Return hours, minutes, seconds and frames of the first frame's SMPTE timecode."""
+    code = samples[0].timecode
+    if not code:
+        return {}
+    return {"Timecode": ":".join(f"{code >> shift & 0xFF:02d}" for shift in (24, 16, 8, 0))}
 
 
 def _losses(samples: Sequence[Sample], numbers: NDArray[np.int64]) -> Iterator[str]:
