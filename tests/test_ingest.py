@@ -15,6 +15,7 @@ from workbench.ingest import ingest_sheet
 from workbench.motion import TOP
 from workbench.protocol import Sheet, load, load_model, load_shape
 from workbench.sim import applied, make_robot, settle, unloaded
+from workbench.tracking import read_take, write_motive
 
 HEAD = """\
 schema: workbench/sheet-1
@@ -227,3 +228,42 @@ def test_a_pull_forward_and_up_starts_the_twin_where_both_hold_it(
 def test_a_sheet_s_run_has_the_keys_of_its_mode(tmp_path: Path, run: str, text: str) -> None:
     with pytest.raises(FileFaults, match=text):
         load(write_sheet(tmp_path, f"  - {{take: x.csv, {run}}}\n"), Sheet)
+
+
+@pytest.mark.usefixtures("without_views")
+def test_what_a_sheet_states_of_its_takes_is_obeyed_and_noted(tmp_path: Path, take: Path) -> None:
+    found = read_take(take)
+    write_motive(found, tmp_path / "cm.csv", version="1.24", units="Centimeters")
+    data = (tmp_path / "cm.csv").read_bytes().replace(b"Units,Centimeters", b"Units,Meters")
+    (tmp_path / "cm.csv").write_bytes(data)
+    head = HEAD.replace("forward: -z}", "forward: -z, unit: cm}").replace(
+        "runs:\n", "limits: {Foot: 500 mm}\nruns:\n"
+    )
+    run = (
+        "  - {take: cm.csv, mode: hop, omega: 17 rad/s,"
+        " exchanged: [{bodies: [T, Rotor], frames: [0, 3]}]}\n"
+    )
+    (bundle,) = ingest_sheet(
+        load(write_sheet(tmp_path, run, head), Sheet), tmp_path / "runs", quiet
+    )
+    warnings = bundle.manifest["warnings"]
+    assert "lengths are read in cm, as stated; the file was read in m" in warnings
+    assert "'T' and 'Rotor' were exchanged in 4 samples, as stated" in warnings
+    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ("up: y", "unit: feet, up: y", "unit"),
+        ("hop,", "hop, exchanged: [{bodies: [T, T]}],", "T twice; an exchange has two bodies"),
+        ("hop,", "hop, exchanged: [{bodies: [T, R], frames: [9, 3]}],", "9 comes after 3"),
+    ],
+)
+def test_a_statement_that_cannot_be_is_refused_by_line(
+    old: str, new: str, match: str, tmp_path: Path
+) -> None:
+    sheet = write_sheet(tmp_path, "  - {take: hop.csv, mode: hop, omega: 17 rad/s}\n")
+    sheet.write_text(sheet.read_text().replace(old, new))
+    with pytest.raises(FileFaults, match=match):
+        load(sheet, Sheet)

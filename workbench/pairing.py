@@ -45,7 +45,10 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking import (
     Axes,
     BodyNames,
+    Exchange,
+    Stated,
     Track,
+    as_stated,
     clock_fit,
     delay,
     make_track,
@@ -193,7 +196,8 @@ def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
             markers=sheet.markers,
             cleaning=sheet.cleaning,
         )
-        return cameras, sheet.calibration
+        # what is in SI already is not read once more as text with a unit
+        return cameras.model_copy(update={"limits": sheet.limits}), sheet.calibration
     bench = load(bundle.document("bench"), BenchFile)
     kept = with_calibration(bench, bundle.document("calibration")).content
     return kept.tracking, kept.line
@@ -201,10 +205,14 @@ def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
 
 def _track(bundle: Bundle, cameras: Cameras) -> Track:
     mode: Mode = bundle.manifest["mode"]
+    take = as_stated(read_take(bundle.take()), _stated(bundle, cameras))
+    axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
+    if take.axes is not None and not cameras.axes.model_fields_set & {"up", "forward"}:
+        axes = take.axes
     track = make_track(
-        read_take(bundle.take()),
+        take,
         bodies=BodyNames(cameras.bodies.foot, cameras.bodies.top, cameras.bodies.rotor),
-        axes=Axes(up=cameras.axes.up, forward=cameras.axes.forward),
+        axes=axes,
         markers={name: np.array(places) for name, places in cameras.markers.items()},
         recipe=cameras.cleaning,
         mode=mode,
@@ -212,6 +220,16 @@ def _track(bundle: Bundle, cameras: Cameras) -> Track:
     if time_zero(mode, track.motion) is None:
         raise WorkbenchError(f"{bundle.take().name}: {_STILL.get(mode, _NOT_DRIVEN)}")
     return track
+
+
+def _stated(bundle: Bundle, cameras: Cameras) -> Stated:
+    """Return what bench or sheet say of the take besides its axes and names."""
+    exchanged: tuple[Exchange, ...] = ()
+    if bundle.document("sheet").exists():
+        runs = load(bundle.document("sheet"), Sheet).content.runs
+        found = runs[bundle.manifest["number"] - 1].exchanged
+        exchanged = tuple(Exchange(one.bodies, *(one.frames or (None, None))) for one in found)
+    return Stated(cameras.axes.unit, cameras.axes.rate, exchanged, cameras.limits)
 
 
 def _command(bundle: Bundle, calibration: MotorLine, track: Track) -> Command:

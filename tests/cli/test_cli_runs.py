@@ -13,7 +13,7 @@ import pytest
 
 from tests.bundles import NOW, make_bundle
 from tests.conftest import Command
-from workbench.bundle import read_remarks
+from workbench.bundle import Bundle, read_remarks
 
 
 @pytest.fixture
@@ -96,6 +96,27 @@ def test_show_takes_a_number_and_tells_the_remarks(workbench: Command, runs: Pat
     for text in ("distance", "0.248", "note", "slipped (Grace, "):
         assert text in shown
     assert workbench("runs", "show", "1", "--json").json["notes"][0]["text"] == "slipped"
+
+
+def test_f17_show_prints_the_notes_of_a_run_and_of_many_the_first(
+    workbench: Command, tmp_path: Path
+) -> None:
+    make_bundle(tmp_path, "few", warnings=["'Foot' stood aside"])
+    many = make_bundle(
+        tmp_path, "many", NOW + timedelta(1), warnings=[f"no {k}" for k in range(30)]
+    )
+    few = workbench("runs", "show", "few", "--runs", str(tmp_path)).out
+    assert "note: 'Foot' stood aside\n" in few
+    shown = workbench("runs", "show", str(many.path)).out
+    assert "note: no 11\n" in shown
+    assert "note: no 12" not in shown
+    assert "and 18 more notes; --json has all of them" in shown
+
+
+def test_f17_a_run_that_failed_shows_its_notes_too(workbench: Command, tmp_path: Path) -> None:
+    bundle = Bundle.create(tmp_path, "bad", NOW, {"kind": "ingest", "title": "x"})
+    bundle.note({"warnings": ["the clock is cut"]})
+    assert "note: the clock is cut\n" in workbench("runs", "show", str(bundle.path)).out
 
 
 def test_a_damaged_manifest_is_listed_shown_and_named(workbench: Command, runs: Path) -> None:

@@ -50,7 +50,7 @@ def motive(
     blank: str = "\n",
     **keys: Any,
 ) -> bytes:
-    """Return a Motive file of columns (type, name, axis of position or rotation)."""
+    """Return a Motive file of columns (type, name, axis of the place, or nothing for the error)."""
     told = {
         "Format Version": "1.23", "Capture_Frame_Rate": 120, "Export_Frame_Rate": 120,
         "Total_Exported_Frames": len(rows), "Rotation_Type": "Quaternion",
@@ -58,7 +58,7 @@ def motive(
     } | keys  # fmt: skip
     pairs = [f"{key.replace('_', ' ')},{value}" for key, value in told.items() if value is not None]
     kinds, names, axes = zip(*columns, strict=True)
-    parts = ["Rotation" if axis in "xyzw" else "Position" for axis in axes]
+    parts = ["Position" if axis in (*"XYZ",) else "Mean Marker Error" for axis in axes]
     head = [",".join(pairs) + blank, ",Type," + ",".join(kinds), ",Name," + ",".join(names)]
     head += [",ID," + ",".join('"1"' for _ in names), ",," + ",".join(parts)]
     head += ["Frame,Time (Seconds)," + ",".join(axis.upper() for axis in axes)]

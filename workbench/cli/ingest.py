@@ -10,7 +10,15 @@ import typer
 
 from workbench.bundle import Bundle
 from workbench.catalogue import describe
-from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, show_table, tell
+from workbench.cli.output import (
+    JsonFlag,
+    RunsFolder,
+    comparison_table,
+    emit,
+    print_notes,
+    show_table,
+    tell,
+)
 from workbench.errors import InputError
 from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
@@ -108,8 +116,7 @@ def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) 
         print(f"start: {report['start_time']}")
     if guess is not None:
         print(f"looks like: foot {guess.foot}, top {guess.top}, rotor {guess.rotor}")
-    for warning in report["warnings"]:
-        print(f"note: {warning}")
+    print_notes(report["warnings"])
 
 
 def _print_points(title: str, points: list[dict[str, Any]]) -> None:

@@ -29,6 +29,7 @@ __all__ = [
     "comparison_table",
     "emit",
     "people",
+    "print_notes",
     "show_table",
     "summary_rows",
     "tell",
@@ -36,6 +37,7 @@ __all__ = [
 
 _WAIT_S = 0.1  # Windows hears Ctrl-C between waits only
 _RELOAD_S = 5.0
+_MOST_NOTES = 12
 ERRORS = ("error_mm", "error_foot_mm", "error_top_mm")
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
@@ -73,6 +75,15 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
             *(manifest[key] for key in ERRORS)
         )
     )
+    print_notes(manifest.get("warnings", ()))
+
+
+def print_notes(warnings: Sequence[str]) -> None:
+    """Print what a user should know before trusting the numbers; of many the first ones."""
+    for warning in warnings[:_MOST_NOTES]:
+        print(f"note: {warning}")
+    if len(warnings) > _MOST_NOTES:
+        print(f"and {len(warnings) - _MOST_NOTES} more notes; --json has all of them")
 
 
 def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:

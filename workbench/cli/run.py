@@ -95,8 +95,6 @@ def _report(done: list[Bundle]) -> dict[str, Any]:
 
 def _print_bundle(bundle: Bundle) -> None:
     comparison_table(bundle.manifest)
-    for warning in bundle.manifest["warnings"]:
-        print(f"note: {warning}")
     print(f"bundle:    {bundle.path}")
     print(f"report:    {bundle.view('report')}")
     print(f"recording: workbench review {bundle.path}")

@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from workbench.bundle import Bundle, find_folder, read_remarks, verify
-from workbench.cli.output import ERRORS, comparison_table, show_table
+from workbench.cli.output import ERRORS, comparison_table, print_notes, show_table
 from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
 
 __all__ = ["show", "verify_runs"]
@@ -29,6 +29,8 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
         return
     if bundle.manifest.keys() >= {"real", "twin", *ERRORS}:
         comparison_table(bundle.manifest)
+    else:
+        print_notes(bundle.manifest.get("warnings", ()))
     rows = [
         [key, str(value)]
         for key, value in (bundle.manifest | {"output_off": bundle.output_off}).items()

@@ -11,7 +11,7 @@ from workbench.protocol.calibration import Calibration, MotorLine
 from workbench.protocol.model import UNITS
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
-from workbench.protocol.tracking import Bodies, ExportAxes, Marker
+from workbench.protocol.tracking import Bodies, ExportAxes, Limits, Marker
 from workbench.protocol.wording import shortened
 
 __all__ = [
@@ -156,6 +156,8 @@ class Cameras(Section):
     bodies: Bodies = Bodies()
     markers: dict[str, tuple[Marker, ...]] = {}
     """Where the markers sit on a body: forward, left, up in mm."""
+    limits: Limits = {}
+    """By body, the greatest error of a sample that counts; as the export reports it."""
     cleaning: Literal["default", "thesis"] = "default"
     """Recipe that turns a take into a track."""
     takes: str | None = None

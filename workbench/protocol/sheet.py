@@ -11,7 +11,7 @@ from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Role, wrong_release
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
-from workbench.protocol.tracking import Bodies, ExportAxes, Marker
+from workbench.protocol.tracking import Bodies, Exchanged, ExportAxes, Limits, Marker
 
 __all__ = ["Sheet", "SheetRun"]
 
@@ -53,6 +53,8 @@ class SheetRun(Section):
     duration: Annotated[float, Quantity("time", above=0)] | None = None
     """Driven time, or time after the release; to the end of the take if absent."""
     role: Role = "train"
+    exchanged: tuple[Exchanged, ...] = ()
+    """Bodies that the tracker took for one another; most such exchanges are found in the data."""
 
     @model_validator(mode="after")
     def _drive(self) -> SheetRun:
@@ -81,6 +83,8 @@ class Sheet(Section):
     tracking: ExportAxes = ExportAxes()
     bodies: Bodies = Bodies()
     markers: dict[str, tuple[Marker, ...]] = {}
+    limits: Limits = {}
+    """By body, the greatest error of a sample that counts; as the export reports it."""
     cleaning: Literal["default", "thesis"] = "default"
     runs: Annotated[tuple[SheetRun, ...], Field(min_length=1)]
 

@@ -5,8 +5,9 @@ take, the axis mapping, the cleaning recipes, and the way from a take to the mot
 rotor. No instruments, no simulation, no bundle folder: this room imports `motion`, `timeseries` and
 `errors` only.
 
-The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `raw_points`
-(bench axes) -> a recipe of `CLEANING` -> `make_track` -> `Track`.
+The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `as_stated` (what
+a sheet says of it) -> `raw_points` (bench axes) -> a recipe of `CLEANING` -> `make_track` ->
+`Track`.
 
 To add a file flavour: one parser `Source -> Take`, one line in `reader.py`, one test file.
 To add a cleaning recipe: one function `RawPoints -> Cleaned` in a file of its
@@ -18,6 +19,7 @@ from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames, guess_bodies
 from workbench.tracking.cleaning import CLEANING
+from workbench.tracking.exchanges import Exchange
 from workbench.tracking.floor import Floor, fit_floor, levelled
 from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
@@ -29,6 +31,7 @@ from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recip
 from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
+from workbench.tracking.stated import Stated, as_stated
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
 from workbench.tracking.track import Track, make_track
 
@@ -44,6 +47,7 @@ __all__ = [
     "ClockFit",
     "Cloud",
     "Delay",
+    "Exchange",
     "Floor",
     "Harmonics",
     "MarkerPlaces",
@@ -54,10 +58,12 @@ __all__ = [
     "Recorder",
     "RotorAngle",
     "RotorSpeed",
+    "Stated",
     "Stream",
     "Take",
     "Track",
     "Turns",
+    "as_stated",
     "clock_fit",
     "delay",
     "fit_floor",

@@ -18,6 +18,7 @@ from workbench.tracking.identity import told_exchanges, untangle
 from workbench.tracking.parallel import at_once
 from workbench.tracking.placing import POOR_FIT_M, Placed, place
 from workbench.tracking.pose import pitch_of
+from workbench.tracking.size import in_plausible_unit
 from workbench.tracking.take import BodyTake, Missing, Take, known
 from workbench.tracking.template import order_of_places
 
@@ -116,10 +117,12 @@ def raw_points(
             another order is noticed.
 
     Raises:
-        InputError: a body is not in the take, or marker places do not fit its markers.
+        InputError: a body is not in the take, marker places do not fit its markers, or the unit of
+            length that the file states cannot be its own.
     """
     places = {name: np.asarray(given, dtype=float) for name, given in (markers or {}).items()}
     check_names(take, names, places, axes)
+    take, unit = in_plausible_unit(take, names)
     take, exchanges = without_exchanges(take, names)
     marked = {role: _marked(take.bodies[name], axes) for role, name in asdict(names).items()}
     marked = _untangled(take, marked, exchanges)
@@ -130,7 +133,7 @@ def raw_points(
         return _raw_body(take, role, each, axes, places.get(each.body.name), told[role])
 
     found = dict(zip(marked, at_once(raw_body, marked), strict=True))
-    warnings = (*exchanges, *chain(*told.values()))
+    warnings = (*unit, *exchanges, *chain(*told.values()))
     return RawPoints(take.times, take.rate_hz, **found, warnings=warnings)
 
 

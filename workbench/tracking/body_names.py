@@ -16,10 +16,13 @@ from workbench.tracking.axes import Axes
 from workbench.tracking.labels import MAKE_BODIES
 from workbench.tracking.take import Take, known
 
-__all__ = ["BodyNames", "check_names", "guess_bodies"]
+__all__ = ["FOOT_TOP_M", "TOP_ROTOR_M", "BodyNames", "check_names", "guess_bodies"]
 
-_FOOT_TOP_M = (0.16, 0.6)  # Appendix C
-_TOP_ROTOR_M = (0.01, 0.2)  # Appendix C
+FOOT_TOP_M = (0.16, 0.6)
+"""Least and greatest distance of T from the foot, Appendix C of the thesis."""
+TOP_ROTOR_M = (0.01, 0.2)
+"""Least and greatest distance of the rotor from T, Appendix C."""
+
 _NEARLY_ALWAYS = 0.95  # share of samples; the rest are glitches
 _LEAST_SAMPLES = 20
 _MOST_SAMPLES = 2000
@@ -81,10 +84,10 @@ def guess_bodies(take: Take, axes: Axes | None = None) -> BodyNames | None:
     names = list(take.bodies)
     if len(names) < 3:
         return None
-    paths = [_path(take, name) for name in names]
+    paths = [take.body_path(name) for name in names]
     thin = np.stack([path[:: max(1, len(take) // _MOST_SAMPLES)] for path in paths])
     distance = np.linalg.norm(thin[:, None] - thin[None], axis=3)  # (b, b, k)
-    near, far = (_always_within(distance, allowed) for allowed in (_TOP_ROTOR_M, _FOOT_TOP_M))
+    near, far = (_always_within(distance, allowed) for allowed in (TOP_ROTOR_M, FOOT_TOP_M))
     found: list[tuple[float, BodyNames]] = []
     for foot, top, rotor in permutations(range(len(names)), 3):
         fits = near[top, rotor] and far[foot, top] and _circles(distance[top, rotor])
@@ -116,15 +119,6 @@ def _by_distances(take: Take, axes: Axes, before: str) -> str:
 
 def _in_yaml(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z][\w -]*\w|[A-Za-z]", name) else json.dumps(name)
-
-
-def _path(take: Take, name: str) -> NDArray[np.float64]:
-    """Return a body's positions (n, 3) [m], NaN where it is not seen."""
-    body = take.bodies[name]
-    path = body.centroid_measured
-    if not known(path).any():
-        path = take.counted_position(name)
-    return np.where(body.seen[:, None], path, np.nan)
 
 
 def _always_within(

@@ -37,7 +37,7 @@ def checked(take: Take) -> Take:
     """Return a take whose held samples do not count as seen, with warnings on what contradicts."""
     held = {name: found for name, body in take.bodies.items() if (found := _held(body)) is not None}
     bodies = {
-        name: _without(body, held[name].mask) if name in held else body
+        name: body.without(held[name].mask, Missing.FROZEN) if name in held else body
         for name, body in take.bodies.items()
     }
     warnings = [*_on_holds(take, held), *_on_solved(take.bodies)]
@@ -81,17 +81,6 @@ def _held(body: BodyTake) -> _Held | None:
     intervals = np.diff([start for start, _ in holds])
     even = np.abs(intervals - np.median(intervals)) <= 1
     return _Held(mask, new) if even.mean() >= _EVEN else None
-
-
-def _without(body: BodyTake, rows: NDArray[np.bool_]) -> BodyTake:
-    """Return a body without what it only repeats in some samples."""
-    return replace(
-        body,
-        position=np.where(rows[:, None], np.nan, body.position),
-        quaternion=np.where(rows[:, None], np.nan, body.quaternion),
-        measured=np.where(rows[:, None, None], np.nan, body.measured),
-        missing=np.where(rows & body.seen, Missing.FROZEN, body.missing).astype(np.int8),
-    )
 
 
 def _on_holds(take: Take, held: Mapping[str, _Held]) -> list[str]:

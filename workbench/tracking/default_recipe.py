@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from workbench.motion import FOOT, PITCH, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
+from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M
 from workbench.tracking.glitches import bursts, off_length, out_of_reach, spikes, strays
 from workbench.tracking.grid import ABSENT, even_grid, nearest_sample, on_grid, stretches
 from workbench.tracking.parallel import at_once
@@ -23,8 +24,6 @@ _CUTOFF_SHARE = 0.4  # of a slow camera's rate
 _ROUNDS = 3
 _NEARBY = 30  # samples to either side that judge a stray
 _RULE_FAILS = 0.5
-_FOOT_TOP_M = (0.16, 0.6)  # Appendix C
-_TOP_ROTOR_M = (0.01, 0.2)  # Appendix C
 _NAMES = {"foot": FOOT, "top": TOP, "rotor": ROTOR}
 
 _Paths = dict[str, NDArray[np.float64]]
@@ -103,7 +102,7 @@ def _reject(times: NDArray[np.float64], raw: _Paths) -> tuple[_Masks, tuple[str,
     off = off_length(clean["top"], clean["rotor"])
     clean |= {role: _without(clean[role], off) for role in ("top", "rotor")}
     warnings: list[str] = []
-    for role, anchor, allowed in (("top", "foot", _FOOT_TOP_M), ("rotor", "top", _TOP_ROTOR_M)):
+    for role, anchor, allowed in (("top", "foot", FOOT_TOP_M), ("rotor", "top", TOP_ROTOR_M)):
         far = out_of_reach(clean[role], clean[anchor], allowed)
         both = known(clean[role] + clean[anchor])
         if far.sum() > _RULE_FAILS * both.sum():

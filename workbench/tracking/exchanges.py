@@ -93,7 +93,8 @@ def without_exchanges(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
             continue
         exchanged, unsure = _around(exchanged, np.asarray(known(paths).all(axis=1)))
         a, b = _swapped(a, b, exchanged)
-        bodies[one], bodies[other] = _without(a, unsure), _without(b, unsure)
+        bodies[one] = a.without(unsure, Missing.GLITCH)
+        bodies[other] = b.without(unsure, Missing.GLITCH)
         warnings.append(told)
     return (replace(take, bodies=bodies) if warnings else take), warnings
 
@@ -141,10 +142,3 @@ def _swapped(a: BodyTake, b: BodyTake, rows: NDArray[np.bool_]) -> tuple[BodyTak
         replace(a, **{name: pair[0] for name, pair in both.items()}),
         replace(b, **{name: pair[1] for name, pair in both.items()}),
     )
-
-
-def _without(body: BodyTake, rows: NDArray[np.bool_]) -> BodyTake:
-    """Return a body that is not seen in some samples."""
-    missing = np.where(rows & body.seen, Missing.GLITCH, body.missing).astype(np.int8)
-    position = np.where(rows[:, None], np.nan, body.position)
-    return replace(body, position=position, missing=missing)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
-from workbench.tracking.motive_bodies import bodies_and_cloud
+from workbench.tracking.motive_bodies import bodies_and_cloud, scale
 from workbench.tracking.motive_header import Layout, read_layout
 from workbench.tracking.motive_table import MotiveTable, read_table
 from workbench.tracking.source import Source, shown
@@ -30,7 +30,8 @@ def parse_motive(source: Source) -> Take:
     times = motive_times(indices, column, rate, source)
     warn_of_index_steps(indices, source)
     _check_header(layout, len(indices), source)
-    bodies, cloud = bodies_and_cloud(layout, table, rate, source)
+    metres = scale(layout, source)
+    bodies, cloud = bodies_and_cloud(layout, table, metres, rate, source)
     return Take(
         path=source.path,
         sha256=source.sha256(),
@@ -45,6 +46,8 @@ def parse_motive(source: Source) -> Take:
         header=layout.header,
         warnings=tuple(source.warnings),
         began=parse_start_time(layout.header.get("Capture Start Time", "")),
+        unit_m=metres,
+        unit_stated=bool(layout.header.get("Length Units")),
     )
 
 

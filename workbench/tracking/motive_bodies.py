@@ -23,7 +23,7 @@ from workbench.tracking.rotations import usable
 from workbench.tracking.source import Source, listed, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Missing, known
 
-__all__ = ["bodies_and_cloud"]
+__all__ = ["bodies_and_cloud", "scale"]
 
 _METRES = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254}
 _BODIES = ("rigid body", "bone")
@@ -55,14 +55,21 @@ class _Scaled:
 
 
 def bodies_and_cloud(
-    layout: Layout, table: MotiveTable, rate: float, source: Source
+    layout: Layout, table: MotiveTable, metres: float, rate: float, source: Source
 ) -> tuple[dict[str, BodyTake], Cloud]:
     """Return the bodies by name and the measured points that belong to none.
 
+    Args:
+        layout: of the file.
+        table: its numbers.
+        metres: in its unit of length.
+        rate: of the samples [Hz].
+        source: the file.
+
     Raises:
-        TakeError: the unit of length is unknown, or there are neither bodies nor markers.
+        TakeError: there are neither bodies nor markers.
     """
-    scaled = _Scaled(table, _scale(layout, source))
+    scaled = _Scaled(table, metres)
     owners = [entity for entity in layout.entities if entity.type in _BODIES]
     if not owners:
         return _from_labels(layout, scaled, source)
@@ -81,7 +88,12 @@ def bodies_and_cloud(
     return bodies, _cloud([e for e in loose if e.type == _MEASURED], scaled, source)
 
 
-def _scale(layout: Layout, source: Source) -> float:
+def scale(layout: Layout, source: Source) -> float:
+    """Return how many metres the file's unit of length has.
+
+    Raises:
+        TakeError: the unit is unknown.
+    """
     text = layout.header.get("Length Units", "")
     if not text:
         source.warn("the header gives no Length Units; metres assumed")

@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.tracking.chains import Chain, chains
 from workbench.tracking.missing import gaps
+from workbench.tracking.size import unit_hint
 from workbench.tracking.take import Missing, Take, known
 
 __all__ = ["quality"]
@@ -37,7 +38,7 @@ def quality(take: Take) -> dict[str, Any]:
         "points": []
         if take.bodies
         else [_point(take, chain) for chain in chains(take.cloud, take.rate_hz)],
-        "warnings": list(take.warnings),
+        "warnings": [*take.warnings, *filter(None, [unit_hint(take)])],
     }
 
 

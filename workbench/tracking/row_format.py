@@ -54,6 +54,7 @@ def parse_row(source: Source) -> Take:
         cloud=cloud,
         header=table.info,
         warnings=tuple(source.warnings),
+        unit_stated=False,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from enum import IntEnum
 
@@ -31,6 +31,8 @@ class Missing(IntEnum):
     """Rejected by cleaning."""
     FILLED = 6
     """Interpolated by cleaning."""
+    POOR = 7
+    """Its error is above the limit that was stated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,17 @@ class BodyTake:
     def seen(self) -> NDArray[np.bool_]:
         """(n,) True where the body was really seen."""
         return self.missing == Missing.SEEN
+
+    def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
+        """Return the body without what its seen samples in some rows hold, (n,) True there."""
+        rows = rows & self.seen
+        return replace(
+            self,
+            position=np.where(rows[:, None], np.nan, self.position),
+            quaternion=np.where(rows[:, None], np.nan, self.quaternion),
+            measured=np.where(rows[:, None, None], np.nan, self.measured),
+            missing=np.where(rows, reason, self.missing).astype(np.int8),
+        )
 
     @property
     def centroid_measured(self) -> NDArray[np.float64]:
@@ -166,6 +179,14 @@ class Take:
         if self.format == "row" and np.isfinite(body.solved).any():
             return body.centroid_solved
         return body.position if np.isfinite(body.position).any() else body.centroid_measured
+
+    def body_path(self, name: str) -> NDArray[np.float64]:
+        """Return (n, 3) where a body is [m], by all its markers, else its pose; NaN if unseen."""
+        body = self.bodies[name]
+        path = body.centroid_measured
+        if not known(path).any():
+            path = self.counted_position(name)
+        return np.where(body.seen[:, None], path, np.nan)
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:

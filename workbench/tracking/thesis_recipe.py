@@ -29,14 +29,13 @@ from workbench.errors import InputError
 from workbench.motion import FOOT, ROTOR, TOP
 from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
+from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
 from workbench.tracking.take import Missing, known
 
 __all__ = ["thesis"]
 
 _BASE_ROWS = 240
-_FOOT_TOP_M = (0.16, 0.6)
-_TOP_ROTOR_M = (0.01, 0.2)
 _ORDER = 10
 _CUTOFF_HZ = 9.0
 _PADDING = 30  # MATLAB's filtfilt: 3 (filter length - 1); scipy's own default is 33
@@ -58,8 +57,8 @@ def thesis(points: RawPoints) -> Cleaned:
     held = {role: _hold_nan(path - base) for role, path in raw.items()}
     paths = {role: path for role, (path, _) in held.items()}
     far = {"foot": np.zeros(len(raw["foot"]), dtype=bool)}
-    paths["top"], far["top"] = _hold_far(paths["top"], paths["foot"], _FOOT_TOP_M)
-    paths["rotor"], far["rotor"] = _hold_far(paths["rotor"], paths["top"], _TOP_ROTOR_M)
+    paths["top"], far["top"] = _hold_far(paths["top"], paths["foot"], FOOT_TOP_M)
+    paths["rotor"], far["rotor"] = _hold_far(paths["rotor"], paths["top"], TOP_ROTOR_M)
     reports = {
         role: BodyReport(
             source=body.solved_source,

@@ -117,6 +117,11 @@ def make_track(
     motion = _motion(columns, turned.angle, origin).shifted(-(zero or 0.0))
     floor = fit_floor(motion)
     warnings.extend(implausible(motion, axes, floor))
+    if take.axes is not None and take.axes.up != axes.up:
+        warnings.append(
+            f"the file says that its axis {take.axes.up} points up; the tracking axes have "
+            f"{axes.up}"
+        )
     return Track(
         motion=motion,
         raw=_raw(points, cleaned, turned.angle, origin).shifted(-(zero or 0.0)),
