@@ -20,25 +20,30 @@ differences.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.gain import Gain, Modes, stationary
+from workbench.fit.minimise import soft
 from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import ParameterVector
 from workbench.fit.system import System
 
-__all__ = ["ROBUST", "Estimator"]
+__all__ = ["FARTHEST", "ROBUST", "Estimator", "reaches"]
 
 Array = NDArray[np.float64]
 
 ROBUST = 4.0
 """Innovations beyond so many deviations pull less: glitches are not the robot."""
 
-_STEP = 3e-3  # of a parameter's prior deviation
+FARTHEST = 0.1
+"""Prior deviations that a parameter is moved for a difference: over less, landings and slips that
+come a sample sooner or later make the slope of a hop a chance."""
+
+_REMEMBERED = 2  # a minimiser ends at its last numbers, or at those before
 _REFUSED = 1e3  # residual of a run that cannot be simulated
 
 
@@ -55,7 +60,6 @@ class Estimator:
         masks: of each run, (n, c): samples that are left out.
         threads: 0 takes all cores.
         window: how much of each run is observed, from its first sample [s].
-        coarse: whether residuals may be those of coarse steps, far from the minimum.
     """
 
     system: System
@@ -66,7 +70,7 @@ class Estimator:
     masks: tuple[NDArray[np.bool_], ...]
     threads: int = 0
     window: float = np.inf
-    coarse: bool = False
+    _found: list[tuple[Array, list[Innovations]]] = field(default_factory=list, init=False)
 
     @classmethod
     def of(
@@ -104,9 +108,9 @@ class Estimator:
         Innovations count as in a robust fit: far beyond the noise they count in proportion.
         """
         total = 0.0
-        for one in self.innovations(x):
+        for one in self.innovations(x, keep=True):
             white = _flat(one)
-            total += float(np.sum(_soft(white))) + float(np.sum(one.information))
+            total += float(np.sum(soft(white, ROBUST))) + float(np.sum(one.information))
         return -total / 2
 
     def job(self, run: int, x: Array, coarse: bool = False) -> Job:
@@ -115,7 +119,7 @@ class Estimator:
         Raises:
             InputError: when they cannot be simulated.
         """
-        start = self.system.start(run, self.vector.values(x), coarse or self.coarse)
+        start = self.system.start(run, self.vector.values(x), coarse)
         seen = np.where(self.masks[run], np.nan, self.system.seen(run))[: self.samples(run)]
         return Job.of(start, seen, self.gains[run])
 
@@ -124,14 +128,24 @@ class Estimator:
         return int(min(len(self.system.seen(run)), self.window / self.system.sample_s + 0.5))
 
     def innovations(self, x: Array, keep: bool = False) -> list[Innovations]:
-        """Return the innovations of every run."""
-        runs = range(len(self.system.names))
-        return observe([self.job(k, x) for k in runs], self.threads, keep)
+        """Return the innovations of every run.
+
+        Args:
+            x: (p,) parameters.
+            keep: whether the states are kept, and the answer for whoever asks for it again.
+        """
+        for at, found in self._found:
+            if np.array_equal(at, x):
+                return found
+        found = observe([self.job(k, x) for k in range(len(self.masks))], self.threads, keep)
+        if keep:
+            self._found[:] = [(x.copy(), found), *self._found[: _REMEMBERED - 1]]
+        return found
 
     def residuals(self, x: Array) -> Array:
         """Return the whitened innovations of all runs, then the priors, (m,)."""
         try:
-            found = self.innovations(x)
+            found = self.innovations(x, keep=True)
         except InputError:
             sizes = sum(
                 self.samples(k) * self.system.seen(k).shape[1]
@@ -144,20 +158,27 @@ class Estimator:
         """Return the residuals, (m,), of innovations that were observed at parameters (p,)."""
         return np.concatenate([*(_flat(one) for one in found), x[self.vector.weighted]])
 
-    def jacobian(self, x: Array, asked: Sequence[int] | NDArray[np.int64] | None = None) -> Array:
+    def jacobian(
+        self,
+        x: Array,
+        asked: Sequence[int] | NDArray[np.int64] | None = None,
+        steps: Array | None = None,
+    ) -> Array:
         """Return the derivatives of the residuals, (m, p), by differences of coarse simulations.
 
         Args:
             x: (p,) parameters.
             asked: columns that are wanted, the others stay zero; all where left out.
+            steps: (p,) how far each parameter is moved, of `reaches`; the farthest where left out.
         """
+        steps = np.full(len(x), FARTHEST) if steps is None else steps
         runs = range(len(self.system.names))
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self.vector.touching(k) if i in wanted]
         jobs = [self.job(k, x, coarse=True) for k in runs]
         for k, i in moves:
             moved = x.copy()
-            moved[i] += _STEP
+            moved[i] += steps[i]
             jobs.append(self.job(k, moved, coarse=True))
         found = observe(jobs, self.threads)
         base = [_flat(one) for one in found[: len(runs)]]
@@ -165,9 +186,19 @@ class Estimator:
         weighted = np.flatnonzero(self.vector.weighted)
         jacobian = np.zeros((begin[-1] + len(weighted), len(x)))
         for (k, i), one in zip(moves, found[len(runs) :], strict=True):
-            jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / _STEP
+            jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / steps[i]
         jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
+
+
+def reaches(jacobian: Array) -> Array:
+    """Return how far to move each parameter for the next difference, (p,), from a Jacobian (m, p).
+
+    No farther than where the residuals change by as much as they are: beyond, a strong parameter
+    makes another motion.
+    """
+    norms = np.linalg.norm(jacobian, axis=0)
+    return np.sqrt(len(jacobian)) / np.maximum(norms, np.sqrt(len(jacobian)) / FARTHEST)
 
 
 def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -> tuple[Gain, ...]:
@@ -175,11 +206,6 @@ def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -
         stationary(one, system.process(k, noise), system.sigma(k), system.sample_s)
         for k, one in enumerate(modes)
     )
-
-
-def _soft(white: Array) -> Array:
-    """Return the robust square of whitened innovations (scipy's soft_l1)."""
-    return 2 * ROBUST**2 * (np.sqrt(1 + (white / ROBUST) ** 2) - 1)
 
 
 def _flat(one: Innovations) -> Array:

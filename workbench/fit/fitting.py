@@ -1,28 +1,29 @@
 """The fit, from a far start to its intervals: one recipe for every system.
 
-Strong correction, the first seconds and coarse steps bring a far start near; whole runs follow, and
-the process noise is weakened as far as the likelihood says. After every stage the drive's angles
-are made anew from the observed states, and glitches are left out: within a stage nothing changes,
-so that the cost is smooth. The minimiser is scipy's trust-region reflective method.
+Strong correction and the first seconds bring a far start near; whole runs follow, and the process
+noise is weighed by the likelihood until it stays. Between stages the drive's angles are made anew
+from states observed with strong correction, and glitches are left out: within a stage nothing
+changes, so that the cost is smooth (`minimise`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.fit.estimator import ROBUST, Estimator
+from workbench.fit.estimator import FARTHEST, ROBUST, Estimator, reaches
+from workbench.fit.minimise import CLOSE, Minimum, minimum
 from workbench.fit.observer import Innovations
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
 from workbench.fit.system import System
 from workbench.progress import Progress
 
-__all__ = ["Fit", "fit_system", "minimised", "refined", "settled"]
+__all__ = ["Fit", "fit_near", "fit_system", "minimised", "refined", "settled"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,9 @@ _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
 _LONGEST = 3  # samples of a glitch; what lasts longer is not one
-_FTOL, _XTOL = 3e-5, 1e-4
+_ROUGH = 1.0  # as `minimise.CLOSE`, where the process noise is far from its final size
+_MOST = 10  # evaluations of the residuals in one stage
+_ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
 _OFF = 0.1  # prior deviations between a start and its bounds
 
 
@@ -93,42 +96,53 @@ def fit_system(
     Raises:
         InputError: when the start cannot be simulated.
     """
-    x = np.zeros(len(vector)) if start is None else start.copy()
-    x = _inside(vector, x)
-    strong = dict(system.strong)
-    estimator = Estimator.of(system, vector, _far(system), threads=threads)
-    estimator = replace(estimator, coarse=True)
-    count = 0
+    x = _inside(vector, np.zeros(len(vector)) if start is None else start)
     progress("observe the runs with strong correction")
-    estimator = refined(estimator, x)
+    estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
-    near = replace(estimator, window=_FIRST_S)
-    x, n, _ = minimised(near, x, free=~held, most=10)
-    count += n
-    progress("fit whole runs with strong correction")
-    estimator = refined(estimator.with_noise(strong), x)
-    x, n, _ = minimised(estimator, x, most=4)
-    count += n
-    estimator = refined(replace(estimator, coarse=False), x)
-    progress("weigh correction against noise")
-    estimator = likeliest(estimator, x)
-    progress("fit whole runs")
-    x, n, _ = minimised(estimator, x, most=5)
-    estimator = likeliest(refined(estimator, x), x, down=2, up=1)
-    count += n
-    x, n, converged = minimised(estimator, x, most=6)
-    return _ended(estimator, x, count + n, converged)
+    found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, _ROUGH)
+    return _rounds(estimator.with_noise(system.strong), found, progress, found.evaluations)
+
+
+def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
+    """Return the fit from numbers (p,) that are near, weighing the process noise anew."""
+    x = _inside(estimator.vector, x)
+    begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, False)
+    return _rounds(estimator, begin, progress, 0)
 
 
 def settled(estimator: Estimator, x: Array) -> Fit:
     """Return the fit that ends near numbers (p,), with the estimator's process noise."""
-    x, count, converged = minimised(estimator, _inside(estimator.vector, x), most=6)
-    return _ended(estimator, x, count, converged)
+    found = _minimum(estimator, _inside(estimator.vector, x), None, _MOST)
+    return _ended(estimator, found, found.evaluations)
 
 
-def _ended(estimator: Estimator, x: Array, count: int, converged: bool) -> Fit:
-    found = tuple(estimator.innovations(x, keep=True))
-    return Fit(estimator, x, found, estimator.jacobian(x), count, converged)
+def _rounds(estimator: Estimator, found: Minimum, progress: Progress, count: int) -> Fit:
+    """Fit whole runs and weigh the process noise in turn, until it stays."""
+    estimator = refined(estimator, found.x)
+    same = False
+    for _ in range(_ROUNDS):
+        progress("fit whole runs")
+        before = found.jacobian if len(found.jacobian) else None
+        found = _minimum(estimator, found.x, None, _MOST, _ROUGH, before)
+        count += found.evaluations
+        progress("weigh correction against noise")
+        weighed = likeliest(estimator, found.x)
+        same = weighed.noise == estimator.noise
+        if same:
+            break
+        estimator = refined(weighed, found.x)
+    progress("fit whole runs")
+    found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)
+    return _ended(estimator, found, count + found.evaluations)
+
+
+def _ended(estimator: Estimator, found: Minimum, count: int) -> Fit:
+    innovations = tuple(estimator.innovations(found.x, keep=True))
+    jacobian = found.jacobian
+    if not found.fresh:
+        jacobian = estimator.jacobian(found.x, steps=reaches(found.jacobian))
+    return Fit(estimator, found.x, innovations, jacobian, count, found.converged)
 
 
 def minimised(
@@ -142,23 +156,53 @@ def minimised(
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
     """
-    moved = np.flatnonzero(np.ones(len(x), dtype=np.bool_) if free is None else free)
-    if not len(moved):
-        return x, 0, True
+    found = _minimum(estimator, x, free, most)
+    return found.x, found.evaluations, found.converged
+
+
+def _minimum(
+    estimator: Estimator,
+    x: Array,
+    free: NDArray[np.bool_] | None,
+    most: int,
+    near: float = CLOSE,
+    before: Array | None = None,
+    known: bool = False,
+) -> Minimum:
+    """Return the minimum in all numbers; columns of those that are held are zero.
+
+    Args:
+        estimator: of the residuals.
+        x: (p,) start.
+        free: (p,) which are moved; all where left out.
+        most: evaluations of the residuals.
+        near: of `minimum`.
+        before: Jacobian of an earlier stage: it tells how far differences may reach.
+        known: whether it is also that of these residuals.
+    """
+    moved = np.arange(len(x)) if free is None else np.flatnonzero(free)
+    steps = np.full(len(x), FARTHEST) if before is None else reaches(before)
 
     def whole(part: Array) -> Array:
         full = x.copy()
         full[moved] = part
         return full
 
+    def derivative(part: Array) -> Array:
+        nonlocal steps
+        found = estimator.jacobian(whole(part), moved, steps)
+        steps = reaches(found)
+        return found[:, moved]
+
     low, high = estimator.vector.bounds
-    found = scipy.optimize.least_squares(
-        _remembered(lambda part: estimator.residuals(whole(part))), x[moved],
-        jac=lambda part: estimator.jacobian(whole(part), moved)[:, moved],
-        bounds=(low[moved], high[moved]), loss="soft_l1", f_scale=ROBUST, max_nfev=most,
-        ftol=_FTOL, xtol=_XTOL, x_scale=1.0,
+    found = minimum(
+        lambda part: estimator.residuals(whole(part)), derivative,
+        x[moved], (low[moved], high[moved]), ROBUST, most, near,
+        before[:, moved] if known and before is not None else None,
     )  # fmt: skip
-    return whole(found.x), int(found.nfev), bool(found.status > 0)
+    columns = np.zeros((len(found.residuals), len(x)))
+    columns[:, moved] = found.jacobian
+    return found._replace(x=whole(found.x), jacobian=columns)
 
 
 def _far(system: System) -> dict[str, float]:
@@ -170,17 +214,6 @@ def _inside(vector: ParameterVector, x: Array) -> Array:
     """Move numbers off their bounds: the minimiser would stay on one."""
     low, high = vector.bounds
     return np.clip(x, low + _OFF, np.maximum(high - _OFF, low + _OFF))
-
-
-def _remembered(function: Callable[[Array], Array]) -> Callable[[Array], Array]:
-    last: list[tuple[Array, Array]] = []
-
-    def asked(x: Array) -> Array:
-        if not last or not np.array_equal(last[0][0], x):
-            last[:] = [(x.copy(), function(x))]
-        return last[0][1]
-
-    return asked
 
 
 def refined(estimator: Estimator, x: Array) -> Estimator:

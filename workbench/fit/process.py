@@ -17,6 +17,8 @@ __all__ = ["FACTOR", "likeliest"]
 FACTOR = 10**0.5
 """From one strength that is tried to the next."""
 
+_GAIN = 1.0  # of log L that another strength must bring: less is chance
+
 
 def likeliest(
     estimator: Estimator, x: NDArray[np.float64], down: int = 8, up: int = 3
@@ -24,7 +26,7 @@ def likeliest(
     """Return the estimator with the process noise that makes what was seen most likely.
 
     One group after the other, from its present strength towards the better neighbour as long as the
-    likelihood grows.
+    likelihood grows by more than chance.
 
     Args:
         estimator: with the present noise.
@@ -42,7 +44,7 @@ def likeliest(
             for _ in range(ways):
                 current = _changed(current, group, factor)
                 likelihood = current.log_likelihood(x)
-                if likelihood <= value:
+                if likelihood < value + _GAIN:
                     break
                 best, value, moved = current, likelihood, True
             if moved:

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit import (
     Combination,
+    Estimator,
     Fit,
     Hopper,
     MeasuredRun,
@@ -23,6 +23,7 @@ from workbench.fit import (
     ParameterVector,
     Scope,
     covariance,
+    fit_near,
     fit_system,
     free_parameters,
     intervals,
@@ -150,12 +151,15 @@ def identify(
     free = free_parameters(model, names)
     used = runs_that_tell(names, runs)
     robot = make_robot(model.values(), shape, model.increments)
-    fit = _fitted(robot, used, free, progress, threads)
+    system = Hopper(robot, used, free)
+    fit = fit_system(system, ParameterVector(system.parameters), progress=progress, threads=threads)
     other: Fit | None = None
     if lacks(fit) and robot.increments < FINER:
         finer = replace(robot, increments=FINER)
         progress(f"a beam of {robot.increments} increments does not follow: try {FINER}")
-        other = _fitted(finer, used, free, progress, threads, fit.x)
+        system = Hopper(finer, used, free)
+        noise = fit.estimator.noise
+        other = fit_near(Estimator.of(system, fit.vector, noise, threads=threads), fit.x, progress)
         if _log_likelihood(other) > _log_likelihood(fit):
             robot, fit, other = finer, other, fit
     unlike = _unlike(fit, other) if other is not None and lacks(fit) else {}
@@ -181,19 +185,6 @@ def lacks(fit: Fit) -> bool:
     the rotor's angle shakes the beam as much.
     """
     return fit.estimator.noise[BEAM_JOINTS] > _LACK * fit.estimator.system.strong[BEAM_JOINTS]
-
-
-def _fitted(
-    robot: Robot,
-    runs: Sequence[MeasuredRun],
-    free: Sequence[Parameter],
-    progress: Progress,
-    threads: int,
-    start: NDArray[np.float64] | None = None,
-) -> Fit:
-    system = Hopper(robot, runs, free)
-    vector = ParameterVector(system.parameters)
-    return fit_system(system, vector, start=start, progress=progress, threads=threads)
 
 
 def _log_likelihood(fit: Fit) -> float:

@@ -19,7 +19,8 @@ __all__ = ["anchors", "coarsen", "free_parameters", "jacobian"]
 
 Array = NDArray[np.float64]
 
-_COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 12, 1e-6, 0.6
+_COARSE_STEPS, _COARSE_ARMATURE, _COARSE_MARGIN = 6, 1e-5, 0.6
+_GROUND_STEPS, _GROUND_ARMATURE = 17, 1e-6  # a softer stick grips and slips at other instants
 _STEEP = 3.0  # a parameter stays within a third and three times its nominal value
 
 
@@ -69,17 +70,20 @@ def coarsen(model: mujoco.MjModel, steps: int) -> int:
     holds a sticking corner grows softer with the step.
     """
     hinges = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0] > 0
-    model.dof_armature[model.jnt_dofadr[hinges]] += _COARSE_ARMATURE
+    ground = bool(model.nuserdata)
+    armature = _GROUND_ARMATURE if ground else _COARSE_ARMATURE
+    least = _GROUND_STEPS if ground else _COARSE_STEPS
+    model.dof_armature[model.jnt_dofadr[hinges]] += armature
     data = mujoco.MjData(model)
     mujoco.mj_setConst(model, data)
     mujoco.mj_forward(model, data)
     longest = _COARSE_MARGIN * highest_mode(model, data).longest_step
-    coarse = min(max(_COARSE_STEPS, int(np.ceil(1 / (SAMPLE_RATE_HZ * longest)))), steps)
+    coarse = min(max(least, int(np.ceil(1 / (SAMPLE_RATE_HZ * longest)))), steps)
     share = steps / coarse
     model.opt.timestep *= share
-    if model.nuserdata:
-        ground = model.numeric("ground").data
-        ground[10] /= share**2
-        ground[11] /= share
-        ground[16] *= share
+    if ground:
+        law = model.numeric("ground").data
+        law[10] /= share**2
+        law[11] /= share
+        law[16] *= share
     return coarse

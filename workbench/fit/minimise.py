@@ -1,0 +1,149 @@
+"""The minimiser: Gauss-Newton steps within a trust region, for residuals that are dear.
+
+    cost(x) = sum of rho(r_i(x)),   rho(r) = 2 c^2 (sqrt(1 + (r / c)^2) - 1)   (soft L1)
+
+The region is a ball in the minimiser's numbers, prior deviations, so that its first radius does not
+depend on where the origin is. A step that is foretold to lower the cost by little is far inside
+every interval: with H = J' w J, the decrease s' H s that is left is the squared distance to the
+minimum in standard errors.
+
+A Jacobian costs several times what residuals do. It is kept as long as its steps lower the cost,
+brought up to date by what they did to the residuals (Broyden, Math. Comp. 19, 1965, 577). That also
+measures slopes over the length of a step, where differences over a hair see single kinks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+__all__ = ["CLOSE", "Minimum", "minimum", "soft"]
+
+Array = NDArray[np.float64]
+
+_RADIUS = 1.0  # prior deviations
+_GOOD, _POOR = 0.75, 0.25  # share of the foretold decrease that came
+_EDGE = 0.9  # of the radius: a longer step was held back by it
+
+CLOSE = 0.1
+"""Squared distance to the minimum that may be left, in standard errors."""
+
+
+class Minimum(NamedTuple):
+    """Where a minimiser ended.
+
+    Args:
+        x: (p,) numbers.
+        residuals: (m,) there.
+        jacobian: (m, p) of the residuals, or what it was brought up to date to.
+        evaluations: of the residuals.
+        converged: whether no step promises to lower the cost.
+        fresh: whether the Jacobian is that at x, not one of a point before.
+    """
+
+    x: Array
+    residuals: Array
+    jacobian: Array
+    evaluations: int
+    converged: bool
+    fresh: bool
+
+
+def soft(residuals: Array, scale: float) -> Array:
+    """Return the robust squares of residuals, (m,): r^2 well within the scale, 2 c r far beyond."""
+    return 2 * scale**2 * (np.sqrt(1 + (residuals / scale) ** 2) - 1)
+
+
+def minimum(
+    residuals: Callable[[Array], Array],
+    derivative: Callable[[Array], Array],
+    start: Array,
+    bounds: tuple[Array, Array],
+    scale: float,
+    most: int,
+    near: float = CLOSE,
+    jacobian: Array | None = None,
+) -> Minimum:
+    """Return the least robust cost within bounds.
+
+    Args:
+        residuals: (m,) at numbers (p,).
+        derivative: their Jacobian, (m, p).
+        start: (p,) within the bounds.
+        bounds: least and greatest numbers, (p,) each.
+        scale: residuals beyond it pull less.
+        most: evaluations of the residuals.
+        near: squared distance to the minimum that may be left, in standard errors.
+        jacobian: near the start, where one is known.
+    """
+    x, radius, fresh = start.copy(), _RADIUS, jacobian is None
+    r = residuals(x)
+    cost, count = float(np.sum(soft(r, scale))), 1
+    slopes = derivative(x) if jacobian is None else jacobian
+    while True:
+        converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
+        step, foretold = _step(x, r, slopes, bounds, scale, radius)
+        if converged or count >= most or foretold < near:
+            return Minimum(x, r, slopes, count, converged, fresh)
+        tried = residuals(x + step)
+        value = float(np.sum(soft(tried, scale)))
+        count += 1
+        share = (cost - value) / foretold
+        length = float(np.linalg.norm(step))
+        if share > _GOOD and length > _EDGE * radius:
+            radius *= 2
+        elif share < _POOR and fresh:
+            radius = length / 4
+        if share > 0:
+            change = tried - r - slopes @ step
+            x, r, cost = x + step, tried, value
+            slopes, fresh = slopes + np.outer(change, step / length**2), False
+        if share < _POOR and not (fresh and share <= 0):
+            slopes, fresh = derivative(x), True
+
+
+def _step(
+    x: Array, r: Array, slopes: Array, bounds: tuple[Array, Array], scale: float, radius: float
+) -> tuple[Array, float]:
+    """Return the step of the least foretold cost within region and bounds, and its decrease.
+
+    The step itself counts as a residual: it is no longer, in prior deviations, than it lowers the
+    cost, so that numbers of which the residuals say nothing stay where they are.
+    """
+    weights = 1 / np.sqrt(1 + (r / scale) ** 2)
+    gradient = slopes.T @ (weights * r)
+    curvature = slopes.T @ (slopes * weights[:, None]) + np.eye(len(x))
+    free, step = np.ones(len(x), dtype=np.bool_), np.zeros(len(x))
+    low, high = bounds[0] - x, bounds[1] - x
+    for _ in range(len(x) + 1):
+        rest = gradient + curvature @ np.where(free, 0.0, step)
+        left = np.sqrt(max(radius**2 - float(np.sum(step[~free] ** 2)), 0.0))
+        step[free] = _within(curvature[np.ix_(free, free)], rest[free], left)
+        outside = free & ((step < low) | (step > high))
+        if not outside.any():
+            break
+        step = np.clip(step, low, high)
+        free &= ~outside
+    return step, float(-2 * gradient @ step - step @ curvature @ step)
+
+
+def _within(curvature: Array, gradient: Array, radius: float) -> Array:
+    """Return the step that lowers g's + s'Hs/2 most within a radius."""
+    if not len(gradient):
+        return gradient
+    values, vectors = np.linalg.eigh(curvature)
+    values = np.maximum(values, 1e-12 * max(float(values[-1]), 1e-300))
+    along = vectors.T @ gradient
+
+    def beyond(damping: float) -> float:
+        return float(np.linalg.norm(along / (values + damping))) - radius
+
+    damping = 0.0
+    if beyond(0.0) > 0:
+        most = float(np.linalg.norm(along)) / max(radius, 1e-300)
+        damping = float(scipy.optimize.brentq(beyond, 0.0, most, xtol=1e-9 * most))
+    return np.asarray(-vectors @ (along / (values + damping)), dtype=np.float64)
