@@ -103,9 +103,12 @@ def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) ->
     """Return the places in `rows` at which a marker has left its place since the one before."""
     found = [np.empty(0, dtype=np.intp)]
     for start in range(0, len(rows) - 1, _BLOCK):
-        step = np.diff(_about_middle(cloud[rows[start : start + _BLOCK + 1]]), axis=0)
-        far = np.einsum("kmi,kmi->km", step, step) > (_LEFT * nearest) ** 2
-        found.append(np.flatnonzero(far.any(axis=1)) + start + 1)
+        own = rows[start : start + _BLOCK + 1]
+        # samples along the last axis, which is the fast one
+        full = np.ascontiguousarray(cloud[own].transpose(1, 2, 0))  # (m, 3, k)
+        step = np.diff(full - full.mean(axis=0), axis=2)
+        far = np.einsum("mik,mik->mk", step, step) > (_LEFT * nearest) ** 2
+        found.append(np.flatnonzero(far.any(axis=0)) + start + 1)
     return np.concatenate(found)
 
 

@@ -125,10 +125,11 @@ def side_by_side(
     paths: dict[str, NDArray[np.float64]], slots: Sequence[str], n: int
 ) -> NDArray[np.float64]:
     """Return (n, len(slots), 3), NaN for a marker without a path."""
-    if not slots:
-        return np.empty((n, 0, 3))
-    blank = np.broadcast_to(np.nan, (n, 3))
-    return np.stack([paths.get(slot, blank) for slot in slots], axis=1)
+    columns = np.full((len(slots), 3, n), np.nan)  # samples run along the last axis, as paths have
+    for column, slot in zip(columns, slots, strict=True):
+        if slot in paths:
+            column[:] = paths[slot].T
+    return columns.transpose(2, 0, 1)
 
 
 def _unposed(name: str, slots: tuple[str, ...], measured: NDArray[np.float64]) -> BodyTake:

@@ -44,9 +44,11 @@ class _Scaled:
             return np.full((len(self.table), 3), np.nan)
         values = self.table.block(entity.position)
         if self.metres != 1.0:
-            values *= self.metres
+            values = self.metres * values
         x, y, z = values.T
-        values[np.isnan(x + y + z)] = np.nan
+        unknown = np.isnan(x + y + z)
+        if 3 * np.count_nonzero(unknown) != np.count_nonzero(np.isnan(values)):
+            values = np.where(unknown[:, None], np.nan, values)
         return values
 
     def error(self, entity: Entity) -> NDArray[np.float64] | None:

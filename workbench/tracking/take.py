@@ -180,13 +180,16 @@ class Take:
             return body.centroid_solved
         return body.position if np.isfinite(body.position).any() else body.centroid_measured
 
-    def body_path(self, name: str) -> NDArray[np.float64]:
-        """Return (n, 3) where a body is [m], by all its markers, else its pose; NaN if unseen."""
+    def body_path(self, name: str, some: slice = slice(None)) -> NDArray[np.float64]:
+        """Return where a body is in some samples (k, 3) [m], NaN where it is not seen.
+
+        By all its markers, else its pose.
+        """
         body = self.bodies[name]
-        path = body.centroid_measured
+        path = _centroid(body.measured[some])
         if not known(path).any():
-            path = self.counted_position(name)
-        return np.where(body.seen[:, None], path, np.nan)
+            path = self.counted_position(name)[some]
+        return np.where(body.seen[some, None], path, np.nan)
 
 
 def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
