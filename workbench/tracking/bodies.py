@@ -139,17 +139,13 @@ def raw_points(
 
 def _marked(body: BodyTake, axes: Axes) -> _Marked:
     if np.isfinite(body.measured).any():
-        return _Marked(body, _to_bench(body.measured, axes), "measured")
+        return _Marked(body, axes.points_to_bench(body.measured), "measured")
     return _solved_marked(body, axes)
 
 
 def _solved_marked(body: BodyTake, axes: Axes) -> _Marked:
     believed = np.where(body.seen[:, None, None], body.solved, np.nan)
-    return _Marked(body, _to_bench(believed, axes), "solved")
-
-
-def _to_bench(cloud: NDArray[np.float64], axes: Axes) -> NDArray[np.float64]:
-    return axes.points_to_bench(cloud.reshape(-1, 3)).reshape(cloud.shape)
+    return _Marked(body, axes.points_to_bench(believed), "solved")
 
 
 def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> dict[str, _Marked]:

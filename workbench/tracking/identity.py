@@ -62,8 +62,7 @@ def untangle(
     """
     n, m = cloud.shape[:2]
     unchanged = np.broadcast_to(np.arange(m), (n, m))
-    whole = known(cloud.reshape(n, 3 * m))
-    rows = np.flatnonzero(whole)
+    rows = np.flatnonzero(np.isfinite(np.einsum("nmi->n", cloud)))
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, unchanged)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])

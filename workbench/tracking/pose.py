@@ -48,7 +48,9 @@ def fit_poses(
         the weighted root mean square distance of the visible markers to their places.
     """
     n, m = cloud.shape[:2]
-    poses = Poses(np.full((n, 3), np.nan), np.full((n, 3, 3), np.nan), np.full(n, np.nan))
+    # samples run along the fast axis, as `_fit` gives them
+    origin, matrix = np.full((3, n), np.nan).T, np.full((3, 3, n), np.nan).transpose(2, 0, 1)
+    poses = Poses(origin, matrix, np.full(n, np.nan))
     weights = np.ones(m) if weights is None else weights
     visible = known(cloud) & known(places)
     pattern = visible @ (1 << np.arange(m))
