@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 __all__ = ["Pieces"]
 
+_NEWLINE = ord("\n")
+
 
 class Pieces(io.RawIOBase):
     """A stream of rows, joined only as they are asked for: the whole text never stands in memory.
@@ -30,6 +32,11 @@ class Pieces(io.RawIOBase):
     def first_row(self) -> bytes:
         """Return the first row, wherever the stream stands."""
         return self._data[self._begins[0] : self._ends[0]].partition(b"\n")[0]
+
+    def most_rows(self) -> int:
+        """Return how many rows there are if none is blank."""
+        ends = zip(self._begins.tolist(), self._ends.tolist(), strict=True)
+        return sum(self._data.count(b"\n", a, b) + (self._data[b - 1] != _NEWLINE) for a, b in ends)
 
     def readable(self) -> bool:
         """Tell that it can be read."""

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import re
+from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -27,7 +28,8 @@ __all__ = ["Rectangle", "Words", "read_rectangle"]
 _BLOCK = 4 << 20  # bytes that one thread parses at a time
 _ROW = 1 << 12  # bytes in which the end of a row is looked for
 _WORKERS = os.cpu_count() or 1
-_CHUNK = 1 << 18  # bytes searched for quotes at a time, so that they stay in the cache
+_NEWLINE = ord("\n")
+_CHUNK = 1 << 18  # bytes searched at a time, so that they stay in the cache
 _BLANKS = ["", "NAN", "nan", "NaN", "1.#QNAN", "-1.#QNAN", "1.#IND", "-1.#IND"]
 _WHOLLY_QUOTED = re.compile(r'"[^"]*"')
 
@@ -67,6 +69,9 @@ def read_rectangle(
 ) -> Rectangle | None:
     """Read columns of rows that have `width` cells each.
 
+    Blocks of the text are parsed side by side, and each is put into its place among plain arrays at
+    once: no table of the whole text ever stands in memory.
+
     Args:
         text: the rows.
         width: cells in each of them.
@@ -79,35 +84,26 @@ def read_rectangle(
     """
     import pyarrow as pa
 
-    def parsed(block: bytes | memoryview) -> _Part:
-        return _parsed(block, width, numbers, words)
-
+    whole = np.empty((len(numbers), _most_rows(text)))
+    parts: list[_Part] = []
+    under_way: deque[Future[_Part]] = deque()
+    start = 0
     try:
         with ThreadPoolExecutor(_WORKERS) as pool:
-            parts = list(pool.map(parsed, _blocks(text)))
-            together = _side_by_side([part.numbers for part in parts], pool)
+            for block, rows in _blocks(text):
+                if len(under_way) > _WORKERS:
+                    parts.append(under_way.popleft().result())
+                place = whole[:, start : start + rows]
+                under_way.append(pool.submit(_parsed, block, width, numbers, words, place))
+                start += rows
+            parts.extend(each.result() for each in under_way)
     except (pa.ArrowInvalid, _Declined):
         return None
-    quotes = text.quotes if isinstance(text, Pieces) else _quotes(text)
+    quotes = text.quotes if isinstance(text, Pieces) else _count(text, b'"')
     texts = tuple(_joined([part.words[i] for part in parts], encoding) for i in range(len(words)))
     if quotes != sum(map(_enclosing, texts)):
         return None
-    return Rectangle(together, tuple(map(_unquoted, texts)))
-
-
-def _side_by_side(
-    parts: list[NDArray[np.float64]], pool: ThreadPoolExecutor
-) -> NDArray[np.float64]:
-    """Return parts (k, n) of a table as one; each is let go when it was copied."""
-    stops = np.cumsum([part.shape[1] for part in parts])
-    whole = np.empty((len(parts[0]), int(stops[-1])))
-
-    def copy(i: int) -> None:
-        whole[:, stops[i] - parts[i].shape[1] : stops[i]] = parts[i]
-        parts[i] = parts[i][:, :0]
-
-    list(pool.map(copy, range(len(parts))))
-    return whole
+    return Rectangle(_closed_up(whole, parts), tuple(map(_unquoted, texts)))
 
 
 class _Declined(Exception):
@@ -115,17 +111,25 @@ class _Declined(Exception):
 
 
 class _Part(NamedTuple):
-    """What a block of rows holds: (k, n) numbers; codes (n,) and entries of each text column."""
+    """What came of a block: its place (k, rows), how many rows it has, its columns of text."""
 
-    numbers: NDArray[np.float64]
+    place: NDArray[np.float64]
+    rows: int
     words: tuple[tuple[NDArray[np.int32], list[bytes]], ...]
 
 
-def _blocks(text: bytes | memoryview | Pieces) -> Iterator[bytes | memoryview]:
-    """Yield the text in blocks of whole rows."""
+def _most_rows(text: bytes | memoryview | Pieces) -> int:
+    """Return how many rows a text has if none is blank."""
+    if isinstance(text, Pieces):
+        return text.most_rows()
+    return _count(text, b"\n") + 1
+
+
+def _blocks(text: bytes | memoryview | Pieces) -> Iterator[tuple[bytes | memoryview, int]]:
+    """Yield the text in blocks of whole rows, and how many rows each has if none is blank."""
     if isinstance(text, Pieces):
         while block := text.read(_BLOCK):
-            yield block
+            yield block, _count(block, b"\n") + (not block.endswith(b"\n"))
         return
     view, start = memoryview(text), 0
     while start < len(view):
@@ -135,18 +139,18 @@ def _blocks(text: bytes | memoryview | Pieces) -> Iterator[bytes | memoryview]:
             stop = min(len(view), stop + (_ROW if found < 0 else found + 1))
             if found >= 0:
                 break
-        yield view[start:stop]
+        yield view[start:stop], _count(view[start:stop], b"\n") + (view[stop - 1] != _NEWLINE)
         start = stop
 
 
 def _parsed(
-    block: bytes | memoryview, width: int, numbers: Sequence[int], words: Sequence[int]
+    block: bytes | memoryview,
+    width: int,
+    numbers: Sequence[int],
+    words: Sequence[int],
+    place: NDArray[np.float64],
 ) -> _Part:
-    """Parse one block in one thread.
-
-    The blocks are parsed side by side, and each is turned into plain arrays at once: half the time
-    and half the memory of a table of the whole text, whose columns all threads fill together.
-    """
+    """Parse one block in one thread, its numbers into their place (k, rows or more)."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -163,14 +167,12 @@ def _parsed(
             quoted_strings_can_be_null=False,
         ),
     )
-    return _Part(
-        _numbers(table, [names[i] for i in numbers]), tuple(_words(table[names[i]]) for i in words)
-    )
+    _put_numbers(table, [names[i] for i in numbers], place[:, : table.num_rows])
+    return _Part(place, table.num_rows, tuple(_words(table[names[i]]) for i in words))
 
 
-def _numbers(table: pa.Table, names: Sequence[str]) -> NDArray[np.float64]:
-    """Return (k, n); decline a number that is no measured one: `nan(...)`, `inf`, 1e300."""
-    values = np.empty((len(names), table.num_rows))
+def _put_numbers(table: pa.Table, names: Sequence[str], values: NDArray[np.float64]) -> None:
+    """Fill (k, n); decline a number that is no measured one: `nan(...)`, `inf`, 1e300."""
     blanks = 0
     for row, name in zip(values, names, strict=True):
         column, at = table[name], 0
@@ -179,11 +181,18 @@ def _numbers(table: pa.Table, names: Sequence[str]) -> NDArray[np.float64]:
             row[at : at + len(chunk)] = chunk.to_numpy(zero_copy_only=False)
             at += len(chunk)
     if not values.size:
-        return values
+        return
     lowest, highest = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
     if np.count_nonzero(np.isnan(values)) != blanks or lowest < -LARGEST or highest > LARGEST:
         raise _Declined
-    return values
+
+
+def _closed_up(whole: NDArray[np.float64], parts: Sequence[_Part]) -> NDArray[np.float64]:
+    """Return the numbers (k, n) without the room that was left for rows which are blank."""
+    filled = sum(part.rows for part in parts)
+    if all(part.rows == part.place.shape[1] for part in parts):
+        return whole[:, :filled]
+    return np.concatenate([part.place[:, : part.rows] for part in parts], axis=1)
 
 
 def _words(column: pa.ChunkedArray) -> tuple[NDArray[np.int32], list[bytes]]:
@@ -203,10 +212,11 @@ def _joined(parts: Sequence[tuple[NDArray[np.int32], list[bytes]]], encoding: st
     return Words(np.concatenate(codes), tuple(entry.decode(encoding) for entry in places))
 
 
-def _quotes(text: bytes | memoryview) -> int:
+def _count(text: bytes | memoryview, sign: bytes) -> int:
+    """Return how often a byte stands in a text."""
     buffer = np.frombuffer(text, np.uint8)
     pieces = (buffer[start : start + _CHUNK] for start in range(0, len(buffer), _CHUNK))
-    return sum(int(np.count_nonzero(piece == ord('"'))) for piece in pieces)
+    return sum(int(np.count_nonzero(piece == ord(sign))) for piece in pieces)
 
 
 def _enclosing(words: Words) -> int:
