@@ -132,7 +132,8 @@ def raw_points(
         each = marked[role]
         return _raw_body(take, role, each, axes, places.get(each.body.name), told[role])
 
-    found = dict(zip(marked, at_once(raw_body, marked), strict=True))
+    # one after the other: at once they are no faster, and hold three times as much in memory
+    found = {role: raw_body(role) for role in marked}
     warnings = (*unit, *exchanges, *chain(*told.values()))
     return RawPoints(take.times, take.rate_hz, **found, warnings=warnings)
 
