@@ -27,21 +27,11 @@ from benchmarks.bank.cases_twin import TwinGenerator  # noqa: E402
 from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
 from benchmarks.bank.write import measured_run  # noqa: E402
-from workbench.fit import (  # noqa: E402
-    Estimator,
-    Hopper,
-    MeasuredRun,
-    Parameter,
-    ParameterVector,
-    covariance,
-    fit_system,
-    free_parameters,
-    intervals,
-    warnings_of,
-)
+from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, refined  # noqa: E402
 from workbench.fit.process import likeliest  # noqa: E402
+from workbench.identify import identify  # noqa: E402
 from workbench.motion import TOP  # noqa: E402
-from workbench.protocol import load_model, load_shape  # noqa: E402
+from workbench.protocol import ModelFile, load_model, load_shape  # noqa: E402
 from workbench.sim import make_robot  # noqa: E402
 
 MODEL, SHAPE = load_model("thesis", Path()).content, load_shape("thesis-initial", Path()).content
@@ -79,12 +69,10 @@ def innovations(seconds: float, seed: int) -> None:
     runs = _runs("independent", MODEL.values(), courses, seed)
     system = Hopper(make_robot(MODEL.values(), SHAPE), runs)
     x = np.zeros(len(system.parameters))
-    estimator = Estimator.of(system, ParameterVector(system.parameters), system.strong)
-    for _ in range(3):
-        found = estimator.innovations(x, keep=True)
-        estimator = estimator.with_system(system.refined([one.qpos for one in found]))
+    vector = ParameterVector(system.parameters)
+    estimator = refined(Estimator.of(system, vector, system.strong), x)
     begin = time.perf_counter()
-    found = estimator.innovations(x)
+    estimator.innovations(x)
     spent = time.perf_counter() - begin
     estimator = likeliest(estimator, x)
     print(f"\ninnovations over camera noise, {len(runs)} runs of {seconds:g} s, independent engine")
@@ -106,24 +94,21 @@ def beam(seconds: float, seed: int) -> None:
     values = {name: v * BEAM.get(name, 1.0) for name, v in MODEL.values().items()}
     for engine in ENGINES:
         runs = _runs(engine, values, courses, seed)
-        free = free_parameters(MODEL, list(BEAM))
-        system = Hopper(make_robot(MODEL.values(), SHAPE), runs, free)
-        _print_fit(f"beam, {engine} engine", system, free, values)
+        _print_fit(f"beam, {engine} engine", runs, MODEL, list(BEAM), values)
 
 
 def ground(seconds: float, seed: int) -> None:
     """Fit ground, friction and the foot's mass to hops of both engines."""
     courses = _hops((16.0, 17.0, 18.0, 19.0) if seconds > 2 else (17.0,), seconds)
     values = MODEL.values()
-    stated = {name: value / GROUND.get(name, 1.0) for name, value in values.items()}
-    free = tuple(
-        Parameter(p.name, p.unit, stated[p.name], p.deviation / GROUND[p.name],
-                  stated[p.name] / 3, stated[p.name] * 3, positive=True, flat=True)
-        for p in free_parameters(MODEL, list(GROUND))
-    )  # fmt: skip
+    own = {
+        name: getattr(MODEL.parameters, name).model_copy(update={"value": values[name] / factor})
+        for name, factor in GROUND.items()
+    }
+    stated = MODEL.model_copy(update={"parameters": MODEL.parameters.model_copy(update=own)})
     for engine in ENGINES:
-        system = Hopper(make_robot(stated, SHAPE), _runs(engine, values, courses, seed), free)
-        _print_fit(f"ground, {engine} engine", system, free, values)
+        runs = _runs(engine, values, courses, seed)
+        _print_fit(f"ground, {engine} engine", runs, stated, list(GROUND), values)
 
 
 def lines(seconds: float, seed: int) -> None:
@@ -138,25 +123,28 @@ TABLES = {"innovations": innovations, "beam": beam, "ground": ground, "lines": l
 
 
 def _print_fit(
-    title: str, system: Hopper, free: Sequence[Parameter], truth: Mapping[str, float]
+    title: str,
+    runs: Sequence[MeasuredRun],
+    model: ModelFile,
+    names: Sequence[str],
+    truth: Mapping[str, float],
 ) -> None:
     begin, spent = time.perf_counter(), time.process_time()
-    fit = fit_system(system, ParameterVector(system.parameters))
+    found = identify(runs, model, SHAPE, names)
     seconds, cpu = time.perf_counter() - begin, time.process_time() - spent
-    found = intervals(fit, covariance(fit))
-    print(f"\n{title}, {len(system.runs)} runs: {seconds:.0f} s, {cpu:.0f} s of a core (bar 40 s)")
+    print(f"\n{title}, {len(runs)} runs: {seconds:.0f} s, {cpu:.0f} s of a core (bar 40 s)")
     print(f"{'parameter':20}{'start %':>9}{'error %':>9}{'bar':>6}{'  interval holds the truth'}")
-    for p in free:
-        one, true = found[p], truth[p.name]
-        kind = next((k for k in BARS if k in p.name.split("_")[1:]), "ground")
+    for name, one in found.estimates.items():
+        true = truth[name]
+        kind = next((k for k in BARS if k in name.split("_")[1:]), "ground")
         bar = BARS[kind] if title.startswith("beam") else BARS["ground"]
         error = 100 * (one.value / true - 1)
         holds = "yes" if one.low <= true <= one.high else "no"
-        print(f"{p.name:20}{100 * (p.nominal / true - 1):9.1f}{error:9.2f}{bar:6.0f}  {holds}"
+        print(f"{name:20}{100 * (one.stated / true - 1):9.1f}{error:9.2f}{bar:6.0f}  {holds}"
               f"{_verdict(abs(error) <= bar)}", flush=True)  # fmt: skip
-    ended = "" if fit.converged else "; the minimiser had not come to rest"
-    print(f"process noise {_sizes(fit.estimator.noise)}{ended}")
-    for word in warnings_of(fit):
+    noise = _sizes(found.fit.estimator.noise)
+    print(f"process noise {noise}, beam of {found.robot.increments} increments")
+    for word in (*found.not_determined, *found.warnings):
         print(word)
 
 
