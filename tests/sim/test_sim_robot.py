@@ -44,6 +44,14 @@ def test_the_foot_s_inertia_follows_appendix_b(robot: Robot) -> None:
     )
 
 
+def test_a_foot_of_any_mass_and_size_is_built(robot: Robot) -> None:
+    rng = np.random.default_rng(0)
+    for share in rng.uniform(0.7, 1.3, (40, 3)):
+        names = ("foot_mass", "foot_length", "foot_width")
+        changed = {n: robot.values[n] * s for n, s in zip(names, share, strict=True)}
+        compile_model(replace(robot, values=dict(robot.values) | changed), "free")
+
+
 def test_positive_rotor_speed_turns_from_forward_towards_down(robot: Robot) -> None:
     model, data = posed(robot)
     before = data.site("rotor").xpos.copy()

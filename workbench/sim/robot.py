@@ -152,8 +152,9 @@ def compile_model(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.Mj
 def _add_foot(spec: mujoco.MjSpec, values: Mapping[str, float]) -> mujoco.MjsBody:
     mass, length, width = (values[f"foot_{name}"] for name in ("mass", "length", "width"))
     foot = spec.worldbody.add_body(name="foot")
-    inertia = mass / 12 * np.array([width**2, length**2, width**2 + length**2])
-    _set_inertia(foot, mass, inertia)
+    about_x, about_y = mass / 12 * width**2, mass / 12 * length**2
+    # a plate's third moment is the sum of the others to the last bit: the engine refuses a greater
+    _set_inertia(foot, mass, np.array([about_x, about_y, about_x + about_y]))
     foot.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[length / 2, width / 2, 0.003], mass=0)
     return foot
 
