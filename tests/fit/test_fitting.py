@@ -43,7 +43,7 @@ def decay(seed: int, seconds: float = 3.0) -> MjcfRun:
 
 def undriven(**off: float) -> MjcfSystem:
     values = {name: value * off.get(name, 1.0) for name, value in TRUTH.items()}
-    # dry friction as hard as that of the data: the engine's softer one, 1 mrad off after 3 s, is seen
+    # dry friction as hard as that of the data: a softer one is seen, 0.7 mrad off
     text = PENDULUM.format(**values).replace('timestep="0.001"', 'timestep="0.00025"')
     spec = mujoco.MjSpec.from_string(text.replace('"0.002 1"', '"0.0005 1"'))
     channel = Channel("angle", "position", "pivot", sigma=ANGLE_NOISE)

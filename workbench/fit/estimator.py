@@ -163,6 +163,7 @@ class Estimator:
         x: Array,
         asked: Sequence[int] | NDArray[np.int64] | None = None,
         steps: Array | None = None,
+        central: bool = False,
     ) -> Array:
         """Return the derivatives of the residuals, (m, p), by differences of coarse simulations.
 
@@ -170,23 +171,32 @@ class Estimator:
             x: (p,) parameters.
             asked: columns that are wanted, the others stay zero; all where left out.
             steps: (p,) how far each parameter is moved, of `reaches`; the farthest where left out.
+            central: whether differences go to both sides: twice the cost, and directions that do
+                nothing are seen to do nothing.
         """
         steps = np.full(len(x), FARTHEST) if steps is None else steps
         runs = range(len(self.system.names))
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self.vector.touching(k) if i in wanted]
-        jobs = [self.job(k, x, coarse=True) for k in runs]
+        jobs = []
         for k, i in moves:
-            moved = x.copy()
-            moved[i] += steps[i]
-            jobs.append(self.job(k, moved, coarse=True))
-        found = observe(jobs, self.threads)
-        base = [_flat(one) for one in found[: len(runs)]]
-        begin = np.concatenate([[0], np.cumsum([len(b) for b in base])])
+            for side in (1, -1) if central else (1,):
+                moved = x.copy()
+                moved[i] += side * steps[i]
+                jobs.append(self.job(k, moved, coarse=True))
+        jobs += [] if central else [self.job(k, x, coarse=True) for k in runs]
+        found = [_flat(one) for one in observe(jobs, self.threads)]
+        if central:
+            changes = [(a - b) / 2 for a, b in zip(found[::2], found[1::2], strict=True)]
+        else:
+            base = found[len(moves) :]
+            changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
+        lengths = [self.samples(k) * self.system.seen(k).shape[1] for k in runs]
+        begin = np.concatenate([[0], np.cumsum(lengths)])
         weighted = np.flatnonzero(self.vector.weighted)
         jacobian = np.zeros((begin[-1] + len(weighted), len(x)))
-        for (k, i), one in zip(moves, found[len(runs) :], strict=True):
-            jacobian[begin[k] : begin[k + 1], i] = (_flat(one) - base[k]) / steps[i]
+        for (k, i), change in zip(moves, changes, strict=True):
+            jacobian[begin[k] : begin[k + 1], i] = change / steps[i]
         jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
 

@@ -3,7 +3,8 @@
 Strong correction and the first seconds bring a far start near; whole runs follow, and the process
 noise is weighed by the likelihood until it stays. Between stages the drive's angles are made anew
 from states observed with strong correction, and glitches are left out: within a stage nothing
-changes, so that the cost is smooth (`minimise`).
+changes, so that the cost is smooth (`minimise`). Residuals are always those of full steps; only
+derivatives are of coarse ones.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def fit_system(
 def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
     """Return the fit from numbers (p,) that are near, weighing the process noise anew."""
     x = _inside(estimator.vector, x)
-    begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, False)
+    begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False)
     return _rounds(estimator, begin, progress, 0)
 
 
@@ -139,9 +140,7 @@ def _rounds(estimator: Estimator, found: Minimum, progress: Progress, count: int
 
 def _ended(estimator: Estimator, found: Minimum, count: int) -> Fit:
     innovations = tuple(estimator.innovations(found.x, keep=True))
-    jacobian = found.jacobian
-    if not found.fresh:
-        jacobian = estimator.jacobian(found.x, steps=reaches(found.jacobian))
+    jacobian = estimator.jacobian(found.x, steps=reaches(found.jacobian), central=True)
     return Fit(estimator, found.x, innovations, jacobian, count, found.converged)
 
 

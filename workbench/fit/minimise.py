@@ -42,7 +42,6 @@ class Minimum(NamedTuple):
         jacobian: (m, p) of the residuals, or what it was brought up to date to.
         evaluations: of the residuals.
         converged: whether no step promises to lower the cost.
-        fresh: whether the Jacobian is that at x, not one of a point before.
     """
 
     x: Array
@@ -50,7 +49,6 @@ class Minimum(NamedTuple):
     jacobian: Array
     evaluations: int
     converged: bool
-    fresh: bool
 
 
 def soft(residuals: Array, scale: float) -> Array:
@@ -88,7 +86,7 @@ def minimum(
         converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
         step, foretold = _step(x, r, slopes, bounds, scale, radius)
         if converged or count >= most or foretold < near:
-            return Minimum(x, r, slopes, count, converged, fresh)
+            return Minimum(x, r, slopes, count, converged)
         tried = residuals(x + step)
         value = float(np.sum(soft(tried, scale)))
         count += 1
