@@ -56,6 +56,7 @@ def fitted() -> Fit:
     return fit_system(system, ParameterVector(system.parameters), threads=1)
 
 
+@pytest.mark.budget(25)  # the whole fit that two tests share
 def test_a_far_start_ends_at_the_truth_within_its_intervals() -> None:
     fit = fitted()
     found = {p.name: one for p, one in intervals(fit, covariance(fit)).items()}
