@@ -1,6 +1,7 @@
 """The estimator beside its bars: innovations, parameters of both engines, the ground from hops.
 
-    python benchmarks/fit.py [--quick] [--only innovations,beam,ground,lines] [--seed 0]
+    python benchmarks/fit.py [--quick] [--only innovations,beam,ground,intervals,lines] [--seed 0]
+        [--robots 20]
 
 Data are made by the bank's independent engine (a continuous strip, own equations, another
 integrator, another stick-slip) and by the twin, and filmed with white noise of 0.3 mm in every
@@ -46,7 +47,8 @@ GROUND = {
     "foot_mass": 0.95,
 }  # fmt: skip
 BARS = {"stiffness": 1.0, "damping": 5.0, "ground": 10.0}
-SWUNG_M = 0.3
+SWUNG_M, HELD_S = 0.3, 4.0
+MANY = 50  # robots, of whom fewer say little about a share
 
 
 def main() -> None:
@@ -54,11 +56,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Measure the estimator beside its bars.")
     parser.add_argument("--quick", action="store_true", help="few short runs")
     parser.add_argument("--only", default="innovations,beam,ground,lines", help="tables")
+    parser.add_argument("--robots", type=int, default=20, help="of the table `intervals`")
     parser.add_argument("--seed", type=int, default=0, help="of the cameras' noise")
     given = parser.parse_args()
     seconds = 1.5 if given.quick else 10.0
     for name in given.only.split(","):
-        TABLES[name](seconds, given.seed)
+        if name == "intervals":
+            held(2 if given.quick else given.robots, given.seed)
+        else:
+            TABLES[name](seconds, given.seed)
 
 
 def innovations(seconds: float, seed: int) -> None:
@@ -109,6 +115,39 @@ def ground(seconds: float, seed: int) -> None:
     for engine in ENGINES:
         runs = _runs(engine, values, courses, seed)
         _print_fit(f"ground, {engine} engine", runs, stated, list(GROUND), values)
+
+
+def held(robots: int, seed: int) -> None:
+    """Count how many 90 % intervals hold the truth, of robots that differ by their tolerances.
+
+    Each is fitted to three clamped runs and a ring-down of 4 s from the stated values.
+    """
+    free = free_parameters(MODEL, list(BEAM))
+    courses = _clamped((8.5, 11.0, 14.0), HELD_S) | _decays((0.4,), HELD_S)
+    print(f"\n90 % intervals that hold the truth, {robots} robots, runs of {HELD_S:g} s; "
+          "bar 82 to 97 of 100")  # fmt: skip
+    for engine in ENGINES:
+        inside, far, rest = dict.fromkeys(BEAM, 0), dict.fromkeys(BEAM, 0.0), 0
+        spent = time.process_time()
+        for number in range(robots):
+            rng = np.random.default_rng([seed, number])
+            values = dict(MODEL.values())
+            values |= {p.name: p.value(float(rng.normal())) for p in free}
+            runs = _runs(engine, values, courses, 1000 * (seed + 1) + number)
+            system = Hopper(make_robot(MODEL.values(), SHAPE), runs, free)
+            fit = fit_system(system, ParameterVector(system.parameters))
+            rest += fit.converged
+            found = intervals(fit, covariance(fit))
+            for p in free:
+                one, true = found[p], values[p.name]
+                inside[p.name] += one.low <= true <= one.high
+                far[p.name] += (100 * (one.value / true - 1)) ** 2 / robots
+        spent = (time.process_time() - spent) / robots
+        print(f"{engine} engine: {rest} fits came to rest, {spent:.0f} s of a core each")
+        for p in free:
+            share = inside[p.name] / robots
+            print(f"{p.name:20}{inside[p.name]:4d} of {robots}; off by {far[p.name] ** 0.5:.2f} % "
+                  f"(root mean square){_verdict(robots < MANY or 0.82 <= share <= 0.97)}", flush=True)  # fmt: skip
 
 
 def lines(seconds: float, seed: int) -> None:
