@@ -28,7 +28,14 @@ from benchmarks.bank.cases_twin import TwinGenerator  # noqa: E402
 from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
 from benchmarks.bank.write import measured_run  # noqa: E402
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, refined  # noqa: E402
+from workbench.fit import (  # noqa: E402
+    Estimator,
+    Hopper,
+    MeasuredRun,
+    ParameterVector,
+    free_parameters,
+    refined,
+)
 from workbench.fit.process import likeliest  # noqa: E402
 from workbench.identify import identify  # noqa: E402
 from workbench.motion import TOP  # noqa: E402
@@ -127,27 +134,24 @@ def held(robots: int, seed: int) -> None:
     print(f"\n90 % intervals that hold the truth, {robots} robots, runs of {HELD_S:g} s; "
           "bar 82 to 97 of 100")  # fmt: skip
     for engine in ENGINES:
-        inside, far, rest = dict.fromkeys(BEAM, 0), dict.fromkeys(BEAM, 0.0), 0
+        inside, far = dict.fromkeys(BEAM, 0), dict.fromkeys(BEAM, 0.0)
         spent = time.process_time()
         for number in range(robots):
             rng = np.random.default_rng([seed, number])
             values = dict(MODEL.values())
             values |= {p.name: p.value(float(rng.normal())) for p in free}
             runs = _runs(engine, values, courses, 1000 * (seed + 1) + number)
-            system = Hopper(make_robot(MODEL.values(), SHAPE), runs, free)
-            fit = fit_system(system, ParameterVector(system.parameters))
-            rest += fit.converged
-            found = intervals(fit, covariance(fit))
-            for p in free:
-                one, true = found[p], values[p.name]
-                inside[p.name] += one.low <= true <= one.high
-                far[p.name] += (100 * (one.value / true - 1)) ** 2 / robots
+            for name, one in identify(runs, MODEL, SHAPE, list(BEAM)).estimates.items():
+                true = values[name]
+                inside[name] += one.low <= true <= one.high
+                far[name] += (100 * (one.value / true - 1)) ** 2 / robots
         spent = (time.process_time() - spent) / robots
-        print(f"{engine} engine: {rest} fits came to rest, {spent:.0f} s of a core each")
-        for p in free:
-            share = inside[p.name] / robots
-            print(f"{p.name:20}{inside[p.name]:4d} of {robots}; off by {far[p.name] ** 0.5:.2f} % "
-                  f"(root mean square){_verdict(robots < MANY or 0.82 <= share <= 0.97)}", flush=True)  # fmt: skip
+        print(f"{engine} engine: {spent:.0f} s of a core each")
+        for name in BEAM:
+            share = inside[name] / robots
+            verdict = _verdict(robots < MANY or 0.82 <= share <= 0.97)
+            print(f"{name:20}{inside[name]:4d} of {robots}; off by {far[name] ** 0.5:.2f} % "
+                  f"(root mean square){verdict}", flush=True)  # fmt: skip
 
 
 def lines(seconds: float, seed: int) -> None:
