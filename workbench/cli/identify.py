@@ -101,7 +101,7 @@ def _as_json(found: Identification, validation: Validation) -> dict[str, object]
         "not_determined": list(found.not_determined),
         "validation": validation.as_json(),
         "misfit": found.misfit,
-        "process_noise": dict(found.fit.estimator.noise),
+        "process_noise": found.process_noise,
         "runs": [run.name for run in found.runs],
         "warnings": list(found.warnings),
     }

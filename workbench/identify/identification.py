@@ -123,6 +123,12 @@ class Identification:
         """Return the root mean square of the runs' misfits."""
         return float(np.sqrt(np.mean(np.square(list(self.misfits.values())))))
 
+    @property
+    def process_noise(self) -> dict[str, float]:
+        """Return what the model lacks at each group of joints that moved, in N(m) sqrt(s)."""
+        estimator = self.fit.estimator
+        return {g: float(q) for g, q in estimator.noise.items() if estimator.depends_on(g)}
+
 
 def identify(
     runs: Sequence[MeasuredRun],

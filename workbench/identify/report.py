@@ -150,8 +150,7 @@ def _open(found: Identification) -> Markup:
 
 def _misfits(found: Identification) -> Markup:
     rows = [(name, f"{misfit:.2f}") for name, misfit in found.misfits.items()]
-    noise = ", ".join(f"{value:.2g} at the {group}" for group, value in
-                      found.fit.estimator.noise.items())  # fmt: skip
+    noise = ", ".join(f"{size:.2g} at the {group}" for group, size in found.process_noise.items())
     words = Markup(
         "<p>Root mean square of what was seen less what was predicted one sample ahead, in "
         "standard deviations of the cameras' noise; 1 is as good as can be. Process noise, what "
