@@ -53,7 +53,7 @@ def refused(tmp_path: Path) -> Callable[[bytes, str], None]:
         (b"\x1f\x8b\x08", "gzip data"),
         ("Format Version,1.23".encode("utf-16"), "UTF-16 text; save it as UTF-8"),
         (b"TAK\x00\x01\x02", r"binary data \(starts with 54 41 4b 00"),
-        (b"PathFileType\t4\t(X/Y/Z)\tx.trc", r"\.trc file"),
+        (b"PathFileType\t4\t(X/Y/Z)\tx.trc", r":1: this \.trc file has 1 rows; a header of five"),
         (b"Format Version;1.23;Take Name;x", "separated by semicolons"),
         (b"comment;hello", "separated by semicolons"),
         (b"Format Version\t1.23", "separated by tabs"),

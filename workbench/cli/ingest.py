@@ -19,17 +19,25 @@ from workbench.cli.output import (
     show_table,
     tell,
 )
-from workbench.errors import InputError
+from workbench.cli.plain import print_columns
+from workbench.errors import InputError, TakeError
+from workbench.progress import counted
 from workbench.tracking import BodyNames, guess_bodies, quality, read_take
 
 __all__ = ["ingest", "print_quality"]
 
+_EXPORTS = (".csv", ".c3d", ".trc")
+_KINDS = {
+    "row": "row format", "motive": "Motive", "natnet": "NatNet", "c3d": "C3D", "trc": "TRC"
+}  # fmt: skip
 _MOST_POINTS = 20
 _MOST_IDS = 3
 
 
 def ingest(
-    source: Annotated[Path, typer.Argument(metavar="SHEET_OR_TAKE", help="Sheet or export.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="SHEET_OR_TAKE", help="Sheet, export, or a folder of exports.")
+    ],
     into: Annotated[
         Path | None, typer.Option(metavar="RUN", help="Add the export to this run, which lacks it.")
     ] = None,
@@ -41,11 +49,18 @@ def ingest(
 ) -> None:
     """Make bundles of a sheet's takes, tell what one export holds, or add it to a run.
 
+    Of a folder, all exports in it are told in one table, a line each.
+
     With --into the export is checked as at the bench: whole, begun when the run's cameras began,
     and as long as the run. Then the run is paired with its twin and complete.
 
     Example: workbench ingest "Take 2026-03-12.csv"
     """
+    if source.is_dir():
+        if into is not None:
+            raise InputError(f"{source}: --into takes one export, not a folder")
+        _print_folder(source, as_json)
+        return
     sheet = source.suffix in (".yaml", ".yml")
     if insist and into is None:
         raise InputError("--insist goes with --into RUN")
@@ -64,6 +79,46 @@ def ingest(
         emit({**report, "guess": None if guess is None else asdict(guess)})
     else:
         print_quality(source.name, report, guess)
+
+
+def _print_folder(folder: Path, as_json: bool) -> None:
+    """Tell what each export of a folder holds; what is none is told with the reason.
+
+    Raises:
+        InputError: no file in it is an export.
+    """
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in _EXPORTS)
+    reports: dict[str, dict[str, Any]] = {}
+    for number, path in enumerate(files, start=1):
+        tell(counted(path.name, number, len(files)))
+        try:
+            reports[path.name] = quality(read_take(path))
+        except TakeError as error:
+            reports[path.name] = {"error": str(error)}
+    if not any("frames" in report for report in reports.values()):
+        told = "; ".join(report["error"] for report in list(reports.values())[:3])
+        raise InputError(f"{folder}: no export in it can be read{': ' * bool(told)}{told}")
+    if as_json:
+        emit({"takes": reports})
+        return
+    read = {name: report for name, report in reports.items() if "frames" in report}
+    rows = [
+        [name, str(report["frames"]), f"{report['rate_hz']:.6g}",
+         f"{report['last_time_s'] - report['first_time_s']:.2f}", _worst(report),
+         str(len(report["warnings"]))]
+        for name, report in read.items()
+    ]  # fmt: skip
+    print_columns(["take", "frames", "rate [Hz]", "length [s]", "missing", "notes"], rows)
+    print_notes([report["error"] for report in reports.values() if "error" in report])
+
+
+def _worst(report: dict[str, Any]) -> str:
+    """Return how much of each body is missing, in their order."""
+    n = report["frames"]
+    shares = [
+        f"{name} {100 * body['missing'] / n:.1f} %" for name, body in report["bodies"].items()
+    ]
+    return ", ".join(shares) or f"no bodies, {len(report['points'])} markers"
 
 
 def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
@@ -93,9 +148,7 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
 
 def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) -> None:
     """Print the quality report of one take, and which bodies look like the robot's."""
-    kind = {"row": "row format", "motive": "Motive", "natnet": "NatNet", "c3d": "C3D"}[
-        report["format"]
-    ]
+    kind = _KINDS[report["format"]]
     title = (
         f"{source}: {' '.join(filter(None, (kind, report['version'])))}, "
         f"{report['frames']} frames at {report['rate_hz']:.6g} Hz, "

@@ -14,11 +14,13 @@ from workbench.tracking.motive import parse_motive
 from workbench.tracking.row_format import parse_row
 from workbench.tracking.source import Source, shown
 from workbench.tracking.take import Take
+from workbench.tracking.trc import is_trc, parse_trc
 
 __all__ = ["read_take"]
 
 _READABLE = (
-    "readable are OptiTrack exports: CSV of Motive 1.2 to 1.25, CSV of row format 1.0 and 1.1, C3D"
+    "readable are OptiTrack exports: CSV of Motive 1.2 to 1.25, CSV of row format 1.0 and 1.1, "
+    "C3D, TRC"
 )
 _MAGIC = {
     b"PK\x03\x04": "a zip archive or an .xlsx workbook; save the sheet as CSV or export again",
@@ -75,7 +77,7 @@ def _parsed(path: str, sha256: Callable[[], str], data: bytes) -> Take:
             "the last row has no line end; if the file was cut off, so is its last number"
         )
     source = Source(path, sha256, data, encoding, warnings)
-    return _parser(source)(source)
+    return parse_trc(source) if is_trc(data) else _parser(source)(source)
 
 
 def _refuse_binary(data: bytes, path: str) -> None:
@@ -85,7 +87,8 @@ def _refuse_binary(data: bytes, path: str) -> None:
     if b"\0" in data[:1024]:
         raise TakeError(
             f"{path}:1: binary data (starts with {data[:8].hex(' ')}); {_READABLE}; "
-            "a .tak file needs an export from Motive"
+            "a .tak file needs an export from Motive: File, Export Tracking Data, or its Batch "
+            "Processor for many; elsewhere optitrack-motive-file-converter does it on Windows"
         )
 
 
@@ -125,8 +128,6 @@ def _diagnosis(first: str, cells: list[str]) -> str:
                 f"cells are separated by {name}, as a spreadsheet writes them (often with decimal "
                 "commas); export from Motive again, or save with commas and decimal points"
             )
-    if first.startswith("PathFileType"):
-        return "this is a .trc file"
     if _time_follows(cells) or (len(cells) > 2 and all(_is_number(cell) for cell in cells[:3])):
         return (
             "the header rows are missing (switched off in the exporter?), so units and bodies "

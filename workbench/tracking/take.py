@@ -127,12 +127,13 @@ class Take:
     Args:
         path: the file's name as the user gave it.
         sha256: of the file's bytes.
-        format: "row" (Tracking Tools), "motive", "c3d", or "natnet" (a recorded stream).
+        format: "row" (Tracking Tools), "motive", "c3d", "trc", or "natnet" (a recorded stream).
         version: the format's version, e.g. "1.1" or "1.23".
         rate_hz: samples per second.
         jitter_s: standard deviation of the file's own time steps about their median [s].
         indices: (n,) frame indices.
-        times: (n,) [s]; index / rate in Motive and C3D files, the file's clock in row formats.
+        times: (n,) [s]; index / rate in Motive and C3D files, in TRC files from the first frame's
+            time on, the file's clock in row formats.
         bodies: by name, in the file's order.
         cloud: the points outside the bodies.
         header: the file's own keys and texts, untouched.
