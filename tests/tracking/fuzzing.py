@@ -27,7 +27,8 @@ from typing import NamedTuple
 from unittest import mock
 
 import numpy as np
-from mutations import KNOWN, MOTIVE_ONLY, Export, differences, first_frames
+from comparing import differences
+from mutations import KNOWN, MOTIVE_ONLY, Export, first_frames
 
 from workbench.errors import TakeError
 from workbench.tracking import Axes, BodyNames, BodyTake, Take, quality, raw_points, read_take
