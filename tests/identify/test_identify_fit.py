@@ -5,12 +5,13 @@ from __future__ import annotations
 from datetime import date
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.identify.robots import MODEL, SHAPE, changed, driven, dropped, released
 from workbench.errors import InputError
 from workbench.identify import Identification, identify, write_model
-from workbench.identify.identification import runs_that_tell
+from workbench.identify.identification import FINER, _estimates, runs_that_tell
 from workbench.protocol import ModelFile, load, load_model
 
 STIFF = ("hinge_stiffness", "root_stiffness")
@@ -58,6 +59,30 @@ def test_the_new_model_holds_what_was_found_and_where_from(
     assert read.parameters.top_mass == stated.content.parameters.top_mass
     with pytest.raises(InputError, match=r"mine.yaml: exists; a model is never changed"):
         write_model(path, stated, found.values, found.estimates, names, date(2026, 3, 12))
+
+
+def test_what_another_mesh_makes_of_a_parameter_counts_in_its_interval(
+    found: Identification,
+) -> None:
+    before = found.estimates["hinge_stiffness"]
+    told = _estimates(found.fit, MODEL, (), {"hinge_stiffness": 0.05})
+    wide, other = told["hinge_stiffness"], told["root_stiffness"]
+    assert wide.value == before.value
+    assert wide.half_width == pytest.approx(np.hypot(before.half_width, 0.05 * before.value))
+    assert other == found.estimates["root_stiffness"]
+
+
+@pytest.mark.long
+def test_a_finer_beam_is_taken_where_16_increments_follow_worse() -> None:
+    runs = [released(MODEL, pull, 3.0, increments=40) for pull in (0.3, 0.8)]
+    found = identify(runs, MODEL, SHAPE, ["hinge_stiffness", "hinge_damping"])
+    print(found.estimates, found.misfits, found.warnings)
+    assert found.robot.increments == FINER
+    assert found.warnings[0] == (
+        "a beam of 16 increments follows these runs worse than one of 32; the new model says so"
+    )
+    assert found.values["hinge_stiffness"] == pytest.approx(9.5, rel=0.005)
+    assert found.values["hinge_damping"] == pytest.approx(0.003, rel=0.1)
 
 
 @pytest.mark.long

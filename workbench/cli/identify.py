@@ -71,7 +71,9 @@ def identify(
     train = [run for run in measured if run.role == "train"]
     found = identify_runs(train, stated.content, shape.content, _names(fit), progress=tell)
     names = tuple(run.name for run in found.runs)
-    written = write_model(target, stated, found.values, found.estimates, names, date.today())
+    written = write_model(
+        target, stated, found.values, found.estimates, names, date.today(), found.robot.increments
+    )
     tell("validate on runs that the fit has not seen")
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
