@@ -129,7 +129,7 @@ def read_runs(bundles: Sequence[Bundle]) -> list[MeasuredRun]:
         measured.append(measured_run(bundle))
     if not measured:
         raise InputError(
-            "none of these runs is complete, and only complete runs can be used; "
+            "none of these runs is complete, and only a complete run can be fitted; "
             "`workbench runs list` shows which are"
         )
     return measured
