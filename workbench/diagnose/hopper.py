@@ -308,7 +308,7 @@ class HopperRig:
             return Condition(run.mode, still, run.start_angle, pull=pull, height=height)
         lag, gain = values.get("lag", LAG_S), 1 + values.get("gain", 0.0)
         start = run.start_angle + values.get("start angle", 0.0)
-        return Condition(run.mode, commanded_speed(times, run.steps, lag, gain), start)
+        return Condition(run.mode, commanded_speed(times, run.steps, gain, lag), start)
 
     def _seen(
         self, k: int, values: Mapping[str, float], motion: TimeSeries | None, until: float
