@@ -107,7 +107,7 @@ MISTAKES = [
     Mistake("run hop.yaml --resume hop-run", "belongs to no experiment", "without --resume"),
     # exports
     Mistake("ingest gone.csv", "gone.csv: cannot be read", "see that the name is right"),
-    Mistake("ingest folder", "folder: cannot be read", "name a file in it"),
+    Mistake("ingest folder", "folder: no export in it can be read", "put exports into it"),
     Mistake("ingest empty.csv", "the file is empty", "readable are OptiTrack exports"),
     Mistake("ingest foreign.csv", "the first cell is 'a'", "readable are OptiTrack exports"),
     Mistake("ingest cut.csv", "the row is cut short", "export the take again"),

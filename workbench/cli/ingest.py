@@ -97,7 +97,8 @@ def _print_folder(folder: Path, as_json: bool) -> None:
             reports[path.name] = {"error": str(error)}
     if not any("frames" in report for report in reports.values()):
         told = "; ".join(report["error"] for report in list(reports.values())[:3])
-        raise InputError(f"{folder}: no export in it can be read{': ' * bool(told)}{told}")
+        told = told or "it holds no file; put exports into it, or name a file"
+        raise InputError(f"{folder}: no export in it can be read: {told}")
     if as_json:
         emit({"takes": reports})
         return
