@@ -294,7 +294,8 @@ def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -
     bundle, _ = decay
     facts = bundle.manifest
     assert 1.2 <= facts["track"]["zero_in_take_s"] <= 2.2  # a person needs a moment
-    assert facts["release"] == {"pull_N": 0.39, "height_m": 0.0, "standard_error": None}
+    release = {"pull_N": 0.39, "pull_up_N": 0.0, "height_m": 0.0, "standard_error": None}
+    assert facts["release"] == release
     for who in ("real", "twin"):
         assert facts[who]["displacement_m"] == pytest.approx(0.0158, abs=0.0005)
         assert facts[who]["ring_hz"] == pytest.approx(1.64, abs=0.03)
