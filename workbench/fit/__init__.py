@@ -15,7 +15,7 @@ Nothing here knows of a diagnosis, a report or a command line.
 
 from workbench.fit.drive import commanded_angle, commanded_speed
 from workbench.fit.estimator import Estimator
-from workbench.fit.fitting import Fit, fit_near, fit_system, refined, settled
+from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
 from workbench.fit.identifiability import Combination, told_apart, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run, paced
@@ -52,6 +52,7 @@ __all__ = [
     "free_parameters",
     "intervals",
     "measured_run",
+    "minimised",
     "observe",
     "paced",
     "refined",

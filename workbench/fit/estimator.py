@@ -93,9 +93,9 @@ class Estimator:
         gains = _gains(self.system, self.modes, noise)
         return replace(self, noise=dict(noise), gains=gains)
 
-    def with_system(self, system: System) -> Estimator:
-        """Return the estimator with the same parameters of a system that is driven otherwise."""
-        return replace(self, system=system)
+    def uncorrected(self) -> Estimator:
+        """Return the estimator without correction: its innovations are simulation errors."""
+        return self.with_noise(dict.fromkeys(self.system.groups, 0.0))
 
     def depends_on(self, group: str) -> bool:
         """Tell whether a group's process noise acts in any run."""

@@ -180,7 +180,7 @@ def identify(
     return Identification(
         estimates, values, tuple(_said(open_)), _misfits(fit),
         tuple(_warnings(estimates, fit, model.increments, robot.increments)), tuple(used),
-        Hopper(robot, used, free).robot_with(fit.vector.values(fit.x)), fit,
+        replace(robot, values={**robot.values, **values}), fit,
     )  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def fitted_pairs(fit: Fit, runs: Sequence[MeasuredRun]) -> list[Pair]:
     sample was not seen, both sides are NaN.
     """
     system = fit.estimator.system
-    free = fit.estimator.with_noise(dict.fromkeys(system.groups, 0.0)).innovations(fit.x)
+    free = fit.estimator.uncorrected().innovations(fit.x)
     pairs = []
     for k, (run, one) in enumerate(zip(runs, free, strict=True)):
         names, seen = tuple(system.channels_of(k)), system.seen(k)

@@ -21,9 +21,9 @@ from workbench.fit import (
     Hopper,
     MeasuredRun,
     ParameterVector,
+    minimised,
     paced,
     refined,
-    settled,
 )
 from workbench.fit.prediction import prediction_errors
 from workbench.fit.state import observed
@@ -246,9 +246,9 @@ def _distances(run: MeasuredRun, robot: Robot, threads: int) -> dict[str, NDArra
     system = Hopper(robot, [run])
     vector = ParameterVector(system.parameters)
     x = np.zeros(len(vector))
-    estimator = refined(Estimator.of(system, vector, system.strong, threads=threads), x)
-    free = settled(estimator.with_noise(dict.fromkeys(system.groups, 0.0)), x)
-    (one,) = free.innovations
+    free = refined(Estimator.of(system, vector, system.strong, threads=threads), x).uncorrected()
+    x, _, _ = minimised(free, x)
+    (one,) = free.innovations(x)
     names = ("T",) if len(run.places) == 2 else ("foot", "T")
     return {name: np.hypot(*one.error[:, 2 * k : 2 * k + 2].T) for k, name in enumerate(names)}
 

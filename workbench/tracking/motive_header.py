@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from workbench.tracking.source import Source, shown
 
-__all__ = ["Entity", "Layout", "read_layout"]
+__all__ = ["Entity", "Layout", "is_number", "read_layout"]
 
 _LABELS = ("type", "name", "id", "parent")
 _UNNAMED = ("type", "name", "id")
@@ -105,7 +105,7 @@ def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[
     for line, cells in rows:
         if cells[0].strip().casefold() == "frame":
             return keys, above, line, [cell.strip() for cell in cells]
-        if _is_number(cells[0]):
+        if is_number(cells[0]):
             raise source.fault(line, "data begin without the header row that starts with 'Frame'")
         if cells[0].strip():
             source.warn(f"the header row in line {line} begins with {shown(cells[0])}; ignored")
@@ -202,7 +202,8 @@ def _type(text: str) -> str:
     return next((known for known in _TYPES if known.replace(" ", "") == plain), plain)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Tell whether a cell holds a number."""
     try:
         float(text)
     except ValueError:

@@ -11,6 +11,7 @@ from workbench.errors import TakeError, what_to_do
 from workbench.tracking.c3d import is_c3d, parse_c3d
 from workbench.tracking.checks import checked
 from workbench.tracking.motive import parse_motive
+from workbench.tracking.motive_header import is_number
 from workbench.tracking.row_format import parse_row
 from workbench.tracking.source import Source, shown
 from workbench.tracking.take import Take
@@ -128,17 +129,9 @@ def _diagnosis(first: str, cells: list[str]) -> str:
                 f"cells are separated by {name}, as a spreadsheet writes them (often with decimal "
                 "commas); export from Motive again, or save with commas and decimal points"
             )
-    if _time_follows(cells) or (len(cells) > 2 and all(_is_number(cell) for cell in cells[:3])):
+    if _time_follows(cells) or (len(cells) > 2 and all(is_number(cell) for cell in cells[:3])):
         return (
             "the header rows are missing (switched off in the exporter?), so units and bodies "
             "are unknown; export again with the header"
         )
     return f"the first cell is {shown(first)}, which starts no known export"
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
