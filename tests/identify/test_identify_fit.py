@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from workbench.errors import InputError
 from workbench.identify import Identification, identify, write_model
 from workbench.identify.identification import FINER, _estimates, runs_that_tell
 from workbench.protocol import ModelFile, load, load_model
+from workbench.timeseries import TimeSeries
 
 STIFF = ("hinge_stiffness", "root_stiffness")
 TRUE = {"hinge_stiffness": 11.6, "root_stiffness": 9.4}
@@ -161,6 +163,22 @@ def test_the_runs_that_tell_are_chosen_by_what_is_asked() -> None:
         runs_that_tell(["ground_damping"], [clamped])
     with pytest.raises(InputError, match=r"no run has role train\. protocols/clamped-sweep"):
         runs_that_tell(["hinge_stiffness"], [])
+
+
+def test_a_run_is_taken_at_the_observer_s_rate_or_refused() -> None:
+    run = driven(MODEL, "clamped", 13.0, 1.0)
+    slow = replace(run, motion=resampled(run.motion, 100.0))
+    with pytest.raises(InputError, match="100 samples a second; the observer takes a multiple of"):
+        identify([slow], MODEL, SHAPE, ["hinge_stiffness"])
+    fast = replace(run, motion=resampled(run.motion, 240.0))
+    thin = identify([fast], MODEL, SHAPE, ["hinge_stiffness"]).runs[0]
+    assert np.diff(thin.motion.times) == pytest.approx(1 / 120)
+
+
+def resampled(motion: TimeSeries, rate: float) -> TimeSeries:
+    """A motion at another rate [Hz]."""
+    times = np.arange(motion.times[0], motion.times[-1], 1 / rate)
+    return motion.at(times)
 
 
 def test_a_fit_without_its_names_says_what_to_do() -> None:

@@ -27,6 +27,7 @@ from workbench.fit import (
     fit_system,
     free_parameters,
     intervals,
+    paced,
     told_apart,
     warnings_of,
 )
@@ -155,7 +156,7 @@ def identify(
     if not names:
         raise InputError("no parameter is named; --fit takes names, for example hinge_stiffness")
     free = free_parameters(model, names)
-    used = runs_that_tell(names, runs)
+    used = [paced(run) for run in runs_that_tell(names, runs)]
     robot = make_robot(model.values(), shape, model.increments)
     system = Hopper(robot, used, free)
     fit = fit_system(system, ParameterVector(system.parameters), progress=progress, threads=threads)
