@@ -1,9 +1,9 @@
-"""The minimiser: Gauss-Newton steps within a trust region, for residuals that are dear.
+"""The minimiser: Gauss-Newton steps within a trust region, for expensive residuals.
 
     cost(x) = sum of rho(r_i(x)),   rho(r) = 2 c^2 (sqrt(1 + (r / c)^2) - 1)   (soft L1)
 
 The region is a ball in the minimiser's numbers, prior deviations, so that its first radius does not
-depend on where the origin is. A step that is foretold to lower the cost by little is far inside
+depend on where the origin is. A step that is predicted to lower the cost by little is far inside
 every interval: with H = J' w J, the decrease s' H s that is left is the squared distance to the
 minimum in standard errors.
 
@@ -26,7 +26,7 @@ __all__ = ["CLOSE", "Minimum", "minimum", "soft"]
 Array = NDArray[np.float64]
 
 _RADIUS = 1.0  # prior deviations
-_GOOD, _POOR = 0.75, 0.25  # share of the foretold decrease that came
+_GOOD, _POOR = 0.75, 0.25  # share of the predicted decrease that came
 _EDGE = 0.9  # of the radius: a longer step was held back by it
 
 CLOSE = 0.1
@@ -84,13 +84,13 @@ def minimum(
     slopes = derivative(x) if jacobian is None else jacobian
     while True:
         converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
-        step, foretold = _step(x, r, slopes, bounds, scale, radius)
-        if converged or count >= most or foretold < near:
+        step, predicted = _step(x, r, slopes, bounds, scale, radius)
+        if converged or count >= most or predicted < near:
             return Minimum(x, r, slopes, count, converged)
         tried = residuals(x + step)
         value = float(np.sum(soft(tried, scale)))
         count += 1
-        share = (cost - value) / foretold
+        share = (cost - value) / predicted
         length = float(np.linalg.norm(step))
         if share > _GOOD and length > _EDGE * radius:
             radius *= 2
@@ -107,7 +107,7 @@ def minimum(
 def _step(
     x: Array, r: Array, slopes: Array, bounds: tuple[Array, Array], scale: float, radius: float
 ) -> tuple[Array, float]:
-    """Return the step of the least foretold cost within region and bounds, and its decrease.
+    """Return the step of the least predicted cost within region and bounds, and its decrease.
 
     The step itself counts as a residual: it is no longer, in prior deviations, than it lowers the
     cost, so that numbers of which the residuals say nothing stay where they are.
