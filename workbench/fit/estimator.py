@@ -32,7 +32,7 @@ from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import ParameterVector
 from workbench.fit.system import System
 
-__all__ = ["FARTHEST", "ROBUST", "Estimator", "reaches"]
+__all__ = ["FARTHEST", "REFUSED", "ROBUST", "Estimator", "reaches"]
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,8 @@ FARTHEST = 0.1
 come a sample sooner or later make the slope of a hop a chance."""
 
 _REMEMBERED = 2  # a minimiser ends at its last numbers, or at those before
-_REFUSED = 1e3  # residual of a run that cannot be simulated
+REFUSED = 1e3
+"""Residual of a run that cannot be simulated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +124,10 @@ class Estimator:
         seen = np.where(self.masks[run], np.nan, self.system.seen(run))[: self.samples(run)]
         return Job.of(start, seen, self.gains[run])
 
+    def _felt(self, run: int) -> list[int]:
+        parameters = self.vector.parameters
+        return [i for i in self.vector.touching(run) if self.system.feels(run, parameters[i])]
+
     def samples(self, run: int) -> int:
         """Return how many samples of a run are observed."""
         return int(min(len(self.system.seen(run)), self.window / self.system.sample_s + 0.5))
@@ -151,7 +156,7 @@ class Estimator:
                 self.samples(k) * self.system.seen(k).shape[1]
                 for k in range(len(self.system.names))
             )
-            return np.concatenate([np.full(sizes, _REFUSED), x[self.vector.weighted]])
+            return np.concatenate([np.full(sizes, REFUSED), x[self.vector.weighted]])
         return self.residuals_of(found, x)
 
     def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
@@ -177,17 +182,20 @@ class Estimator:
         steps = np.full(len(x), FARTHEST) if steps is None else steps
         runs = range(len(self.system.names))
         wanted = set(range(len(x)) if asked is None else map(int, asked))
-        moves = [(k, i) for k in runs for i in self.vector.touching(k) if i in wanted]
+        moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
+        low, high = self.vector.bounds
+        ahead = np.where(x + steps <= high, x + steps, np.maximum(x - steps, low))
+        behind = np.maximum(x - steps, low) if central else x
         jobs = []
         for k, i in moves:
-            for side in (1, -1) if central else (1,):
+            for end in (ahead, behind) if central else (ahead,):
                 moved = x.copy()
-                moved[i] += side * steps[i]
+                moved[i] = end[i]
                 jobs.append(self.job(k, moved, coarse=True))
         jobs += [] if central else [self.job(k, x, coarse=True) for k in runs]
         found = [_flat(one) for one in observe(jobs, self.threads)]
         if central:
-            changes = [(a - b) / 2 for a, b in zip(found[::2], found[1::2], strict=True)]
+            changes = [a - b for a, b in zip(found[::2], found[1::2], strict=True)]
         else:
             base = found[len(moves) :]
             changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
@@ -196,7 +204,7 @@ class Estimator:
         weighted = np.flatnonzero(self.vector.weighted)
         jacobian = np.zeros((begin[-1] + len(weighted), len(x)))
         for (k, i), change in zip(moves, changes, strict=True):
-            jacobian[begin[k] : begin[k + 1], i] = change / steps[i]
+            jacobian[begin[k] : begin[k + 1], i] = change / (ahead[i] - behind[i])
         jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
 
@@ -220,5 +228,5 @@ def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -
 
 def _flat(one: Innovations) -> Array:
     white = one.white.copy()
-    white[one.sane :] = _REFUSED
-    return np.nan_to_num(white, nan=_REFUSED).ravel()
+    white[one.sane :] = REFUSED
+    return np.nan_to_num(white, nan=REFUSED).ravel()

@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.fit.estimator import FARTHEST, ROBUST, Estimator, reaches
-from workbench.fit.minimise import CLOSE, Minimum, minimum
+from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
 from workbench.fit.observer import Innovations
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
@@ -32,7 +32,7 @@ _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
 _LONGEST = 3  # samples of a glitch; what lasts longer is not one
-_ROUGH = 1.0  # as `minimise.CLOSE`, where the process noise is far from its final size
+
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
 _OFF = 0.1  # prior deviations between a start and its bounds
@@ -101,7 +101,7 @@ def fit_system(
     progress("observe the runs with strong correction")
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
-    found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, _ROUGH)
+    found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
     return _rounds(estimator.with_noise(system.strong), found, progress, found.evaluations)
 
 
@@ -125,7 +125,7 @@ def _rounds(estimator: Estimator, found: Minimum, progress: Progress, count: int
     for _ in range(_ROUNDS):
         progress("fit whole runs")
         before = found.jacobian if len(found.jacobian) else None
-        found = _minimum(estimator, found.x, None, _MOST, _ROUGH, before)
+        found = _minimum(estimator, found.x, None, _MOST, ROUGH, before)
         count += found.evaluations
         progress("weigh correction against noise")
         weighed = likeliest(estimator, found.x)
@@ -145,18 +145,26 @@ def _ended(estimator: Estimator, found: Minimum, count: int) -> Fit:
 
 
 def minimised(
-    estimator: Estimator, x: Array, free: NDArray[np.bool_] | None = None, most: int = 10
-) -> tuple[Array, int, bool]:
-    """Return the numbers of the least cost, how many residuals that took, and whether it rests.
+    estimator: Estimator,
+    x: Array,
+    free: NDArray[np.bool_] | None = None,
+    most: int = 10,
+    near: float = CLOSE,
+    jacobian: Array | None = None,
+    radius: float = 1.0,
+) -> Minimum:
+    """Return the least cost of an estimator as it is.
 
     Args:
         estimator: of the residuals.
         x: (p,) start.
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
+        near: of `minimum`.
+        jacobian: of the residuals near the start, where one is known.
+        radius: of `minimum`.
     """
-    found = _minimum(estimator, x, free, most)
-    return found.x, found.evaluations, found.converged
+    return _minimum(estimator, x, free, most, near, jacobian, jacobian is not None, radius)
 
 
 def _minimum(
@@ -167,6 +175,7 @@ def _minimum(
     near: float = CLOSE,
     before: Array | None = None,
     known: bool = False,
+    radius: float = 1.0,
 ) -> Minimum:
     """Return the minimum in all numbers; columns of those that are held are zero.
 
@@ -178,6 +187,7 @@ def _minimum(
         near: of `minimum`.
         before: Jacobian of an earlier stage: it tells how far differences may reach.
         known: whether it is also that of these residuals.
+        radius: of `minimum`.
     """
     moved = np.arange(len(x)) if free is None else np.flatnonzero(free)
     steps = np.full(len(x), FARTHEST) if before is None else reaches(before)
@@ -197,7 +207,7 @@ def _minimum(
     found = minimum(
         lambda part: estimator.residuals(whole(part)), derivative,
         x[moved], (low[moved], high[moved]), ROBUST, most, near,
-        before[:, moved] if known and before is not None else None,
+        before[:, moved] if known and before is not None else None, radius,
     )  # fmt: skip
     columns = np.zeros((len(found.residuals), len(x)))
     columns[:, moved] = found.jacobian

@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["CLOSE", "Minimum", "minimum", "soft"]
+__all__ = ["CLOSE", "ROUGH", "Minimum", "minimum", "soft"]
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ _EDGE = 0.9  # of the radius: a longer step was held back by it
 
 CLOSE = 0.1
 """Squared distance to the minimum that may be left, in standard errors."""
+
+ROUGH = 1.0
+"""The same where the process noise is far from its final size."""
 
 
 class Minimum(NamedTuple):
@@ -65,6 +68,7 @@ def minimum(
     most: int,
     near: float = CLOSE,
     jacobian: Array | None = None,
+    radius: float = _RADIUS,
 ) -> Minimum:
     """Return the least robust cost within bounds.
 
@@ -77,8 +81,9 @@ def minimum(
         most: evaluations of the residuals.
         near: squared distance to the minimum that may be left, in standard errors.
         jacobian: near the start, where one is known.
+        radius: of the first region, in prior deviations.
     """
-    x, radius, fresh = start.copy(), _RADIUS, jacobian is None
+    x, fresh = start.copy(), jacobian is None
     r = residuals(x)
     cost, count = float(np.sum(soft(r, scale))), 1
     slopes = derivative(x) if jacobian is None else jacobian

@@ -55,6 +55,12 @@ class Observation:
     bias: Array
     pick_rate: Array | None = None
 
+    def of(self, data: mujoco.MjData) -> Array:
+        """Return what is seen of a state without rates, (c,)."""
+        turns = data.xmat[self.bodies].reshape(-1, 3, 3)
+        points = data.xpos[self.bodies] + np.einsum("pij,pj->pi", turns, self.offsets)
+        return np.asarray(self.mix @ points.ravel() + self.pick @ data.qpos + self.bias)
+
     @property
     def rates(self) -> Array:
         """Return pick_rate, zeros where no rate is seen, (c, nv)."""

@@ -48,6 +48,10 @@ class System(Protocol):
         """Return the names of its channels."""
         ...
 
+    def feels(self, run: int, parameter: Parameter) -> bool:
+        """Tell whether a parameter of the model or of a candidate can change a run."""
+        ...
+
     def drive_words(self, run: int) -> list[str]:
         """Return what its drive did otherwise than commanded, where beyond doubt."""
         ...

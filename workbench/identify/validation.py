@@ -247,8 +247,7 @@ def _distances(run: MeasuredRun, robot: Robot, threads: int) -> dict[str, NDArra
     vector = ParameterVector(system.parameters)
     x = np.zeros(len(vector))
     free = refined(Estimator.of(system, vector, system.strong, threads=threads), x).uncorrected()
-    x, _, _ = minimised(free, x)
-    (one,) = free.innovations(x)
+    (one,) = free.innovations(minimised(free, x).x)
     names = ("T",) if len(run.places) == 2 else ("foot", "T")
     return {name: np.hypot(*one.error[:, 2 * k : 2 * k + 2].T) for k, name in enumerate(names)}
 

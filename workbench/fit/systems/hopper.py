@@ -24,8 +24,9 @@ from workbench.fit.observer import Observation, Start
 from workbench.fit.parameters import Acts, Parameter, Scope
 from workbench.fit.soundness import clock_words, rate_words
 from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
+from workbench.fit.systems.hopper_view import View
 from workbench.motion import PITCH, ROTOR_ANGLE
-from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
+from workbench.sim import EFFECTS, SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
 from workbench.sim.equilibrium import hold_top
 from workbench.sim.modes import mass_matrix
 from workbench.sim.simulate import at_rest
@@ -38,6 +39,12 @@ Array = NDArray[np.float64]
 BEAM, FOOT = "beam", "foot"
 """Groups of joints; process noise in N m sqrt(s) at a hinge, in N sqrt(s) at the foot."""
 
+OF_FLOOR = (
+    "foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick",
+    "friction_threshold", "ground_stiffness_y", "ground_damping_y",
+)  # fmt: skip
+"""Parameters that a clamped foot does not feel."""
+
 _LEAD_S = 0.1  # driven runs are observed from this long before the first motion
 _AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
 _LATE_S = 4e-3
@@ -45,6 +52,7 @@ _PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in o
 _HEIGHT_M = 1e-3
 _MODES = 3
 _MOST_STEPS = 136
+_HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _LEAST_LEAD_S = 1e-3
 _Ones = dict[int, Parameter]
@@ -127,6 +135,12 @@ class Hopper:
         """Return the names of the observed channels."""
         return self._seen[run].channels
 
+    def feels(self, run: int, parameter: Parameter) -> bool:
+        """Tell whether a parameter can change a run: a clamped foot feels no floor."""
+        if parameter in self.candidates:
+            return self.runs[run].mode in EFFECTS[self.candidates[parameter][0]].excited_by
+        return not (self._held(run) and parameter.name in OF_FLOOR)
+
     def drive_words(self, run: int) -> list[str]:
         """Return by how much the rotor turned otherwise than commanded, where beyond doubt."""
         one, turned = self.runs[run], self.turned[run]
@@ -168,7 +182,7 @@ class Hopper:
         squares, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
         basis = np.zeros((model.nv, count))
         basis[dofs] = shapes[:, :count]
-        observation = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
+        observation = self._observation(run, model, data, View())
         slopes = np.vstack([jacobian(model, data, int(b)) for b in observation.bodies])
         return Modes(
             basis,
@@ -183,17 +197,18 @@ class Hopper:
         Raises:
             InputError: when the values cannot be simulated, in however short steps.
         """
-        robot = applied(self.robot_with(values), turning=False)
+        whole = self.robot_with(values)
+        robot, view = applied(whole, turning=False), View.of(whole.effects)
         while True:
             try:
-                return self._start(run, robot, values, coarse)
+                return self._start(run, robot, view, values, coarse)
             except InputError:
                 robot = replace(robot, steps_per_sample=2 * robot.steps_per_sample)
                 if robot.steps_per_sample > _MOST_STEPS:
                     raise
 
     def _start(
-        self, run: int, robot: Robot, values: Mapping[Parameter, float], coarse: bool
+        self, run: int, robot: Robot, view: View, values: Mapping[Parameter, float], coarse: bool
     ) -> Start:
         one, seen = self.runs[run], self._seen[run]
         control, lead, start_angle = np.zeros(len(seen.seen)), 0.0, one.start_angle
@@ -203,19 +218,22 @@ class Hopper:
         elif (turned := self.turned[run]) is not None:
             offset, slope = (values.get(p, 0.0) for p in self.phase[run])
             angle = turned + offset + slope * np.linspace(-1, 1, len(turned))
+            angle = view.true_angle(angle, robot.values["rotor_radius"])
             control[:-1], start_angle = np.diff(angle) / self.sample_s, float(angle[0])
         height = one.height
         if run in self.height:
             height = max(values.get(self.height[run], height), 0.0)
         condition = Condition(one.mode, np.zeros(2), start_angle, height=height)
         model, data = at_rest(robot, condition)
+        observation = self._observation(run, model, data, view)
         if run in self.place:
             offset = np.array([values.get(p, p.nominal) for p in self.place[run]])
-            base, top = data.body("foot").xpos[[0, 2]].copy(), data.body("top").xpos[[0, 2]].copy()
-            bias = self._stood - top + offset if self._stood is not None else offset - base
-            hold_top(model, data, *(seen.rest - bias))
+            foot = view.matrix @ data.body("foot").xpos[[0, 2]]
+            stood = -foot if self._stood is None else self._stood - observation.of(data)
+            bias = stood + offset
+            self._hold(model, data, observation, seen.rest - bias, view)
         else:
-            bias = seen.rest - self._predicted(run, model, data)
+            bias = seen.rest - observation.of(data)
         steps = robot.steps_per_sample
         if coarse:
             steps = coarsen(model, steps)
@@ -223,7 +241,7 @@ class Hopper:
         mujoco.mj_getState(model, data, state, _STATE)
         return Start(
             model, state, np.repeat(control[:, None], model.nu, axis=1),
-            self._observation(run, model, data, bias), steps, lead, anchors(model),
+            replace(observation, bias=bias), steps, lead, anchors(model),
         )  # fmt: skip
 
     def robot_with(self, values: Mapping[Parameter, float]) -> Robot:
@@ -239,22 +257,38 @@ class Hopper:
         return _clamped(self.runs[run])
 
     def _observation(
-        self, run: int, model: mujoco.MjModel, data: mujoco.MjData, bias: Array
+        self, run: int, model: mujoco.MjModel, data: mujoco.MjData, view: View
     ) -> Observation:
-        """Return what is seen of x and z of T, and before them of a free foot; pitch last."""
+        """Return what is seen of x and z of T, and before them of a free foot; pitch last.
+
+        Args:
+            run: its number.
+            model: of the robot.
+            data: of it at rest, where the point taken for T is known.
+            view: of the cameras.
+        """
         names = ["top"] if self._held(run) else ["foot", "top"]
         bodies = np.array([model.body(name).id for name in names], dtype=np.int64)
         count = len(self.sigma(run))
         mix, pick = np.zeros((count, 3 * len(bodies))), np.zeros((count, model.nq))
         for p in range(len(bodies)):
-            mix[2 * p, 3 * p] = mix[2 * p + 1, 3 * p + 2] = 1.0
+            mix[2 * p : 2 * p + 2, 3 * p : 3 * p + 3 : 2] = view.matrix
         if count > 2 * len(bodies):
             pick[-1, 2] = 1.0
-        return Observation(bodies, np.zeros((len(bodies), 3)), mix, pick, bias)
+        offsets = np.zeros((len(bodies), 3))
+        offsets[-1] = data.xmat[bodies[-1]].reshape(3, 3).T @ view.point
+        return Observation(bodies, offsets, mix, pick, np.zeros(count))
 
-    def _predicted(self, run: int, model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-        seen = self._observation(run, model, data, np.zeros(len(self.sigma(run))))
-        return np.asarray(seen.mix @ data.xpos[seen.bodies].ravel() + seen.pick @ data.qpos)
+    @staticmethod
+    def _hold(
+        model: mujoco.MjModel, data: mujoco.MjData, observation: Observation, seen: Array,
+        view: View,
+    ) -> None:  # fmt: skip
+        """Hold the robot where the point taken for T is seen at a place, (2,) [m]."""
+        place = np.linalg.solve(view.matrix, seen)
+        for _ in range(_HELD_ROUNDS if view.point.any() else 1):
+            point = data.xmat[observation.bodies[-1]].reshape(3, 3) @ observation.offsets[-1]
+            hold_top(model, data, *(place - point[[0, 2]]))
 
     def _own(self) -> tuple[_Ones, _Pairs, _Ones, _Pairs]:
         """Return what only single runs know.

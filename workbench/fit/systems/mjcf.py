@@ -159,6 +159,10 @@ class MjcfSystem:
         """Return the names of the observed channels."""
         return tuple(one.name for one in self.channels)
 
+    def feels(self, run: int, parameter: Parameter) -> bool:
+        """Return True: what a mechanism does not feel is not known beforehand."""
+        return True
+
     def drive_words(self, run: int) -> list[str]:
         """Return nothing: the inputs are what was measured."""
         return []

@@ -1,0 +1,112 @@
+"""What may be other than a model says: its own numbers within their tolerance, and candidates.
+
+A candidate is one named cause that may explain a misfit: quantities that extend the model from
+zero, or a number of the model that is freed from its tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+from workbench.fit import Parameter, Scope, free_parameters
+from workbench.protocol import ModelFile
+from workbench.sim import EFFECTS, Effect
+
+__all__ = ["Candidate", "hopper_base", "hopper_candidates"]
+
+_BEAM = (
+    "hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping", "top_mass", "beam_mass",
+    "rotor_mass", "rotor_radius",
+)  # fmt: skip
+_FLOOR = ("foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick")
+_ON_FLOOR = {"hop", "drop"}
+_FREES = {
+    "hinge_stiffness": ("hinge_stiffness",),
+    "root_stiffness": ("root_stiffness",),
+    "hinge_damping": ("hinge_damping",),
+    "root_damping": ("root_damping",),
+    "top_mass": ("top_mass",),
+    "foot_mass": ("foot_mass",),
+    "rotor_unbalance": ("rotor_radius",),
+    "ground_stiffness": ("ground_stiffness",),
+    "ground_damping": ("ground_damping",),
+    "friction_level": ("friction_slide", "friction_stick"),
+}
+"""Effect -> the model's own numbers that it frees from their tolerance."""
+
+_ELSEWHERE = ("drive", "numerics")
+"""Groups that the observer does not judge: the rotor's angle is an input, and finer steps or
+increments are tried by themselves."""
+_UNSEEN = ("time_offset",)  # every run finds its own time zero
+_STEEP = 100.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One named cause.
+
+    Args:
+        name: canonical.
+        group: kind of cause.
+        quantities: name of each quantity -> its parameter; zero is absent. Empty where the cause
+            frees numbers of the model.
+        frees: names of those numbers.
+        sentence: what a technician is told, as `sim.effects.effect` has it.
+        shows_in: modes of runs.
+        confused_with: names of candidates that look alike.
+        separated_by: what tells it from those, in words.
+    """
+
+    name: str
+    group: str
+    quantities: dict[str, Parameter]
+    frees: tuple[str, ...] = ()
+    sentence: str = ""
+    shows_in: tuple[str, ...] = ()
+    confused_with: tuple[str, ...] = ()
+    separated_by: str = ""
+
+
+def hopper_base(model: ModelFile, modes: Collection[str]) -> tuple[Parameter, ...]:
+    """Return the numbers of the robot that runs of some modes feel, with their tolerances."""
+    names = _BEAM + (_FLOOR if set(modes) & _ON_FLOOR else ())
+    uncertain = [name for name in names if getattr(model.parameters, name).tolerance > 0]
+    return tuple(
+        replace(one, flat=False, low=one.nominal / _STEEP, high=one.nominal * _STEEP)
+        for one in free_parameters(model, uncertain)
+    )
+
+
+def hopper_candidates(
+    modes: Collection[str], base: Collection[Parameter], present: Collection[str] = ()
+) -> tuple[Candidate, ...]:
+    """Return the candidates that runs of some modes feel.
+
+    Args:
+        modes: of the runs.
+        base: numbers of the model that are fitted; a candidate that frees others is none.
+        present: effects that the model has already.
+    """
+    own = {one.name for one in base}
+    return tuple(
+        _candidate(effect)
+        for effect in EFFECTS.values()
+        if set(modes) & set(effect.excited_by)
+        and effect.group not in _ELSEWHERE
+        and effect.name not in (*_UNSEEN, *present)
+        and set(_FREES.get(effect.name, ())) <= own
+    )
+
+
+def _candidate(effect: Effect) -> Candidate:
+    frees = _FREES.get(effect.name, ())
+    quantities = {
+        q.name: Parameter(f"{effect.name} {q.name}", q.unit, 0.0, q.tolerance, q.low, q.high,
+                          scope=Scope.CANDIDATE)
+        for q in effect.quantities if not frees
+    }  # fmt: skip
+    return Candidate(
+        effect.name, effect.group, quantities, frees, effect.sentence, tuple(effect.excited_by),
+        effect.confused_with, effect.separated_by,
+    )  # fmt: skip
