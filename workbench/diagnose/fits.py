@@ -14,10 +14,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.drive import DriveFits, arm_of, drive_fits
+from workbench.diagnose.linear import Linear, edges_of
 from workbench.diagnose.rigs import Rig
 from workbench.diagnose.rules import RULES, Rules
 from workbench.fit import (
     Estimator,
+    Hopper,
     Innovations,
     Parameter,
     ParameterVector,
@@ -27,7 +30,7 @@ from workbench.fit import (
 )
 from workbench.fit.estimator import REFUSED, ROBUST
 from workbench.fit.fitting import refined
-from workbench.fit.minimise import ROUGH, soft
+from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.process import likeliest
 from workbench.progress import Progress
 
@@ -35,10 +38,8 @@ __all__ = ["Fits", "Hypothesis", "Promise"]
 
 Array = NDArray[np.float64]
 
-_BLOCK_S = 1.0
-_FEWEST = 4  # blocks of a run
-_FREED = 1e-2  # of the curvature of a prior, for what is released
 _STEPS = 6  # evaluations of one refit
+_ROUNDS = 2  # of weighing the process noise
 _OFF = 0.1
 
 
@@ -51,7 +52,6 @@ class Hypothesis:
         estimator: of the fitted runs, with its process noise.
         x: (p,) numbers of its parameters.
         blocks: -2 ln L of each second of the fitted runs, one array a run.
-        held: the same of the runs held out.
         prior: sum of squares of the numbers that have a prior.
         jacobian: (m, p) of the residuals at the end of the fit, or near it.
     """
@@ -60,7 +60,6 @@ class Hypothesis:
     estimator: Estimator
     x: Array
     blocks: tuple[Array, ...]
-    held: tuple[Array, ...]
     prior: float
     jacobian: Array
 
@@ -84,15 +83,15 @@ class Promise:
         name: of the candidate.
         gain: by which the cost would fall, were the residuals straight.
         sure: that gain over its own scatter from second to second.
+        near: residuals and derivatives of everything.
         numbers: parameter's name -> number there.
-        reach: length of the step [prior deviations].
     """
 
     name: str
     gain: float
     sure: float
+    near: Linear
     numbers: dict[str, float]
-    reach: float
 
 
 class Fits:
@@ -119,7 +118,8 @@ class Fits:
         """Fit the base within its tolerances."""
         system = self.rig.system(self.train, self.rig.base)
         fit = fit_system(
-            system, ParameterVector(system.parameters), progress=self.tell, threads=self.threads
+            system, ParameterVector(system.parameters), progress=self.tell, threads=self.threads,
+            central=False,
         )
         return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
 
@@ -128,7 +128,7 @@ class Fits:
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
         estimator, x = self._estimator(at, [*self.rig.base, *every])
         residuals, jacobian = estimator.residuals(x), estimator.jacobian(x)
-        near = _Neighbourhood(estimator, x, residuals, jacobian)
+        near = _neighbourhood(estimator, x, residuals, jacobian)
         before = near.solved(self._moving(at.names))
         found = []
         for name in self.candidates:
@@ -139,29 +139,47 @@ class Fits:
             scatter = float(np.std(gains)) * np.sqrt(len(gains))
             found.append(Promise(
                 name, before.cost - after.cost, float(gains.sum()) / max(scatter, 1e-9),
-                dict(zip(near.names, after.x, strict=True)), float(np.linalg.norm(after.x - x)),
+                near, dict(zip(near.names, after.x, strict=True)),
             ))  # fmt: skip
         return sorted(found, key=lambda one: -one.gain)
 
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
-        """Fit a hypothesis from a neighbour and what was promised there."""
-        released = self._released(names)
-        estimator, x = self._estimator(near, released)
+        """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
+
+        Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
+        to be what it is at the neighbour.
+        """
+        estimator, x = self._estimator(near, self._released(names))
+        exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
+        coarse = replace(estimator, defect=np.zeros(0))
+        cheap = replace(estimator, defect=exact - coarse.residuals(x))
+        low, high = (end for end in estimator.vector.bounds)
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
-        low, high = estimator.vector.bounds
-        goal = np.clip(goal, low + _OFF, high - _OFF)
-        x = np.clip(x, low + _OFF, high - _OFF)
-        starts = [x, goal, x + (goal - x) / 3]
-        costs = [float(np.sum(soft(estimator.residuals(one), ROBUST))) for one in starts]
-        x = starts[int(np.argmin(costs))]
-        found = minimised(estimator, x, most=_STEPS, near=ROUGH)
-        for _ in range(2):
-            weighed = likeliest(estimator, found.x)
+        slopes = _columns(promise.near, estimator.vector)
+        best: Minimum | None = None
+        for start in (goal, x):
+            found = minimum(
+                cheap.residuals, cheap.jacobian, np.clip(start, low + _OFF, high - _OFF),
+                (low, high), ROBUST, _STEPS, ROUGH, slopes,
+            )  # fmt: skip
+            if best is None or found.cost < best.cost:
+                best = found
+            if best.cost < float(np.sum(soft(exact, ROBUST))):
+                break
+        assert best is not None
+        return self._hypothesis(tuple(names), estimator, best.x, best.jacobian)
+
+    def weighed(self, one: Hypothesis) -> Hypothesis:
+        """Return a hypothesis fitted again at the process noise that makes it most likely."""
+        estimator, x = one.estimator, one.x
+        for _ in range(_ROUNDS):
+            weighed = likeliest(estimator, x, up=0)
             if weighed.noise == estimator.noise:
                 break
             estimator = weighed
-            found = minimised(estimator, found.x, most=_STEPS, near=ROUGH)
-        return self._hypothesis(tuple(names), estimator, found.x, found.jacobian)
+            found = minimised(estimator, x, most=_STEPS, near=ROUGH)
+            one, x = self._hypothesis(one.names, estimator, found.x, found.jacobian), found.x
+        return one
 
     def _released(self, names: Sequence[str]) -> list[Parameter]:
         """Return the parameters of a hypothesis; those that are released have no prior."""
@@ -192,13 +210,27 @@ class Fits:
         found = estimator.innovations(x, keep=True)
         blocks = tuple(_blocks(one, estimator.system.sample_s) for one in found)
         prior = float(np.sum(x[estimator.vector.weighted] ** 2))
-        held = self._judged(estimator, x)
-        return Hypothesis(names, estimator, x, blocks, held, prior, jacobian)
+        return Hypothesis(names, estimator, x, blocks, prior, jacobian)
 
-    def _judged(self, fitted: Estimator, x: Array) -> tuple[Array, ...]:
+    def drive(self, at: Hypothesis) -> tuple[DriveFits, DriveFits] | None:
+        """Return the regressions of the drive in the runs fitted and held out; None without one."""
+        system, held = at.estimator.system, self._held
+        if not isinstance(system, Hopper) or not any(run.driven for run in system.runs):
+            return None
+        arm = arm_of(system.runs, system.turned, [system.first(k) for k in range(len(system.runs))])
+        found = [drive_fits(system, _turns(system, at.estimator.innovations(at.x, keep=True)), arm)]
+        if held is not None and isinstance(held.system, Hopper):
+            values = at.values
+            x = np.array([p.number(values.get(p.name, p.nominal)) for p in held.vector.parameters])
+            turns = _turns(held.system, held.innovations(x, keep=True))
+            found.append(drive_fits(held.system, turns, arm))
+        return found[0], found[-1]
+
+    def judged(self, one: Hypothesis) -> tuple[Array, ...]:
         """Return -2 ln L of each second of the runs held out; only what is theirs alone is fitted."""
         if not self.held:
             return ()
+        fitted, x = one.estimator, one.x
         shared = [p for p in fitted.vector.parameters if p.scope is not Scope.RUN]
         like = None if self._held is None else self._held.system
         system = self.rig.system(self.held, shared, like)
@@ -216,61 +248,37 @@ class Fits:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """The least cost where some parameters move and the residuals are straight."""
-
-    x: Array
-    blocks: Array
-    cost: float
-
-
-class _Neighbourhood:
-    """Residuals and derivatives of all candidates around a fit."""
-
-    def __init__(self, estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> None:
-        vector = estimator.vector
-        self.x, self.names = x, [p.name for p in vector.parameters]
-        self.own = [p.scope is Scope.RUN for p in vector.parameters]
-        count = len(residuals) - int(vector.weighted.sum())
-        self.residuals, self.jacobian = residuals[:count], jacobian[:count]
-        weights = 1 / np.sqrt(1 + (self.residuals / ROBUST) ** 2)
-        self.curvature = self.jacobian.T @ (self.jacobian * weights[:, None])
-        self.gradient = self.jacobian.T @ (weights * self.residuals)
-        system, edges = estimator.system, [0]
-        for k in range(len(system.names)):
-            pieces = _pieces(len(system.seen(k)), system.sample_s)
-            channels = system.seen(k).shape[1]
-            edges += list(edges[-1] + channels * pieces[1:])
-        self.edges = np.array(edges)
-
-    def solved(self, moving: dict[str, bool]) -> _Solved:
-        """Return the least cost where shared parameters move -> whether they have a prior."""
-        chosen = [
-            i for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
-            if own or name in moving
-        ]  # fmt: skip
-        prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
-        x = self.x[chosen]
-        curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)
-        step = -np.linalg.solve(curvature, self.gradient[chosen] + prior * x)
-        moved = self.x.copy()
-        moved[chosen] += step
-        costs = soft(self.residuals + self.jacobian[:, chosen] @ step, ROBUST)
-        blocks = np.add.reduceat(costs, self.edges[:-1])
-        kept = prior == 1.0
-        return _Solved(moved, blocks, float(blocks.sum() + np.sum(moved[chosen][kept] ** 2)))
+def _columns(near: Linear, vector: ParameterVector) -> Array:
+    """Return the derivatives by some parameters, with the rows of their priors, (m, p)."""
+    at = {name: k for k, name in enumerate(near.names)}
+    columns = near.jacobian[:, [at[p.name] for p in vector.parameters]]
+    weighted = np.flatnonzero(vector.weighted)
+    priors = np.zeros((len(weighted), len(vector)))
+    priors[np.arange(len(weighted)), weighted] = 1.0
+    return np.vstack([columns, priors])
 
 
-def _pieces(count: int, sample_s: float) -> NDArray[np.int64]:
-    """Return the edges of a run's blocks of about a second, in samples."""
-    pieces = max(_FEWEST, round(count * sample_s / _BLOCK_S))
-    return np.linspace(0, count, pieces + 1).round().astype(np.int64)
+def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
+    return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]
+
+
+def _neighbourhood(
+    estimator: Estimator, x: Array, residuals: Array, jacobian: Array
+) -> Linear:
+    vector, system, edges = estimator.vector, estimator.system, [0]
+    for seen in map(system.seen, range(len(system.names))):
+        edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])
+    count = edges[-1]
+    return Linear(
+        tuple(p.name for p in vector.parameters),
+        np.array([p.scope is Scope.RUN for p in vector.parameters]),
+        x, residuals[:count], jacobian[:count], np.array(edges),
+    )  # fmt: skip
 
 
 def _blocks(one: Innovations, sample_s: float) -> Array:
     white = one.white.copy()
     white[one.sane :] = REFUSED
     costs = soft(np.nan_to_num(white, nan=REFUSED), ROBUST).sum(axis=1) + one.information
-    edges = _pieces(len(costs), sample_s)
+    edges = edges_of(len(costs), sample_s)
     return np.array([float(costs[a:b].sum()) for a, b in pairwise(edges)])

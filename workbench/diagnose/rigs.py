@@ -17,6 +17,9 @@ from workbench.sim import make_robot
 __all__ = ["HopperRig", "Rig"]
 
 
+_WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
+
+
 class Rig(Protocol):
     """A mechanical system, its runs, and what may be other than its model says."""
 
@@ -87,4 +90,4 @@ class HopperRig:
         more = {one: self._quantities[one.name] for one in parameters
                 if one.name in self._quantities}  # fmt: skip
         turned = like.turned if isinstance(like, Hopper) else ()
-        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned)
+        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH)

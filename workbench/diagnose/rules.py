@@ -11,13 +11,32 @@ __all__ = ["RULES", "Rules"]
 class Rules:
     """Thresholds of a diagnosis.
 
+    A cost is -2 ln of a posterior; it counts divided by how often the innovations repeat one
+    another. Gains are sums over seconds, sure by their own scatter from second to second.
+
     Args:
         shortlist: candidates that are fitted in full.
-        promising: share of the greatest promised gain that a candidate must promise.
+        promising: share of the greatest promised gain that a candidate must promise for that.
+        near: share of the best gain within which a candidate's process noise is weighed anew.
+        worth: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
+        suspected: gain of one that may well be there.
+        size: gain for each sample and channel, of a practical size: (0.12 noise deviations)^2.
+        sure: gain over its scatter, of a cause against none.
+        apart: gain over its scatter, of a cause against another.
+        explained: share of what is missing that a cause must explain to be all of it.
+        lack: of the strong process noise: what a model that lacks nothing may ask for.
     """
 
     shortlist: int = 5
     promising: float = 0.1
+    near: float = 0.5
+    worth: float = 16.0
+    suspected: float = 8.0
+    size: float = 0.0144
+    sure: float = 2.0
+    apart: float = 1.64
+    explained: float = 0.5
+    lack: float = 0.11
 
 
 RULES = Rules()

@@ -61,6 +61,8 @@ class Estimator:
         masks: of each run, (n, c): samples that are left out.
         threads: 0 takes all cores.
         window: how much of each run is observed, from its first sample [s].
+        defect: what the residuals of full steps are beyond those of coarse ones, near some
+            parameters; None where residuals are of full steps.
     """
 
     system: System
@@ -71,6 +73,7 @@ class Estimator:
     masks: tuple[NDArray[np.bool_], ...]
     threads: int = 0
     window: float = np.inf
+    defect: Array | None = None
     _found: list[tuple[Array, list[Innovations]]] = field(default_factory=list, init=False)
 
     @classmethod
@@ -147,9 +150,22 @@ class Estimator:
             self._found[:] = [(x.copy(), found), *self._found[: _REMEMBERED - 1]]
         return found
 
+    def near(self, x: Array) -> Estimator:
+        """Return the estimator whose residuals are cheap, and those of full steps at numbers (p,).
+
+        What coarse steps do otherwise hardly changes with the parameters: they are corrected by
+        what they were off there (defect correction; Stetter, Numer. Math. 29, 1978, 425).
+        """
+        coarse = replace(self, defect=np.zeros(0))
+        return replace(self, defect=self.residuals(x) - coarse.residuals(x))
+
     def residuals(self, x: Array) -> Array:
         """Return the whitened innovations of all runs, then the priors, (m,)."""
         try:
+            if self.defect is not None:
+                jobs = [self.job(k, x, coarse=True) for k in range(len(self.masks))]
+                coarse = self.residuals_of(observe(jobs, self.threads), x)
+                return coarse + self.defect if len(self.defect) else coarse
             found = self.innovations(x, keep=True)
         except InputError:
             sizes = sum(

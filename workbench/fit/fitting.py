@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.estimator import FARTHEST, ROBUST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
-from workbench.fit.observer import Innovations
+from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
 from workbench.fit.system import System
@@ -35,6 +35,8 @@ _LONGEST = 3  # samples of a glitch; what lasts longer is not one
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
+_PASSES = 3  # with coarse steps corrected anew
+_STILL = 1.0  # squared step in standard errors over which that correction does not change
 _OFF = 0.1  # prior deviations between a start and its bounds
 
 
@@ -84,6 +86,7 @@ def fit_system(
     start: Array | None = None,
     progress: Progress = lambda text: None,
     threads: int = 0,
+    central: bool = True,
 ) -> Fit:
     """Fit parameters to all runs of a system.
 
@@ -93,6 +96,7 @@ def fit_system(
         start: (p,) numbers to begin at; nominal where left out.
         progress: is told each stage.
         threads: 0 takes all cores.
+        central: whether the Jacobian at the end is taken anew, by differences to both sides.
 
     Raises:
         InputError: when the start cannot be simulated.
@@ -102,13 +106,14 @@ def fit_system(
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
     found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
-    return _rounds(estimator.with_noise(system.strong), found, progress, found.evaluations)
+    estimator = estimator.with_noise(system.strong)
+    return _rounds(estimator, found, progress, found.evaluations, central)
 
 
 def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
     """Return the fit from numbers (p,) that are near, weighing the process noise anew."""
     x = _inside(estimator.vector, x)
-    begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False)
+    begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, np.inf)
     return _rounds(estimator, begin, progress, 0)
 
 
@@ -118,7 +123,9 @@ def settled(estimator: Estimator, x: Array) -> Fit:
     return _ended(estimator, found, found.evaluations)
 
 
-def _rounds(estimator: Estimator, found: Minimum, progress: Progress, count: int) -> Fit:
+def _rounds(
+    estimator: Estimator, found: Minimum, progress: Progress, count: int, central: bool = True
+) -> Fit:
     """Fit whole runs and weigh the process noise in turn, until it stays."""
     estimator = refined(estimator, found.x)
     same = False
@@ -135,12 +142,14 @@ def _rounds(estimator: Estimator, found: Minimum, progress: Progress, count: int
         estimator = refined(weighed, found.x)
     progress("fit whole runs")
     found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)
-    return _ended(estimator, found, count + found.evaluations)
+    return _ended(estimator, found, count + found.evaluations, central)
 
 
-def _ended(estimator: Estimator, found: Minimum, count: int) -> Fit:
+def _ended(estimator: Estimator, found: Minimum, count: int, central: bool = True) -> Fit:
     innovations = tuple(estimator.innovations(found.x, keep=True))
-    jacobian = estimator.jacobian(found.x, steps=reaches(found.jacobian), central=True)
+    jacobian = found.jacobian
+    if central:
+        jacobian = estimator.jacobian(found.x, steps=reaches(found.jacobian), central=True)
     return Fit(estimator, found.x, innovations, jacobian, count, found.converged)
 
 
@@ -191,6 +200,9 @@ def _minimum(
     """
     moved = np.arange(len(x)) if free is None else np.flatnonzero(free)
     steps = np.full(len(x), FARTHEST) if before is None else reaches(before)
+    low, high = estimator.vector.bounds
+    slopes = before[:, moved] if known and before is not None else None
+    count = 0
 
     def whole(part: Array) -> Array:
         full = x.copy()
@@ -203,15 +215,19 @@ def _minimum(
         steps = reaches(found)
         return found[:, moved]
 
-    low, high = estimator.vector.bounds
-    found = minimum(
-        lambda part: estimator.residuals(whole(part)), derivative,
-        x[moved], (low[moved], high[moved]), ROBUST, most, near,
-        before[:, moved] if known and before is not None else None, radius,
-    )  # fmt: skip
+    for _ in range(_PASSES):
+        cheap = estimator.near(x)
+        found = minimum(
+            lambda part, cheap=cheap: cheap.residuals(whole(part)), derivative,
+            x[moved], (low[moved], high[moved]), ROBUST, most, near, slopes, radius,
+        )  # fmt: skip
+        step, slopes = found.x - x[moved], found.jacobian
+        x, count = whole(found.x), count + found.evaluations
+        if float(np.sum((slopes @ step) ** 2)) < max(near, _STILL):
+            break
     columns = np.zeros((len(found.residuals), len(x)))
-    columns[:, moved] = found.jacobian
-    return found._replace(x=whole(found.x), jacobian=columns)
+    columns[:, moved] = slopes
+    return found._replace(x=x, jacobian=columns, evaluations=count)
 
 
 def _far(system: System) -> dict[str, float]:
@@ -233,7 +249,8 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
     """
     system = estimator.system
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)
-    found = whole.innovations(x, keep=True)
+    runs = range(len(system.names))
+    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads, keep=True)
     masks = tuple(_glitches(one.error) for one in found)
     return replace(estimator, system=system.refined([one.qpos for one in found]), masks=masks)
 

@@ -26,6 +26,9 @@ PLACES: dict[Mode, tuple[str, ...]] = {
 
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
+_MAD = 1.4826  # standard deviation of normal noise over its median absolute one
+_LEAST_REST = 30  # samples at rest that tell of noise
+_MEMORY = 1.4  # times what differences show: beyond chance
 _LEAST_S = 0.5
 _PACE = 0.01  # by how much the cameras' rate may differ from the observer's
 
@@ -87,15 +90,21 @@ class MeasuredRun:
             channels: names; those that are compared where left out.
 
         From third differences, which no motion of the robot survives at 120 Hz: their variance is
-        20 times that of the noise. The median makes it deaf to impacts.
+        20 times that of the noise. The median makes it deaf to impacts. Noise with a memory hides
+        from differences; where the channel scatters clearly more at rest, that is taken.
         """
         chosen = self.motion.select(channels or self.channels)
+        still = chosen.times < 0
         found = []
         for k, name in enumerate(chosen.names):
             seen = np.where(chosen.valid[:, k], chosen.values[:, k], np.nan)
             third = np.diff(seen, 3)
             third = np.abs(third[np.isfinite(third)])
-            sigma = 1.4826 * float(np.median(third)) / np.sqrt(20) if len(third) else np.nan
+            sigma = _MAD * float(np.median(third)) / np.sqrt(20) if len(third) else np.nan
+            rest = seen[still & np.isfinite(seen)]
+            if len(rest) >= _LEAST_REST:
+                scatter = _MAD * float(np.median(np.abs(rest - np.median(rest))))
+                sigma = scatter if scatter > _MEMORY * sigma else sigma
             floor = _LEAST_NOISE_RAD if name in (ROTOR_ANGLE, PITCH) else _LEAST_NOISE_M
             found.append(max(sigma, floor) if np.isfinite(sigma) else floor)
         return np.array(found)

@@ -45,6 +45,7 @@ class Minimum(NamedTuple):
         jacobian: (m, p) of the residuals, or what it was brought up to date to.
         evaluations: of the residuals.
         converged: whether no step promises to lower the cost.
+        cost: the sum of robust squares there.
     """
 
     x: Array
@@ -52,6 +53,7 @@ class Minimum(NamedTuple):
     jacobian: Array
     evaluations: int
     converged: bool
+    cost: float
 
 
 def soft(residuals: Array, scale: float) -> Array:
@@ -91,7 +93,7 @@ def minimum(
         converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
         step, predicted = _step(x, r, slopes, bounds, scale, radius)
         if converged or count >= most or predicted < near:
-            return Minimum(x, r, slopes, count, converged)
+            return Minimum(x, r, slopes, count, converged, cost)
         tried = residuals(x + step)
         value = float(np.sum(soft(tried, scale)))
         count += 1

@@ -55,6 +55,7 @@ _MOST_STEPS = 136
 _HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _LEAST_LEAD_S = 1e-3
+_STIFFNESSES = ("hinge_stiffness", "root_stiffness")
 _Ones = dict[int, Parameter]
 _Pairs = dict[int, tuple[Parameter, ...]]
 
@@ -80,6 +81,8 @@ class Hopper:
         candidates: parameter -> effect and quantity of an extension that are fitted as well.
         turned: (n,) angle of each run's rotor against T at every observed sample [rad]; None where
             nothing drives it.
+        warmth: share by which the beam's stiffness may differ from run to run, a standard
+            deviation: a strip warms, and a clamp sits anew.
     """
 
     groups = (BEAM, FOOT)
@@ -93,12 +96,14 @@ class Hopper:
         free: Sequence[Parameter] = (),
         candidates: Mapping[Parameter, tuple[str, str]] = MappingProxyType({}),
         turned: Sequence[Array | None] = (),
+        warmth: float = 0.0,
     ) -> None:
         self.robot, self.runs, self.free = replace(robot, planar=True), tuple(runs), tuple(free)
-        self.candidates = dict(candidates)
+        self.candidates, self.warmth = dict(candidates), warmth
         self._seen = [_seen(run) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
+        self.stiffer = self._stiffer()
         self.late, self.place, self.height, self.phase = self._own()
 
     @property
@@ -110,16 +115,21 @@ class Hopper:
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted: the model's parameters, candidates, then those of single runs."""
         pairs = (one for pair in (*self.place.values(), *self.phase.values()) for one in pair)
-        return (*self.free, *self.candidates, *self.late.values(), *self.height.values(), *pairs)
+        own = (*self.stiffer.values(), *self.late.values(), *self.height.values(), *pairs)
+        return (*self.free, *self.candidates, *own)
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
-        return Hopper(self.robot, self.runs, self.free, self.candidates, turned)
+        return Hopper(self.robot, self.runs, self.free, self.candidates, turned, self.warmth)
 
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
         first = self._seen[run].first
         return self.runs[run].motion.times[first : first + len(self._seen[run].seen)]
+
+    def first(self, run: int) -> int:
+        """Return the number of a run's first observed sample."""
+        return self._seen[run].first
 
     def world_angle(self, run: int) -> Array:
         """Return the rotor's angle in the world at the observed samples, (n,) [rad], NaN unseen."""
@@ -198,6 +208,10 @@ class Hopper:
             InputError: when the values cannot be simulated, in however short steps.
         """
         whole = self.robot_with(values)
+        if run in self.stiffer:
+            share = 1 + values.get(self.stiffer[run], 0.0)
+            warm = {name: share * whole.values[name] for name in _STIFFNESSES}
+            whole = replace(whole, values={**whole.values, **warm})
         robot, view = applied(whole, turning=False), View.of(whole.effects)
         while True:
             try:
@@ -322,6 +336,16 @@ class Hopper:
                                       0.0, np.inf, Scope.RUN, Acts.START, k)  # fmt: skip
         return late, place, height, phase
 
+    def _stiffer(self) -> _Ones:
+        """Return by which share the beam is stiffer in each run."""
+        if not self.warmth:
+            return _Ones()
+        return {
+            k: Parameter(f"stiffness of {run.name}", "1", 0.0, self.warmth, -0.1, 0.1, Scope.RUN,
+                         Acts.MODEL, k)
+            for k, run in enumerate(self.runs)
+        }  # fmt: skip
+
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.
 
@@ -338,13 +362,17 @@ class Hopper:
         sigma = float(one.noise()[-1])
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
+    def turn_of_top(self, run: int, qpos: Array) -> Array:
+        """Return how far T has turned since the first sample in states (n, nq), (n,) [rad]."""
+        turn = qpos[:, 0 if self._held(run) else 2 : -1].sum(axis=1)
+        return np.asarray(turn - turn[0])
+
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
         """Return a rotor's angle against T, (n,) [rad], with the turn of T in states (n, nq)."""
         one = self.runs[run]
         if not one.driven:
             return None
-        turn = qpos[:, 0 if self._held(run) else 2 : -1].sum(axis=1)
-        angle = self.world_angle(run) - (turn - turn[0])
+        angle = self.world_angle(run) - self.turn_of_top(run, qpos)
         return fit_drive(self.times(run), angle, one.steps, float(one.noise()[-1])).angle
 
     def refined(self, qpos: Sequence[Array]) -> Hopper:

@@ -1,0 +1,203 @@
+"""From fitted hypotheses to an answer.
+
+The runs' seconds vote: where one model is likelier than another, the gain is a sum over seconds of
+runs fitted and held out, and its scatter from second to second says how sure it is, whatever both
+models lack (Vuong, Econometrica 57, 1989, 307). A cause is there where its gain over the base is no
+chance, of a practical size, sure, and confirmed by runs that no fit has seen. It is named where the
+same seconds prefer it to every other; those that are not behind are a set with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.rules import Rules
+
+__all__ = ["Kind", "Part", "Scored", "Versus", "decide", "versus"]
+
+Array = NDArray[np.float64]
+Kind = Literal["NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT"]
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A hypothesis as an answer sees it.
+
+    Args:
+        names: of its causes; none is the base.
+        prior: part of the cost that is no run's.
+        blocks: (b,) cost of each second of the fitted runs.
+        held: of each run held out, the cost of its seconds.
+        lack: process noise that it asks for, over what the noise of cameras alone asks for.
+    """
+
+    names: tuple[str, ...]
+    prior: float
+    blocks: Array
+    held: tuple[Array, ...]
+    lack: float
+
+    @property
+    def cost(self) -> float:
+        """Return the cost of the fitted runs."""
+        return self.prior + float(self.blocks.sum())
+
+
+@dataclass(frozen=True)
+class Versus:
+    """How much likelier one hypothesis makes the runs than another.
+
+    Args:
+        gain: of the cost, fitted runs.
+        held: of the cost, runs held out.
+        sure: both over their scatter from second to second.
+        runs: share of the runs held out that prefer it; 1 where none was held out.
+    """
+
+    gain: float
+    held: float
+    sure: float
+    runs: float
+
+
+def versus(one: Scored, other: Scored, repeats: float = 1.0) -> Versus:
+    """Compare a hypothesis with another.
+
+    Args:
+        one: whose gain is told.
+        other: that it is compared with.
+        repeats: how often the innovations repeat one another.
+    """
+    fitted = (other.blocks - one.blocks) / repeats
+    held = [(b - a) / repeats for a, b in zip(one.held, other.held, strict=True)]
+    every = np.concatenate([fitted, *held])
+    scatter = float(np.std(every)) * np.sqrt(len(every))
+    runs = [float(part.sum()) for part in held]
+    return Versus(
+        (other.cost - one.cost) / repeats,
+        sum(runs),
+        float(every.sum()) / max(scatter, 1e-9),
+        float(np.mean([gain > 0 for gain in runs])) if runs else 1.0,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What one kind of evidence says: that of the observer, or that of the rotor's angle.
+
+    Args:
+        kind: NAMED, SET, PARTIAL, NONE or CLEAN.
+        best: the hypothesis that holds; the base where none does.
+        alike: hypotheses that explain the same, the best first.
+        lack: process noise that the best asks for, over what noise of cameras alone asks for.
+        explained: share of the power of the missing force that the best explains.
+        reason: in a sentence.
+        compared: of every hypothesis with the base, best first.
+    """
+
+    kind: Kind
+    best: Scored
+    alike: tuple[Scored, ...]
+    lack: float
+    explained: float
+    reason: str
+    compared: tuple[tuple[Scored, Versus], ...]
+
+
+def decide(
+    base: Scored, tried: Sequence[Scored], samples: int, rules: Rules, repeats: float = 1.0
+) -> Part:
+    """Return what hypotheses say together.
+
+    Args:
+        base: without causes.
+        tried: with one or two.
+        samples: that the fitted runs have, of all channels.
+        rules: of the diagnosis.
+        repeats: how often the innovations repeat one another.
+    """
+    compared = sorted(
+        ((one, versus(one, base, repeats)) for one in tried), key=lambda pair: -pair[1].gain
+    )
+    best = base
+    for one, _ in compared:
+        if len(one.names) == 1 and _holds(one, base, samples, rules, repeats, rules.sure):
+            best = one
+            break
+    if best is not base:
+        pairs = [one for one, _ in compared if len(one.names) == 2 and set(best.names) < set(one.names)]
+        for pair in pairs:
+            if _holds(pair, best, samples, rules, repeats, rules.sure):
+                best = pair
+                break
+    rest, explained = best.lack, 1 - (best.lack / base.lack) ** 2
+    alike = _alike(best, [one for one, _ in compared], rules, repeats)
+    told = tuple(compared)
+    if best is base:
+        return _without(base, told, samples, rules)
+    words = " with ".join(best.names)
+    if len(alike) > 1:
+        names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
+        return Part("SET", best, alike, rest, explained,
+                    f"{names} cannot be told apart by these runs", told)  # fmt: skip
+    if rest > 1 and explained < rules.explained:
+        reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"
+        return Part("PARTIAL", best, alike, rest, explained, reason, told)
+    reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as well"
+    return Part("NAMED", best, alike, rest, explained, reason, told)
+
+
+def _holds(
+    one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float, sure: float
+) -> bool:
+    """Tell whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
+    found = versus(one, simpler, repeats)
+    return (
+        found.gain > max(rules.worth, rules.size * samples / repeats)
+        and found.sure > sure
+        and found.held > 0
+        and found.runs >= 0.5
+    )
+
+
+def _alike(
+    best: Scored, tried: Sequence[Scored], rules: Rules, repeats: float
+) -> tuple[Scored, ...]:
+    """Return the hypotheses of as many causes that the same seconds do not put behind the best."""
+    found = [best]
+    for one in tried:
+        if one.names == best.names or len(one.names) != len(best.names):
+            continue
+        behind = versus(best, one, repeats)
+        if behind.sure < rules.apart or behind.gain + behind.held < rules.suspected:
+            found.append(one)
+    return tuple(found)
+
+
+def _without(
+    base: Scored, compared: tuple[tuple[Scored, Versus], ...], samples: int, rules: Rules
+) -> Part:
+    suspects = [
+        (one, found) for one, found in compared
+        if len(one.names) == 1 and found.gain > max(rules.suspected, rules.size * samples)
+        and found.held > 0
+    ]  # fmt: skip
+    left = base.lack
+    if suspects and left <= 1:
+        alike = tuple(one for one, _ in suspects)
+        names = ", ".join(one.names[0] for one in alike)
+        reason = f"{names} may be there, but the runs do not agree on it"
+        return Part("SET", alike[0], alike, left, 0.0, reason, compared)
+    if left > 1:
+        reason = (
+            f"the model lacks {left:.2g} times the force that the cameras' noise accounts for, and "
+            "no known cause explains it"
+        )
+        return Part("NONE", base, (), left, 0.0, reason, compared)
+    reason = "no force is missing above what the cameras' noise accounts for"
+    return Part("CLEAN", base, (), left, 0.0, reason, compared)

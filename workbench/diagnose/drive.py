@@ -1,0 +1,249 @@
+"""The drive on its own: what the motor did with its command, without a simulation.
+
+The rotor's angle against T is what was commanded, through a first-order lag and a delay, and what
+the motor does otherwise:
+
+    speed = lagged[(1 + share) w + offset] (1 + rate t) + w ripple(p) - slope torque
+
+w the commanded speed, p the rotor's angle in the world, the torque that which the rotor's mass
+takes about T. All of it is linear in what is asked for, so each cause is a column of angles, and
+every set of causes is one regression. Each run has a start angle, a lag, a delay and a small share
+of its own. The point taken for T may sit off T: the rotor's arm, which is rigid, tells where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from workbench.diagnose.linear import Linear, Solved, edges_of
+from workbench.fit import Hopper, MeasuredRun, commanded_angle
+from workbench.fit.drive import fit_drive
+from workbench.motion import ROTOR, TOP, position
+from workbench.sim import EFFECTS
+
+__all__ = ["DRIVE", "Arm", "DriveFits", "arm_of", "drive_fits"]
+
+Array = NDArray[np.float64]
+
+DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_ripple")
+"""Candidates that the rotor's angle judges."""
+
+_OWN = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
+"""What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
+_SMOOTH_S = 0.15  # over which T's acceleration is taken
+_OFFSETS = ("marker forward", "marker up")
+_CLUTTER_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
+
+
+@dataclass(frozen=True)
+class Arm:
+    """Where the point taken for T sits, as the rotor's rigid arm shows it.
+
+    Args:
+        offset: (2,) forward and up of T [m].
+        deviation: (2,) standard errors [m].
+        radius: of the rotor [m].
+    """
+
+    offset: Array
+    deviation: Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class DriveFits:
+    """The regression of the rotor's angle in some runs.
+
+    Args:
+        linear: all columns of all runs.
+        quantities: candidate -> names of its columns.
+        tolerances: column -> its prior deviation [SI].
+    """
+
+    linear: Linear
+    quantities: Mapping[str, tuple[str, ...]]
+    tolerances: Mapping[str, float]
+
+    def solved(self, names: Sequence[str]) -> Solved:
+        """Return the regression with some candidates released."""
+        moving = dict.fromkeys(_OFFSETS, True)
+        moving |= {key: False for name in names for key in self.quantities[name]}
+        return self.linear.solved(moving)
+
+    def judged(self, fitted: DriveFits, found: Solved) -> Array:
+        """Return the cost of each block where the shared numbers are those of other runs."""
+        shared = dict(zip(fitted.linear.names, found.x, strict=True))
+        mine = self.linear
+        step = np.array([
+            0.0 if own else shared.get(name, 0.0) for name, own in zip(mine.names, mine.own, strict=True)
+        ])  # fmt: skip
+        moved = Linear(mine.names, mine.own, mine.x + step,
+                       mine.residuals + mine.jacobian @ step, mine.jacobian, mine.edges)  # fmt: skip
+        return moved.solved({}).blocks
+
+    def values(self, found: Solved, name: str) -> dict[str, tuple[float, float]]:
+        """Return quantity -> value and standard error of a candidate [SI]."""
+        at = {key: k for k, key in enumerate(self.linear.names)}
+        return {
+            key.split(" ", 1)[1]: (
+                float(found.x[at[key]]) * self.tolerances[key],
+                float(found.deviation[at[key]]) * self.tolerances[key],
+            )
+            for key in self.quantities[name]
+        }
+
+
+def arm_of(runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: Sequence[int]) -> Arm:
+    """Return where the point taken for T sits, from the length of the rotor's arm.
+
+    Seen from a point off T by d, an arm r e(a) has the length r - d e(a), to first order.
+
+    Args:
+        runs: that were driven, or not.
+        turned: of each, (n,) angle of the rotor against T [rad]; None where nothing drives it.
+        first: of each, the sample that this begins at.
+    """
+    rows, lengths, groups = [], [], []
+    for k, (run, angle, begin) in enumerate(zip(runs, turned, first, strict=True)):
+        if angle is None or ROTOR[0] not in run.motion:
+            continue
+        arm = (position(run.motion, ROTOR) - position(run.motion, TOP))[begin : begin + len(angle)]
+        length = np.hypot(arm[:, 0], arm[:, 2])
+        seen = np.isfinite(length)
+        usual = np.median(length[seen])
+        seen &= np.abs(length - usual) < 8 * 1.4826 * np.median(np.abs(length[seen] - usual))
+        rows.append(np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])]))
+        lengths.append(length[seen])
+        groups.append(k)
+    if not rows:
+        return Arm(np.zeros(2), np.full(2, np.inf), np.nan)
+    a, b = np.concatenate(rows), np.concatenate(lengths)
+    found = np.linalg.lstsq(a, b, rcond=None)[0]
+    each = np.array([np.linalg.lstsq(r, v, rcond=None)[0] for r, v in zip(rows, lengths, strict=True)])
+    spread = np.linalg.inv(a.T @ a) * float(np.var(b - a @ found))
+    white = np.sqrt(np.diag(spread))
+    between = each.std(axis=0, ddof=1) / np.sqrt(len(each)) if len(each) > 1 else white
+    error = np.maximum(white, between)
+    return Arm(found[1:], error[1:], float(found[0]))
+
+
+def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
+    """Return the regression of the rotor's angle in the driven runs of a system.
+
+    Args:
+        system: with its runs.
+        turns: of each run, (n,) turn of T from its rest [rad].
+        arm: where the point taken for T sits.
+    """
+    quantities = {
+        name: tuple(f"{name} {q.name}" for q in EFFECTS[name].quantities) for name in DRIVE
+    }
+    tolerances = {
+        f"{name} {q.name}": q.tolerance for name in DRIVE for q in EFFECTS[name].quantities
+    }
+    wide = np.hypot(arm.deviation, _CLUTTER_M)
+    shared = [*tolerances, *_OFFSETS]
+    parts: list[tuple[Array, dict[str, Array]]] = []
+    edges = [0]
+    for k, run in enumerate(system.runs):
+        if not run.driven:
+            continue
+        residual, columns = _columns(system, k, turns[k], arm)
+        sigma = _sigma(run)
+        seen = np.isfinite(residual)
+        scaled = {key: -column * tolerances.get(key, 1.0) for key, column in columns.items()}
+        for key, deviation in zip(_OFFSETS, wide, strict=True):
+            scaled[key] = scaled[key] * min(deviation, 1.0)
+        for key, deviation in _OWN.items():
+            scaled[key] = scaled[key] * deviation
+        parts.append((
+            np.where(seen, residual, 0.0) / sigma,
+            {key: np.where(seen, column, 0.0) / sigma for key, column in scaled.items()},
+        ))  # fmt: skip
+        edges += list(edges[-1] + edges_of(len(residual), system.sample_s)[1:])
+    own = [f"{key} of run {k}" for k in range(len(parts)) for key in _OWN]
+    names = (*shared, *own)
+    jacobian, begin = np.zeros((edges[-1], len(names))), 0
+    for k, (residual, columns) in enumerate(parts):
+        rows = slice(begin, begin + len(residual))
+        for j, key in enumerate(shared):
+            jacobian[rows, j] = columns[key]
+        for j, key in enumerate(_OWN):
+            jacobian[rows, len(shared) + len(_OWN) * k + j] = columns[key]
+        begin += len(residual)
+    residuals = np.concatenate([np.zeros(0), *(r for r, _ in parts)])
+    alone = np.array([False] * len(shared) + [True] * len(own))
+    linear = Linear(names, alone, np.zeros(len(names)), residuals, jacobian, np.array(edges))
+    return DriveFits(linear, quantities, tolerances)
+
+
+def _columns(
+    system: Hopper, k: int, turn: Array, arm: Arm
+) -> tuple[Array, dict[str, Array]]:
+    """Return what the command leaves of a run's angle, and the angles that causes make of it."""
+    run, times, step = system.runs[k], system.times(k), system.sample_s
+    world = system.world_angle(k)
+    seen = world - (turn - turn[0])
+    known = fit_drive(times, seen, run.steps, _sigma(run), smooth=False)
+    lag, delay = known.lag, known.delay
+
+    def angle(late: float, slow: float) -> Array:
+        return commanded_angle(times, run.steps, 1.0, slow, late)
+
+    usual = angle(delay, lag)
+    speed = np.gradient(usual, step)
+    start = float(np.nanmedian(seen[: max(3, round(0.1 / step))] - usual[: max(3, round(0.1 / step))]))
+    phase = system.turned[k]
+    assert phase is not None
+    absolute = phase + turn
+    forward, up = np.sin(phase) / arm.radius, np.cos(phase) / arm.radius
+    on = tuple((t, float(np.sign(w))) for t, w in run.steps)
+    columns = {
+        "speed_scale share": usual,
+        "speed_offset offset": commanded_angle(times, on, 1.0, lag, delay),
+        "speed_drift rate": _integral(speed * np.maximum(times, 0.0), step),
+        "motor_droop slope": -_integral(_torque(system, k, absolute) * (speed > 0), step),
+        "speed_ripple cos_1": _integral(speed * np.cos(absolute), step),
+        "speed_ripple sin_1": _integral(speed * np.sin(absolute), step),
+        "speed_ripple cos_2": _integral(speed * np.cos(2 * absolute), step),
+        "speed_ripple sin_2": _integral(speed * np.sin(2 * absolute), step),
+        "marker forward": forward,
+        "marker up": up,
+        "start": np.ones(len(times)),
+        "delay": -speed,
+        "lag": (angle(delay, lag * 1.01 + 1e-4) - usual) / (lag * 0.01 + 1e-4),
+        "gain": usual,
+    }
+    offset = arm.offset[0] * forward + arm.offset[1] * up if np.isfinite(arm.deviation).all() else 0
+    return seen - usual - start - offset, columns
+
+
+def _torque(system: Hopper, k: int, angle: Array) -> Array:
+    """Return the torque that the motor gives, (n,) [N m]: weight and inertia of the rotor about T."""
+    values, step = system.robot.values, system.sample_s
+    places = system.channels_of(k)
+    path = system.seen(k)[:, [places.index(TOP[0]), places.index(TOP[2])]]
+    index = np.arange(len(path))
+    filled = np.column_stack([
+        np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T
+    ])  # fmt: skip
+    width = 2 * round(_SMOOTH_S / step / 2) + 1
+    x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T
+    turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
+    mass, arm, radius = values["rotor_mass"], values["rotor_arm_mass"], values["rotor_radius"]
+    lever = (mass + arm / 2) * radius
+    across = -x * np.sin(angle) - (z + values["gravity"]) * np.cos(angle)
+    return np.asarray(lever * across + (mass + arm / 3) * radius**2 * turning)
+
+
+def _integral(rate: Array, step: float) -> Array:
+    return np.asarray(scipy.integrate.cumulative_trapezoid(rate, dx=step, initial=0.0))
+
+
+def _sigma(run: MeasuredRun) -> float:
+    return float(run.noise()[-1])

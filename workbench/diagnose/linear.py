@@ -1,0 +1,107 @@
+"""What every candidate is worth where residuals are straight: one Jacobian for the whole library.
+
+With residuals r and their Jacobian J around numbers x of unit prior deviation, and robust weights
+W, the least cost where some numbers move is that of a linear regression,
+
+    (J' W J + P) dx = -(J' W r + P x),   P the priors: 1, next to 0 for what is released.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.fit.estimator import ROBUST
+from workbench.fit.minimise import soft
+
+__all__ = ["Linear", "Solved", "edges_of"]
+
+Array = NDArray[np.float64]
+
+_BLOCK_S = 1.0
+_FEWEST = 4  # blocks of a run
+_FREED = 1e-4  # of the curvature of a prior, for what is released
+
+
+def edges_of(count: int, sample_s: float) -> NDArray[np.int64]:
+    """Return the edges of a run's blocks of about a second, in samples."""
+    pieces = max(_FEWEST, round(count * sample_s / _BLOCK_S))
+    return np.linspace(0, count, pieces + 1).round().astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The least cost where some numbers move.
+
+    Args:
+        x: (p,) numbers there.
+        deviation: (p,) their standard errors, scatter from block to block counted; zero where held.
+        blocks: (b,) cost of each block.
+        cost: of all, priors included.
+    """
+
+    x: Array
+    deviation: Array
+    blocks: Array
+    cost: float
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """Residuals and derivatives of everything around a fit.
+
+    Args:
+        names: of the numbers.
+        own: (p,) which belong to single runs; they always move.
+        x: (p,) numbers of unit prior deviation.
+        residuals: (m,) there.
+        jacobian: (m, p).
+        edges: (b + 1,) of the blocks, in residuals.
+    """
+
+    names: tuple[str, ...]
+    own: NDArray[np.bool_]
+    x: Array
+    residuals: Array
+    jacobian: Array
+    edges: NDArray[np.int64]
+
+    @cached_property
+    def weights(self) -> Array:
+        """Return the robust weights of the residuals, (m,)."""
+        return np.asarray(1 / np.sqrt(1 + (self.residuals / ROBUST) ** 2))
+
+    @cached_property
+    def curvature(self) -> Array:
+        """Return J' W J, (p, p)."""
+        return np.asarray(self.jacobian.T @ (self.jacobian * self.weights[:, None]))
+
+    def solved(self, moving: Mapping[str, bool]) -> Solved:
+        """Return the least cost where numbers by name move -> whether they have a prior."""
+        chosen = np.array([
+            i for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
+            if own or name in moving
+        ])  # fmt: skip
+        prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
+        slopes = self.jacobian[:, chosen]
+        curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)
+        gradient = slopes.T @ (self.weights * self.residuals) + prior * self.x[chosen]
+        inverse = np.linalg.pinv(curvature, hermitian=True)
+        moved = self.x.copy()
+        moved[chosen] -= inverse @ gradient
+        left = self.residuals + slopes @ (moved - self.x)[chosen]
+        blocks = np.add.reduceat(soft(left, ROBUST), self.edges[:-1])
+        scores = np.array([
+            slopes[a:b].T @ (self.weights[a:b] * left[a:b]) for a, b in pairwise(self.edges)
+        ])  # fmt: skip
+        spread = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
+        deviation = np.zeros(len(self.x))
+        deviation[chosen] = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))
+        kept = prior == 1.0
+        cost = float(blocks.sum() + np.sum(moved[chosen][kept] ** 2))
+        return Solved(moved, deviation, blocks, cost)
