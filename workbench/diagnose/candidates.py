@@ -52,6 +52,8 @@ class Candidate:
         quantities: name of each quantity -> its parameter; zero is absent. Empty where the cause
             frees numbers of the model.
         frees: names of those numbers.
+        freed: name and unit of the quantity that is told of them: a share of what is stated, or
+            what comes on top of it.
         sentence: what a technician is told, as `sim.effects.effect` has it.
         shows_in: modes of runs.
         confused_with: names of candidates that look alike.
@@ -62,6 +64,7 @@ class Candidate:
     group: str
     quantities: dict[str, Parameter]
     frees: tuple[str, ...] = ()
+    freed: tuple[str, str] = ("share", "1")
     sentence: str = ""
     shows_in: tuple[str, ...] = ()
     confused_with: tuple[str, ...] = ()
@@ -107,6 +110,7 @@ def _candidate(effect: Effect) -> Candidate:
         for q in effect.quantities if not frees
     }  # fmt: skip
     return Candidate(
-        effect.name, effect.group, quantities, frees, effect.sentence, tuple(effect.excited_by),
-        effect.confused_with, effect.separated_by,
+        effect.name, effect.group, quantities, frees,
+        (effect.quantities[0].name, effect.quantities[0].unit), effect.sentence,
+        tuple(effect.excited_by), effect.confused_with, effect.separated_by,
     )  # fmt: skip

@@ -14,7 +14,8 @@ of its own. The point taken for T may sit off T: the rotor's arm, which is rigid
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -35,6 +36,7 @@ DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_rip
 
 _OWN = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
 """What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
+_FIRST_S = 0.1  # of a run, that tells where it starts
 _SMOOTH_S = 0.15  # over which T's acceleration is taken
 _OFFSETS = ("marker forward", "marker up")
 _CLUTTER_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
@@ -63,11 +65,19 @@ class DriveFits:
         linear: all columns of all runs.
         quantities: candidate -> names of its columns.
         tolerances: column -> its prior deviation [SI].
+        runs: numbers of the driven runs in their system.
+        edges: (r + 1,) of the runs, in blocks.
+        angles: of each driven run, (n,) as commanded [rad].
+        columns: of each, name -> (n,) what a number of 1 adds to it [rad].
     """
 
     linear: Linear
     quantities: Mapping[str, tuple[str, ...]]
     tolerances: Mapping[str, float]
+    runs: tuple[int, ...]
+    edges: tuple[int, ...]
+    angles: tuple[Array, ...]
+    columns: tuple[Mapping[str, Array], ...]
 
     def solved(self, names: Sequence[str]) -> Solved:
         """Return the regression with some candidates released."""
@@ -75,16 +85,25 @@ class DriveFits:
         moving |= {key: False for name in names for key in self.quantities[name]}
         return self.linear.solved(moving)
 
-    def judged(self, fitted: DriveFits, found: Solved) -> Array:
-        """Return the cost of each block where the shared numbers are those of other runs."""
-        shared = dict(zip(fitted.linear.names, found.x, strict=True))
-        mine = self.linear
-        step = np.array([
-            0.0 if own else shared.get(name, 0.0) for name, own in zip(mine.names, mine.own, strict=True)
-        ])  # fmt: skip
-        moved = Linear(mine.names, mine.own, mine.x + step,
-                       mine.residuals + mine.jacobian @ step, mine.jacobian, mine.edges)  # fmt: skip
-        return moved.solved({}).blocks
+    def like(self, fitted: DriveFits, found: Solved) -> Solved:
+        """Return the regression where the shared numbers are those of other runs."""
+        shared, mine = dict(zip(fitted.linear.names, found.x, strict=True)), self.linear
+        pairs = zip(mine.names, mine.own, strict=True)
+        step = np.array([0.0 if own else shared.get(name, 0.0) for name, own in pairs])
+        residuals = mine.residuals + mine.jacobian @ step
+        return replace(mine, x=mine.x + step, residuals=residuals).solved({})
+
+    def by_run(self, found: Solved) -> list[Array]:
+        """Return the cost of each second of each driven run."""
+        return [found.blocks[a:b] for a, b in pairwise(self.edges)]
+
+    def angle(self, found: Solved, k: int) -> Array:
+        """Return a run's angle against T, (n,) [rad], as the regression has it."""
+        at = self.runs.index(k)
+        angle = self.angles[at].copy()
+        for name, number in zip(self.linear.names, found.x, strict=True):
+            angle += number * self.columns[at].get(name, 0.0)
+        return angle
 
     def values(self, found: Solved, name: str) -> dict[str, tuple[float, float]]:
         """Return quantity -> value and standard error of a candidate [SI]."""
@@ -108,8 +127,8 @@ def arm_of(runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: S
         turned: of each, (n,) angle of the rotor against T [rad]; None where nothing drives it.
         first: of each, the sample that this begins at.
     """
-    rows, lengths, groups = [], [], []
-    for k, (run, angle, begin) in enumerate(zip(runs, turned, first, strict=True)):
+    rows, lengths = [], []
+    for run, angle, begin in zip(runs, turned, first, strict=True):
         if angle is None or ROTOR[0] not in run.motion:
             continue
         arm = (position(run.motion, ROTOR) - position(run.motion, TOP))[begin : begin + len(angle)]
@@ -119,7 +138,6 @@ def arm_of(runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: S
         seen &= np.abs(length - usual) < 8 * 1.4826 * np.median(np.abs(length[seen] - usual))
         rows.append(np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])]))
         lengths.append(length[seen])
-        groups.append(k)
     if not rows:
         return Arm(np.zeros(2), np.full(2, np.inf), np.nan)
     a, b = np.concatenate(rows), np.concatenate(lengths)
@@ -146,58 +164,55 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     tolerances = {
         f"{name} {q.name}": q.tolerance for name in DRIVE for q in EFFECTS[name].quantities
     }
-    wide = np.hypot(arm.deviation, _CLUTTER_M)
-    shared = [*tolerances, *_OFFSETS]
-    parts: list[tuple[Array, dict[str, Array]]] = []
-    edges = [0]
-    for k, run in enumerate(system.runs):
-        if not run.driven:
-            continue
-        residual, columns = _columns(system, k, turns[k], arm)
-        sigma = _sigma(run)
-        seen = np.isfinite(residual)
-        scaled = {key: -column * tolerances.get(key, 1.0) for key, column in columns.items()}
-        for key, deviation in zip(_OFFSETS, wide, strict=True):
-            scaled[key] = scaled[key] * min(deviation, 1.0)
-        for key, deviation in _OWN.items():
-            scaled[key] = scaled[key] * deviation
-        parts.append((
-            np.where(seen, residual, 0.0) / sigma,
-            {key: np.where(seen, column, 0.0) / sigma for key, column in scaled.items()},
-        ))  # fmt: skip
-        edges += list(edges[-1] + edges_of(len(residual), system.sample_s)[1:])
-    own = [f"{key} of run {k}" for k in range(len(parts)) for key in _OWN]
+    wide = dict(zip(_OFFSETS, np.hypot(np.minimum(arm.deviation, 1.0), _CLUTTER_M), strict=True))
+    shared, driven = [*tolerances, *_OFFSETS], [k for k, run in enumerate(system.runs) if run.driven]
+    scale = {**tolerances, **wide, **_OWN}
+    edges, ends, angles, residuals = [0], [0], [], []
+    columns: list[dict[str, Array]] = []
+    for k in driven:
+        seen, usual, made = _columns(system, k, turns[k], arm)
+        angles.append(usual)
+        residuals.append((seen - usual) / _sigma(system.runs[k]))
+        columns.append({
+            (f"{key} of run {k}" if key in _OWN else key): scale[key] * column
+            for key, column in made.items()
+        })  # fmt: skip
+        edges += list(edges[-1] + edges_of(len(seen), system.sample_s)[1:])
+        ends.append(len(edges) - 1)
+    own = [f"{key} of run {k}" for k in driven for key in _OWN]
     names = (*shared, *own)
     jacobian, begin = np.zeros((edges[-1], len(names))), 0
-    for k, (residual, columns) in enumerate(parts):
-        rows = slice(begin, begin + len(residual))
-        for j, key in enumerate(shared):
-            jacobian[rows, j] = columns[key]
-        for j, key in enumerate(_OWN):
-            jacobian[rows, len(shared) + len(_OWN) * k + j] = columns[key]
+    for k, residual, made in zip(driven, residuals, columns, strict=True):
+        seen = np.isfinite(residual)
+        for j, key in enumerate(names):
+            if key in made:
+                part = jacobian[begin : begin + len(residual), j]
+                part[seen] = -made[key][seen] / _sigma(system.runs[k])
         begin += len(residual)
-    residuals = np.concatenate([np.zeros(0), *(r for r, _ in parts)])
     alone = np.array([False] * len(shared) + [True] * len(own))
-    linear = Linear(names, alone, np.zeros(len(names)), residuals, jacobian, np.array(edges))
-    return DriveFits(linear, quantities, tolerances)
+    left = np.nan_to_num(np.concatenate([np.zeros(0), *residuals]))
+    linear = Linear(names, alone, np.zeros(len(names)), left, jacobian, np.array(edges))
+    return DriveFits(linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles),
+                     tuple(columns))  # fmt: skip
 
 
 def _columns(
     system: Hopper, k: int, turn: Array, arm: Arm
-) -> tuple[Array, dict[str, Array]]:
-    """Return what the command leaves of a run's angle, and the angles that causes make of it."""
+) -> tuple[Array, Array, dict[str, Array]]:
+    """Return a run's angle as seen and as commanded, and the angles that causes make of it."""
     run, times, step = system.runs[k], system.times(k), system.sample_s
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
-    known = fit_drive(times, seen, run.steps, _sigma(run), smooth=False)
-    lag, delay = known.lag, known.delay
+    motor = fit_drive(times, seen, run.steps, _sigma(run), smooth=False)
+    lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:
         return commanded_angle(times, run.steps, 1.0, slow, late)
 
     usual = angle(delay, lag)
     speed = np.gradient(usual, step)
-    start = float(np.nanmedian(seen[: max(3, round(0.1 / step))] - usual[: max(3, round(0.1 / step))]))
+    first = slice(0, round(_FIRST_S / step))
+    start = float(np.nanmedian((seen - usual)[first]))
     phase = system.turned[k]
     assert phase is not None
     absolute = phase + turn
@@ -219,8 +234,9 @@ def _columns(
         "lag": (angle(delay, lag * 1.01 + 1e-4) - usual) / (lag * 0.01 + 1e-4),
         "gain": usual,
     }
-    offset = arm.offset[0] * forward + arm.offset[1] * up if np.isfinite(arm.deviation).all() else 0
-    return seen - usual - start - offset, columns
+    known = np.isfinite(arm.deviation).all()
+    offset = arm.offset[0] * forward + arm.offset[1] * up if known else 0.0
+    return seen, usual + start + offset, columns
 
 
 def _torque(system: Hopper, k: int, angle: Array) -> Array:

@@ -7,7 +7,7 @@ the forces that are no longer missing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -28,7 +28,7 @@ from workbench.fit import (
     fit_system,
     minimised,
 )
-from workbench.fit.estimator import REFUSED, ROBUST
+from workbench.fit.estimator import REFUSED, ROBUST, reaches
 from workbench.fit.fitting import refined
 from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.process import likeliest
@@ -102,17 +102,24 @@ class Fits:
         rules: of the diagnosis.
         tell: is told each stage.
         threads: 0 takes all cores.
+        left_out: numbers of runs that are not looked at.
     """
 
     def __init__(
-        self, rig: Rig, rules: Rules = RULES, tell: Progress = lambda text: None, threads: int = 0
+        self,
+        rig: Rig,
+        rules: Rules = RULES,
+        tell: Progress = lambda text: None,
+        threads: int = 0,
+        left_out: Collection[int] = (),
     ) -> None:
         self.rig, self.rules, self.tell, self.threads = rig, rules, tell, threads
-        runs = range(len(rig.roles))
+        runs = [k for k in range(len(rig.roles)) if k not in left_out]
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]
         self.candidates = {one.name: one for one in rig.candidates}
         self._held: Estimator | None = None
+        self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
@@ -122,6 +129,49 @@ class Fits:
             central=False,
         )
         return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
+
+    def lack(self, one: Hypothesis) -> float:
+        """Return the process noise that a hypothesis asks for, over what a whole model may."""
+        estimator, strong = one.estimator, one.estimator.system.strong
+        return max(
+            (q / (self.rules.lack * strong[group]) for group, q in estimator.noise.items()
+             if estimator.depends_on(group)), default=0.0,
+        )  # fmt: skip
+
+    def samples(self) -> int:
+        """Return how many samples the fitted runs have, of all channels."""
+        system = self.rig.system(self.train, self.rig.base)
+        return sum(int(np.isfinite(system.seen(k)).sum()) for k in range(len(self.train)))
+
+    def frees(self, name: str) -> bool:
+        """Tell whether a candidate frees numbers of the model, and adds none."""
+        return name in self.candidates and bool(self.candidates[name].frees)
+
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another, from those at rest; 1 if white.
+
+        With a memory m of one sample that is (1 + m) / (1 - m): what a sum scatters more.
+
+        Args:
+            channel: of the runs; all that are observed where left out.
+        """
+        return self.rig.repeats(channel)
+
+    def deviations(self, one: Hypothesis) -> dict[str, float]:
+        """Return the standard error of each parameter, scatter from second to second counted."""
+        if one.names not in self._deviations:
+            estimator = one.estimator
+            steps = reaches(one.jacobian) if len(one.jacobian) else None
+            slopes = estimator.jacobian(one.x, steps=steps, central=True)
+            near = _neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
+            moving = {p.name: not p.flat for p in estimator.vector.parameters}
+            spread = near.solved(moving).deviation
+            vector = estimator.vector
+            self._deviations[one.names] = {
+                p.name: abs(p.value(float(x + d)) - p.value(float(x - d))) / 2
+                for p, x, d in zip(vector.parameters, one.x, spread, strict=True)
+            }
+        return self._deviations[one.names]
 
     def promises(self, at: Hypothesis) -> list[Promise]:
         """Return what every candidate promises beside those of a hypothesis, greatest gain first."""

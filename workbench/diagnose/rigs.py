@@ -7,21 +7,74 @@ candidates. It offers some of its runs as a system that can be fitted.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
+from workbench.diagnose.extension import write_extension
+from workbench.diagnose.robot_faults import robot_faults
+from workbench.diagnose.rig import Fault
+from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
-from workbench.protocol import Document, ModelFile, ShapeFile
+from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
-__all__ = ["HopperRig", "Rig"]
+__all__ = ["Effects", "Facts", "Fault", "HopperRig", "Rig"]
 
+Array = NDArray[np.float64]
+Effects = Mapping[str, Mapping[str, tuple[float, float]]]
+"""Cause -> quantity -> value and standard error, SI."""
 
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
+_LEAST_REST = 30  # samples that tell of the noise's memory
+_MOST_MEMORY = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What was measured of one run.
+
+    Args:
+        name: of the run.
+        mode: what was done.
+        role: `train` or `held_out`.
+        channels: that are compared.
+        values: (n, c) of them, NaN where not seen.
+    """
+
+    name: str
+    mode: str
+    role: str
+    channels: tuple[str, ...]
+    values: Array
 
 
 class Rig(Protocol):
     """A mechanical system, its runs, and what may be other than its model says."""
+
+    @property
+    def name(self) -> str:
+        """Return what to call it."""
+        ...
+
+    @property
+    def source(self) -> Path:
+        """Return the file of the model."""
+        ...
+
+    @property
+    def facts(self) -> Sequence[Facts]:
+        """Return what was measured of each run."""
+        ...
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Return the names of the runs."""
+        ...
 
     @property
     def roles(self) -> Sequence[str]:
@@ -38,6 +91,18 @@ class Rig(Protocol):
         """Return what may explain a misfit."""
         ...
 
+    def faults(self) -> Sequence[Fault]:
+        """Return the runs that are not what they are said to be."""
+        ...
+
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another; 1 where it is white.
+
+        Args:
+            channel: of the runs; all that are observed where left out.
+        """
+        ...
+
     def system(
         self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None
     ) -> System:
@@ -47,6 +112,33 @@ class Rig(Protocol):
             runs: their numbers.
             parameters: of the model and of candidates that are fitted.
             like: a system of the same runs whose inputs are taken over.
+        """
+        ...
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> Rig:
+        """Write the model with other values and more effects, and return what is read back of it.
+
+        Args:
+            path: of the new file, without its ending.
+            values: of the model's own numbers, SI.
+            effects: that were found.
+            diagnosis: name of what they came from.
+        """
+        ...
+
+    def errors(
+        self, runs: Sequence[int], values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None, threads: int = 0,
+    ) -> Errors | None:  # fmt: skip
+        """Return how far some runs are from what the model predicts; None of none.
+
+        Args:
+            runs: their numbers.
+            values: of the model's own numbers, where they are not those of its file.
+            angles: of each run, how its drive turns [rad]; as it was seen where left out.
+            threads: 0 takes all cores.
         """
         ...
 
@@ -78,9 +170,39 @@ class HopperRig:
         }
 
     @property
+    def source(self) -> Path:
+        """Return the model file."""
+        return self.document.path
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the runs."""
+        return tuple(run.name for run in self.measured)
+
+    @property
     def roles(self) -> tuple[str, ...]:
         """Return the role of each run."""
         return tuple(run.role for run in self.measured)
+
+    @property
+    def facts(self) -> tuple[Facts, ...]:
+        """Return what was measured of each run."""
+        return tuple(self._facts(run) for run in self.measured)
+
+    def faults(self) -> list[Fault]:
+        """Return the runs that are not what they are said to be, as drive and bodies show."""
+        return robot_faults(replace(self.robot, planar=True), self.measured)
+
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another; of `Rig`."""
+        found = []
+        for run in self.measured:
+            rest = run.motion.between(-np.inf, 0.0)
+            for name in (channel,) if channel else run.places:
+                if name in rest and (memory := _memory(rest[name], rest.validity(name))) is not None:
+                    found.append(memory)
+        memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
+        return (1 + memory) / (1 - memory)
 
     def system(
         self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None
@@ -91,3 +213,42 @@ class HopperRig:
                 if one.name in self._quantities}  # fmt: skip
         turned = like.turned if isinstance(like, Hopper) else ()
         return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH)
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> HopperRig:
+        """Write the model with other values and more effects; of `Rig`."""
+        own = {name: value for name, value in values.items() if name in UNITS}
+        file = path.with_name(f"{path.name}.yaml")
+        written = write_extension(file, self.document, own, effects, diagnosis)
+        return HopperRig(self.measured, written, self.shape)
+
+    def errors(
+        self, runs: Sequence[int], values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None, threads: int = 0,
+    ) -> Errors | None:  # fmt: skip
+        """Return how far some runs are from what the model predicts; of `Rig`."""
+        if not runs:
+            return None
+        robot = replace(self.robot, values={**self.robot.values, **(values or {})})
+        turned = angles or [None] * len(runs)
+        return errors_of(robot, [self.measured[k] for k in runs], turned, threads)
+
+    @staticmethod
+    def _facts(run: MeasuredRun) -> Facts:
+        part = run.motion.select(run.channels)
+        values = np.where(part.valid, part.values, np.nan)
+        return Facts(run.name, run.mode, run.role, run.channels, values)
+
+
+def _memory(values: Array, valid: NDArray[np.bool_]) -> float | None:
+    """Return the correlation of neighbouring samples at rest; None where too few were seen."""
+    seen = np.where(valid, values, np.nan)
+    seen = seen - np.nanmedian(seen) if np.isfinite(seen).any() else seen
+    pairs = np.isfinite(seen[:-1]) & np.isfinite(seen[1:])
+    if pairs.sum() < _LEAST_REST:
+        return None
+    size = 1.4826 * float(np.median(np.abs(seen[np.isfinite(seen)])))
+    pairs &= (np.abs(seen[:-1]) < 5 * size) & (np.abs(seen[1:]) < 5 * size)
+    here, after = seen[:-1][pairs], seen[1:][pairs]
+    return float(here @ after / max(float(here @ here), 1e-300))

@@ -16,6 +16,7 @@ class Rules:
 
     Args:
         shortlist: candidates that are fitted in full.
+        seconds: candidates that are fitted beside the best.
         promising: share of the greatest promised gain that a candidate must promise for that.
         near: share of the best gain within which a candidate's process noise is weighed anew.
         worth: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
@@ -24,10 +25,12 @@ class Rules:
         sure: gain over its scatter, of a cause against none.
         apart: gain over its scatter, of a cause against another.
         explained: share of what is missing that a cause must explain to be all of it.
+        whole: of the noise, root mean square of a drive that lacks nothing.
         lack: of the strong process noise: what a model that lacks nothing may ask for.
     """
 
     shortlist: int = 5
+    seconds: int = 3
     promising: float = 0.1
     near: float = 0.5
     worth: float = 16.0
@@ -36,7 +39,8 @@ class Rules:
     sure: float = 2.0
     apart: float = 1.64
     explained: float = 0.5
-    lack: float = 0.11
+    whole: float = 1.15
+    lack: float = 0.5
 
 
 RULES = Rules()

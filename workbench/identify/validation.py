@@ -31,7 +31,7 @@ from workbench.motion import FOOT, position
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
-__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "first_slip", "validate"]
+__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "compared_s", "first_slip", "validate"]
 
 NOT_VALIDATED = (
     "nothing was validated: no run has role held_out; give one run of each kind that role and "
@@ -222,10 +222,16 @@ def first_slip(run: MeasuredRun) -> float:
     return float(times[stood][-1]) if stood.any() else 0.0
 
 
-def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunValidation:
+def compared_s(run: MeasuredRun) -> float:
+    """Return until when a run is compared with a free simulation [s]: a hop to its first hops."""
     window = float(run.motion.times[-1])
     if run.mode == "hop":
         window = min(window, _MOST_HOP_S, first_slip(run) + _AFTER_SLIP_S)
+    return window
+
+
+def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunValidation:
+    window = compared_s(run)
     part = replace(run, motion=run.motion.between(-np.inf, window))
     apart = [_distances(part, robot, threads) for robot in robots]
     system = Hopper(robots[0], [part])

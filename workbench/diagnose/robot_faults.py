@@ -1,0 +1,67 @@
+"""Runs of the hopping robot that are not what they are said to be, before anything is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.body_faults import Expected, body_faults
+from workbench.diagnose.drive_faults import drive_faults
+from workbench.diagnose.release_faults import release_faults
+from workbench.diagnose.rig import Fault
+from workbench.fit import MeasuredRun
+from workbench.motion import FOOT, position
+from workbench.sim import Condition, Robot, sample_times, simulate_all, staircase
+from workbench.sim.simulate import at_rest
+
+__all__ = ["robot_faults"]
+
+_HOPPED_S = 1.0  # of a hop, until a foot that is free has moved
+
+
+def robot_faults(robot: Robot, runs: Sequence[MeasuredRun]) -> list[Fault]:
+    """Return which runs are not what they are said to be.
+
+    Args:
+        robot: as stated.
+        runs: as measured.
+    """
+    drive = drive_faults(runs)
+    misdriven = {fault.run for fault in drive}
+    ways = _foot_ways(robot, runs, misdriven)
+    expected = [
+        Expected(_top(robot, run, run.pull), _top(robot, run, 0.0), ways.get(k, 0.0))
+        for k, run in enumerate(runs)
+    ]
+    bodies = body_faults(runs, expected)
+    told = {fault.run for fault in bodies}  # whose drive or release would only show the same again
+    releases = release_faults(runs, expected, [k for k in range(len(runs)) if k not in told])
+    return [*bodies, *(fault for fault in drive if fault.run not in told), *releases]
+
+
+def _top(robot: Robot, run: MeasuredRun, pull: float) -> NDArray[np.float64]:
+    """Return where T is before time zero, from the foot, (2,) [m]."""
+    still = Condition(run.mode, np.zeros(2), run.start_angle, pull=pull, height=run.height)
+    _, data = at_rest(robot, still)
+    return np.asarray((data.body("top").xpos - data.body("foot").xpos)[[0, 2]])
+
+
+def _foot_ways(
+    robot: Robot, runs: Sequence[MeasuredRun], misdriven: set[int]
+) -> dict[int, float]:
+    """Return the root mean square way of each hop's foot from its start [m]."""
+    times = sample_times(_HOPPED_S)
+    hops = {
+        k: Condition("hop", staircase(times, run.steps), run.start_angle)
+        for k, run in enumerate(runs) if run.mode == "hop" and k not in misdriven
+    }  # fmt: skip
+    paths = (
+        position(one.motion, FOOT)[:, [0, 2]]
+        for one in simulate_all([(robot, condition) for condition in hops.values()])
+    )
+    return {
+        k: float(np.sqrt(np.mean(np.sum((path - path[0]) ** 2, axis=1))))
+        for k, path in zip(hops, paths, strict=True)
+    }
