@@ -28,6 +28,7 @@ __all__ = [
     "wilson",
 ]
 
+_KINDS = ("NAMED", "SET", "PARTIAL", "NONE", "CLEAN", "DATA_FAULT")
 LATE = "LATE"
 """The bank's own verdict on a case that was not answered in time; it is never right."""
 
@@ -61,7 +62,7 @@ class Judged:
 
     Args:
         label: sealed until now.
-        verdict: NAMED, SET, NONE, CLEAN or DATA_FAULT; LATE where no answer came in time.
+        verdict: NAMED, SET, PARTIAL, NONE, CLEAN or DATA_FAULT; LATE where no answer came in time.
         causes: that the answer lists, best first.
         confidence: of the first cause, NaN where there is none.
         adequate: whether its causes make up for most of the misfit, None where not told.
@@ -120,7 +121,9 @@ class Judged:
     @property
     def names(self) -> bool:
         """Tell whether the answer gives the cause a name; a fault of the data may have one too."""
-        return self.verdict == "NAMED" or (self.verdict == "DATA_FAULT" and bool(self.causes))
+        return self.verdict in ("NAMED", "PARTIAL") or (
+            self.verdict == "DATA_FAULT" and bool(self.causes)
+        )
 
     @property
     def false_name(self) -> bool:
@@ -140,8 +143,8 @@ def judge(answer: Answer, label: Label, spent: Mapping[str, object] | None = Non
         ValueError: when the answer lacks its verdict or has none that there is.
     """
     verdict = answer.get("answer")
-    if verdict not in ("NAMED", "SET", "NONE", "CLEAN", "DATA_FAULT", LATE):
-        raise ValueError(f"answer {verdict!r} is none of NAMED, SET, NONE, CLEAN, DATA_FAULT")
+    if verdict not in (*_KINDS, LATE):
+        raise ValueError(f"answer {verdict!r} is none of {', '.join(_KINDS)}")
     causes = answer.get("causes") or []
     assert isinstance(causes, list)
     parameters = {
@@ -274,8 +277,9 @@ def _listed(one: Judged) -> bool:
 
 
 def _told_unknown(one: Judged) -> bool:
-    """Tell whether no cause is blamed, or a set that is said not to make up for the misfit."""
-    return one.verdict == "NONE" or (one.verdict == "SET" and one.adequate is False)
+    """Tell whether no cause is blamed, or some that are said not to make up for the misfit."""
+    unlike = one.verdict == "SET" and one.adequate is False
+    return one.verdict in ("NONE", "PARTIAL") or unlike
 
 
 def _parameter_errors(judged: Iterable[Judged]) -> list[float]:

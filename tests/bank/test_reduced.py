@@ -18,7 +18,8 @@ from benchmarks.bank.score import Judged, judge
 from benchmarks.bank.stored import read_made
 from benchmarks.bank.write import measured
 from tests.bank.reduced import CASES, FURTHER, SMALL_DRAW
-from workbench.diagnose import HopperRig, diagnose
+from workbench.diagnose.engine import diagnose
+from workbench.diagnose.rigs import HopperRig
 from workbench.protocol import load_model, load_shape
 
 REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
@@ -31,9 +32,9 @@ def answered(case: Case, folder: Path) -> tuple[Judged, str]:
     """Have the stored runs of a case diagnosed, and return the judged answer with its reason."""
     made = read_made(case)
     model, shape = load_model("thesis", Path()), load_shape("thesis-initial", Path())
-    rig = HopperRig(measured(made), model, shape.content, threads=1)
-    found = diagnose(rig, folder)
-    return judge(found.as_json(), made.label), found.answer.reason
+    rig = HopperRig(measured(made), model, shape.content)
+    found = diagnose(rig, folder, threads=1)
+    return judge(found.as_json(), made.label), found.reason
 
 
 def test_the_draw_has_all_kinds_of_cases_and_both_generators() -> None:

@@ -141,6 +141,9 @@ def decide(
     if best is base:
         return _without(base, told, samples, rules)
     words = " with ".join(best.names)
+    if rest > 1 and explained < rules.material:
+        reason = f"{_lacking(rest)}, and no known cause explains it; {words} would explain next to none"
+        return Part("NONE", base, (), rest, 0.0, reason, told)
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
         return Part("SET", best, alike, rest, explained,
@@ -194,10 +197,11 @@ def _without(
         reason = f"{names} may be there, but the runs do not agree on it"
         return Part("SET", alike[0], alike, left, 0.0, reason, compared)
     if left > 1:
-        reason = (
-            f"the model lacks {left:.2g} times the force that the cameras' noise accounts for, and "
-            "no known cause explains it"
-        )
+        reason = f"{_lacking(left)}, and no known cause explains it"
         return Part("NONE", base, (), left, 0.0, reason, compared)
     reason = "no force is missing above what the cameras' noise accounts for"
     return Part("CLEAN", base, (), left, 0.0, reason, compared)
+
+
+def _lacking(lack: float) -> str:
+    return f"the model lacks {lack:.2g} times what a whole one may"

@@ -24,7 +24,9 @@ class Rules:
         size: gain for each sample and channel, of a practical size: (0.12 noise deviations)^2.
         sure: gain over its scatter, of a cause against none.
         apart: gain over its scatter, of a cause against another.
-        explained: share of what is missing that a cause must explain to be all of it.
+        material: share of what is missing that a cause must explain to be listed, where more is
+            left than a whole model may lack.
+        explained: share that it must explain to be named there.
         whole: of the noise, root mean square of a drive that lacks nothing.
         lack: of the strong process noise: what a model that lacks nothing may ask for.
     """
@@ -38,6 +40,7 @@ class Rules:
     size: float = 0.0144
     sure: float = 2.0
     apart: float = 1.64
+    material: float = 0.2
     explained: float = 0.5
     whole: float = 1.15
     lack: float = 0.5

@@ -25,6 +25,7 @@ __all__ = ["Errors", "errors_of", "removed"]
 
 Array = NDArray[np.float64]
 
+_REMOVABLE = 1.05  # times the noise: below this the base leaves nothing to remove
 _AHEAD = ("0.1", "0.5", "2")
 
 
@@ -52,12 +53,12 @@ class Errors:
         return float(np.sqrt(np.mean(np.square(list(self.by_run.values())))))
 
 
-def removed(base: Errors, extended: Errors) -> float:
-    """Return the share of the removable error that an extension removes."""
-    removable = base.rmse - base.noise_floor
-    if removable <= 0:
-        return 0.0
-    return float(np.clip((base.rmse - extended.rmse) / removable, -1.0, 1.0))
+def removed(base: Errors, extended: Errors) -> float | None:
+    """Return the share of the removable error that an extension removes; None of next to none."""
+    if base.rmse < _REMOVABLE * base.noise_floor:
+        return None
+    share = (base.rmse - extended.rmse) / (base.rmse - base.noise_floor)
+    return float(np.clip(share, -1.0, 1.0))
 
 
 def errors_of(

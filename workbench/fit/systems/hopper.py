@@ -225,14 +225,15 @@ class Hopper:
         self, run: int, robot: Robot, view: View, values: Mapping[Parameter, float], coarse: bool
     ) -> Start:
         one, seen = self.runs[run], self._seen[run]
-        control, lead, start_angle = np.zeros(len(seen.seen)), 0.0, one.start_angle
+        radius, control, lead = robot.values["rotor_radius"], np.zeros(len(seen.seen)), 0.0
+        start_angle = float(view.true_angle(np.array(one.start_angle), radius))
         if run in self.late:
             late = values.get(self.late[run], 0.0)
             lead = float(one.motion.times[seen.first]) - late
         elif (turned := self.turned[run]) is not None:
             offset, slope = (values.get(p, 0.0) for p in self.phase[run])
             angle = turned + offset + slope * np.linspace(-1, 1, len(turned))
-            angle = view.true_angle(angle, robot.values["rotor_radius"])
+            angle = view.true_angle(angle, radius)
             control[:-1], start_angle = np.diff(angle) / self.sample_s, float(angle[0])
         height = one.height
         if run in self.height:

@@ -1,0 +1,85 @@
+"""The decision: what seconds that vote make of fitted hypotheses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from workbench.diagnose.decide import Scored, decide, versus
+from workbench.diagnose.rules import RULES
+
+SECONDS, SAMPLES = 40, 9600
+
+
+def scored(
+    *names: str, gain: float = 0.0, held: float | None = None, lack: float = 0.1, seed: int = 0,
+    scatter: float = 1.0,
+) -> Scored:  # fmt: skip
+    """A hypothesis that lowers the cost by so much, spread over all seconds."""
+    rng = np.random.default_rng([seed, len(names)])
+    blocks = np.full(SECONDS, -gain / SECONDS) + scatter * rng.normal(size=SECONDS)
+    blocks += (-gain - blocks.sum()) / SECONDS
+    there = gain / 4 if held is None else held
+    return Scored(names, 0.0, blocks, (np.full(10, -there / 10), np.full(10, -there / 10)), lack)
+
+
+BASE = scored(lack=20.0, scatter=0.0)
+
+
+def test_a_cause_that_all_seconds_prefer_is_named() -> None:
+    found = decide(BASE, [scored("a", gain=800), scored("b", gain=300, lack=20)], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("a",))
+    assert found.explained == pytest.approx(1 - (0.1 / 20) ** 2)
+    assert found.reason.startswith("a: every other cause leaves clearly more unexplained")
+
+
+def test_two_causes_that_explain_the_same_are_a_set() -> None:
+    alike = [scored("a", gain=800), scored("b", gain=798, seed=1)]
+    found = decide(BASE, alike, SAMPLES, RULES)
+    assert found.kind == "SET"
+    assert {name for one in found.alike for name in one.names} == {"a", "b"}
+    assert "cannot be told apart" in found.reason
+
+
+def test_what_runs_held_out_refuse_is_not_named() -> None:
+    found = decide(BASE, [scored("a", gain=800, held=-50)], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NONE", ())
+
+
+def test_a_gain_of_one_second_alone_is_no_cause() -> None:
+    one = scored("a", scatter=0.0)
+    blocks = one.blocks.copy()
+    blocks[3] = -800.0
+    lucky = Scored(("a",), 0.0, blocks, one.held, 0.1)
+    assert versus(lucky, BASE).sure < RULES.sure
+    assert decide(BASE, [lucky], SAMPLES, RULES).kind == "NONE"
+
+
+def test_a_gain_too_small_for_so_many_samples_leaves_a_whole_model_clean() -> None:
+    whole = scored(scatter=0.0)
+    little = scored("a", gain=0.5 * RULES.size * SAMPLES)
+    found = decide(whole, [little], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("CLEAN", ())
+
+
+def test_what_is_left_beside_a_cause_is_told() -> None:
+    part = decide(BASE, [scored("a", gain=800, lack=16)], SAMPLES, RULES)
+    assert part.kind == "PARTIAL"
+    assert "explains 36 % of what the model misses" in part.reason
+    none = decide(BASE, [scored("a", gain=800, lack=19)], SAMPLES, RULES)
+    assert none.kind == "NONE"
+    assert "a would explain next to none" in none.reason
+
+
+def test_a_pair_is_taken_where_it_adds_and_is_no_rival_of_its_other_order() -> None:
+    single, pair = scored("a", gain=800), scored("a", "b", gain=1600, seed=2)
+    found = decide(BASE, [single, pair], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("a", "b"))
+    less = scored("a", "b", gain=810, seed=2)
+    assert decide(BASE, [single, less], SAMPLES, RULES).best.names == ("a",)
+
+
+def test_noise_that_repeats_itself_counts_less() -> None:
+    one = scored("a", gain=800)
+    assert versus(one, BASE, 9.0).gain == pytest.approx(versus(one, BASE).gain / 9)
+    assert versus(one, BASE, 9.0).sure == pytest.approx(versus(one, BASE).sure)

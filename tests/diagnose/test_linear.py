@@ -1,0 +1,49 @@
+"""The neighbourhood: least cost and standard errors where residuals are straight."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from workbench.diagnose.linear import Linear, edges_of
+
+COUNT, TRUTH = 1200, 3.0
+EDGES = edges_of(COUNT, 1 / 120)
+
+
+def linear(memory: float = 0.0, seed: int = 0) -> Linear:
+    """Residuals of noise and of a cause of size 3 that a second, released number explains."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(size=COUNT)
+    for k in range(1, COUNT):
+        noise[k] = memory * noise[k - 1] + np.sqrt(1 - memory**2) * noise[k]
+    slopes = np.column_stack([np.ones(COUNT), np.sin(np.arange(COUNT) / 50)])
+    residuals = noise + slopes @ np.array([0.5, TRUTH])
+    own = np.zeros(2, dtype=np.bool_)
+    return Linear(("base", "cause"), own, np.zeros(2), residuals, -slopes, EDGES)
+
+
+def test_a_released_number_reaches_its_size_and_one_with_a_prior_is_drawn_to_it() -> None:
+    near = linear()
+    found = near.solved({"base": True, "cause": False})
+    assert found.x[1] == pytest.approx(TRUTH, abs=0.15)
+    assert found.cost < near.solved({"base": True}).cost - 1000
+    assert found.blocks.sum() + found.x[0] ** 2 == pytest.approx(found.cost)
+
+
+def test_what_does_not_move_stays() -> None:
+    held = linear().solved({"base": True})
+    assert held.x[1] == 0.0
+    assert held.deviation[1] == 0.0
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_errors_count_what_noise_remembers(memory: float) -> None:
+    every = [linear(memory, seed).solved({"base": True, "cause": False}) for seed in range(60)]
+    off = np.array([(one.x[1] - TRUTH) / one.deviation[1] for one in every])
+    assert 0.7 < off.std() < 1.5
+
+
+def test_a_second_is_a_block_and_a_short_run_has_four() -> None:
+    assert len(EDGES) - 1 == COUNT / 120
+    assert list(edges_of(100, 1 / 120)) == [0, 25, 50, 75, 100]
