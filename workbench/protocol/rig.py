@@ -11,7 +11,10 @@ from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
 
 __all__ = [
+    "ActuatorEffect",
+    "BodyEffect",
     "ChannelEffect",
+    "GravityEffect",
     "InputEffect",
     "JointEffect",
     "RigChannel",
@@ -22,13 +25,24 @@ __all__ = [
     "RigInput",
     "RigParameter",
     "RigRun",
+    "RigStart",
 ]
 
 RigField = Literal[
-    "stiffness", "damping", "frictionloss", "armature", "springref", "mass", "distance"
+    "stiffness",
+    "damping",
+    "frictionloss",
+    "armature",
+    "springref",
+    "mass",
+    "distance",
+    "gain",
+    "bias",
+    "gear",
 ]
-"""What may be other than the MJCF file says: five numbers of a joint, two of a body. A body's mass
-takes its inertia along; its distance is that of its frame from its parent's."""
+"""What may be other than the MJCF file says: five numbers of a joint, two of a body, three of an
+actuator. A body's mass takes its inertia along; its distance is that of its frame from its
+parent's. A position actuator's gain is its kp."""
 
 JointEffect = Literal[
     "stiffness",
@@ -39,11 +53,16 @@ JointEffect = Literal[
     "quadratic_damping",
     "cubic_damping",
     "coulomb_friction",
+    "armature",
 ]
+BodyEffect = Literal["mass", "inertia"]
+ActuatorEffect = Literal["gain", "bias"]
 ChannelEffect = Literal["offset", "gain", "delay"]
-InputEffect = Literal["offset", "gain", "delay"]
+InputEffect = Literal["offset", "gain", "delay", "lag"]
+GravityEffect = Literal["tilt_x", "tilt_y"]
 
-_BODY_FIELDS = ("mass", "distance")
+_OWNERS = {"mass": "body", "distance": "body"} | dict.fromkeys(("gain", "bias", "gear"), "actuator")
+"""Field -> whose it is; the others are a joint's."""
 
 Size = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -55,6 +74,7 @@ class RigParameter(Section):
 
     joint: str | None = None
     body: str | None = None
+    actuator: str | None = None
     field: RigField
     value: Number | None = None
     """In the unit stated; the MJCF file's own if absent."""
@@ -65,16 +85,28 @@ class RigParameter(Section):
 
     @model_validator(mode="after")
     def _one_owner(self) -> RigParameter:
-        owner = "body" if self.field in _BODY_FIELDS else "joint"
-        other = "joint" if owner == "body" else "body"
-        if getattr(self, owner) is None or getattr(self, other) is not None:
-            raise ValueError(f"field {self.field} is a {owner}'s; name the {owner} and no {other}")
+        kind = self.kind
+        named = [one for one in ("joint", "body", "actuator") if getattr(self, one) is not None]
+        if named != [kind]:
+            others = " and ".join(one for one in ("joint", "body", "actuator") if one != kind)
+            words = f"field {self.field} is {_article(kind)}'s; name the {kind} and no {others}"
+            raise ValueError(words)
         return self
 
     @property
+    def kind(self) -> Literal["joint", "body", "actuator"]:
+        """Return whose number it is."""
+        kind = _OWNERS.get(self.field)
+        return "body" if kind == "body" else "actuator" if kind == "actuator" else "joint"
+
+    @property
     def owner(self) -> str:
-        """Return the name of the joint or body."""
-        return str(self.body if self.joint is None else self.joint)
+        """Return the name of the joint, body or actuator."""
+        return str(getattr(self, self.kind))
+
+
+def _article(kind: str) -> str:
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
 
 
 class RigChannel(Section):
@@ -88,6 +120,8 @@ class RigChannel(Section):
     """Of the data; the channel's own name if absent."""
     scale: Number = 1.0
     """SI over the column's unit: 0.001 for a column in mm."""
+    noise: Size | None = None
+    """Standard deviation of its noise, SI; estimated from the data if absent."""
 
     @model_validator(mode="after")
     def _one_source(self) -> RigChannel:
@@ -113,11 +147,26 @@ class RigInput(Section):
     that holds its value does."""
 
 
+class RigStart(Section):
+    """Where a joint may be when a run starts, and how fast: for one that no channel measures."""
+
+    position: Number = 0.0
+    """[rad] or [m]."""
+    tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    """How far it may lie from that; 0: it is known."""
+    speed: Number = 0.0
+    """[rad/s] or [m/s]."""
+    speed_tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    """How far the speed may lie from that; 0: it is known."""
+
+
 class RigRun(Section):
-    """One file of data."""
+    """One file of data, or two where the inputs were recorded at another rate."""
 
     data: str
     """CSV or Parquet with a head line, path from the rig's folder."""
+    inputs: str | None = None
+    """File of the inputs with times of their own, of the same clock; `data` if absent."""
     name: str | None = None
     """The file's own name if absent."""
     mode: Name = "run"
@@ -125,18 +174,34 @@ class RigRun(Section):
     role: Role = "train"
     begins: Annotated[float, Quantity("time")] | None = None
     """Stamp at which the simulation begins; before it all is at rest. First sample if absent."""
-    start: dict[str, Number | Literal["held", "free"]] = {}
+    late: Annotated[float, Quantity("time")] | None = None
+    """How far `begins` may be off: the fit finds it. Exact if absent."""
+    start: dict[str, Number | Literal["held", "free"] | RigStart] = {}
     """Joint -> where it stands then [rad, m]. `held`: at rest where the data say; `free`: place and
-    speed as the data say; a joint that is not named is at rest where the MJCF file has it."""
+    speed as the data say; `{position, tolerance, speed, speed_tolerance}`: near that; a joint that
+    is not named is at rest where the MJCF file has it."""
+
+    @model_validator(mode="after")
+    def _one_time_zero(self) -> RigRun:
+        if self.late is None:
+            return self
+        if self.late <= 0:
+            raise ValueError("late is not above 0 s; leave it out where begins is exact")
+        if "free" in self.start.values():
+            raise ValueError("late goes with a start at rest; a free start has no other time zero")
+        return self
 
 
 class RigEffects(Section):
     """Which causes come into question, each with how large it may well be, SI."""
 
     joints: dict[str, dict[JointEffect, Size]] = {}
-    bodies: dict[str, dict[Literal["mass"], Size]] = {}
+    bodies: dict[str, dict[BodyEffect, Size]] = {}
+    actuators: dict[str, dict[ActuatorEffect, Size]] = {}
     channels: dict[str, dict[ChannelEffect, Size]] = {}
     inputs: dict[str, dict[InputEffect, Size]] = {}
+    gravity: dict[GravityEffect, Size] = {}
+    """How the model's vertical may lie off the machine's [rad], about x or y."""
 
 
 class RigFound(Section):
@@ -145,7 +210,9 @@ class RigFound(Section):
     cause: str
     """Owner and effect: `pivot_coulomb_friction`."""
     parameters: dict[str, Number]
-    """Quantity -> value, SI."""
+    """Quantity -> value, SI. A number of the MJCF file is given whole, under its name
+    (`frictionloss`); `k`, `k2`, `k3`, `shift`, `d`, `d2`, `d3`, `friction` and `mass`, of older
+    files, are added to it."""
     standard_errors: dict[str, Annotated[float, Field(ge=0)]] = {}
     diagnosis: str | None = None
     """The diagnosis it came from."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
@@ -27,7 +28,14 @@ from workbench.fit.systems.mjcf_model import (
     names_of,
     require_hinges_and_slides,
 )
-from workbench.fit.systems.mjcf_parameters import Edit, Free, explicit_inertias, owner_of, parameter
+from workbench.fit.systems.mjcf_parameters import (
+    Edit,
+    Free,
+    compiled,
+    explicit_inertias,
+    owner_of,
+    parameter,
+)
 from workbench.fit.systems.mjcf_runs import (
     Channel,
     Input,
@@ -75,6 +83,8 @@ class MjcfSystem:
         per_joint: whether each joint has a process noise of its own; else hinges share one, and
             slides another.
         modes: that are corrected, at most.
+        given: field and owner -> value, where it is other than the file's or, of inputs and
+            channels, other than zero; what is fitted begins there.
 
     Raises:
         InputError: for a model with ball or free joints, for a name that it does not have, and for
@@ -90,16 +100,25 @@ class MjcfSystem:
         free: Sequence[Free] = (),
         per_joint: bool = False,
         modes: int = _MODES,
+        given: Mapping[Edit, float] = MappingProxyType({}),
     ) -> None:
         self.spec, self.model = explicit_inertias(spec)
+        self.given = dict(given)
         require_hinges_and_slides(self.model)
         self.channels, self.inputs, self.runs = tuple(channels), tuple(inputs), tuple(runs)
         self.free, self.per_joint, self.most_modes = tuple(free), per_joint, modes
         self.sample_s = common_sample(self.runs)
         self._check_names()
+        for edit, value in self.given.items():
+            edit.apply(self.spec, value)
+        self.model = compiled(self.spec) if self.given else self.model
         self.edits: dict[Parameter, Edit] = dict(
-            parameter(self.spec, one, self._turns(owner_of(one), one.owner)) for one in self.free
-        )
+            parameter(
+                self.spec, one, self._turns(owner_of(one), one.owner),
+                self.given.get(Edit(one.field, one.owner), 0.0),
+            )
+            for one in self.free
+        )  # fmt: skip
         self._of_edit = {edit: p for p, edit in self.edits.items()}
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
@@ -144,7 +163,7 @@ class MjcfSystem:
     def freeing(self, free: Sequence[Free]) -> MjcfSystem:
         """Return the system with other numbers to be fitted."""
         return MjcfSystem(self.spec, self.channels, self.runs, self.inputs, free, self.per_joint,
-                          self.most_modes)  # fmt: skip
+                          self.most_modes, self.given)  # fmt: skip
 
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
@@ -283,9 +302,10 @@ class MjcfSystem:
         return control
 
     def _number(self, key: str, owner: str, values: Mapping[Parameter, float]) -> float:
-        """Return the value of a field that is no part of the spec, zero where it is not fitted."""
-        found = self._of_edit.get(Edit(key, owner))
-        return 0.0 if found is None else values.get(found, found.nominal)
+        """Return the value of a field that is no part of the spec."""
+        edit = Edit(key, owner)
+        found = self._of_edit.get(edit)
+        return self.given.get(edit, 0.0) if found is None else values.get(found, found.nominal)
 
     def _observation(self, model: mujoco.MjModel, values: Mapping[Parameter, float]) -> Observation:
         """Return what the channels see; a delayed position is that minus delay times speed."""
@@ -368,13 +388,14 @@ class MjcfSystem:
         wanted = [(c.of if c.of in have else "joint", c.owner) for c in self.channels]
         wanted += [("actuator", i.actuator) for i in self.inputs]
         wanted += [("joint", joint) for run in self.runs for joint in run.start]
-        wanted += [(owner_of(one), one.owner) for one in self.free]
+        asked = [*self.free, *(Free(one.key, one.owner, 0.0) for one in self.given)]
+        wanted += [(owner_of(one), one.owner) for one in asked]
         for kind, name in wanted:
             if name not in have[kind]:
                 there = ", ".join(have[kind]) or "none with a name"
                 hint = did_you_mean(name, have[kind])
                 raise InputError(f"there is no {kind} {name!r}{hint}; there are {there}")
-        late = {one.owner for one in self.free if one.field == "delay"}
+        late = {one.owner for one in asked if one.field == "delay"}
         for channel in self.channels:
             if channel.name in late and channel.of != "position":
                 raise InputError(

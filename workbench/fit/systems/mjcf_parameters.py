@@ -17,7 +17,16 @@ import numpy as np
 from workbench.errors import InputError, did_you_mean
 from workbench.fit.parameters import Acts, Parameter, Scope
 
-__all__ = ["FIELDS", "Edit", "Field", "Free", "explicit_inertias", "owner_of", "parameter"]
+__all__ = [
+    "FIELDS",
+    "Edit",
+    "Field",
+    "Free",
+    "compiled",
+    "explicit_inertias",
+    "owner_of",
+    "parameter",
+]
 
 Owner = Literal["body", "joint", "actuator", "gravity", "input", "channel"]
 Read = Callable[[mujoco.MjSpec, str], float]
@@ -26,6 +35,7 @@ Write = Callable[[mujoco.MjSpec, str, float], None]
 _STEEP = 1e3  # a positive number stays within a thousandth and a thousand times its nominal value
 _LEAST_SHARE = -0.99
 _DEFAULT_SOLREF = (0.02, 1.0)
+_OUTSIDE = (Acts.DRIVE, Acts.OBSERVATION)  # what no spec has
 
 
 @dataclass(frozen=True)
@@ -290,13 +300,28 @@ def explicit_inertias(spec: mujoco.MjSpec) -> tuple[mujoco.MjSpec, mujoco.MjMode
         raise InputError(f"{spec.modelname}: MuJoCo refuses it: {error}") from None
 
 
-def parameter(spec: mujoco.MjSpec, free: Free, hinge: bool) -> tuple[Parameter, Edit]:
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Return the model of a spec.
+
+    Raises:
+        InputError: when MuJoCo refuses it.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise InputError(f"{spec.modelname}: MuJoCo refuses it: {error}") from None
+
+
+def parameter(
+    spec: mujoco.MjSpec, free: Free, hinge: bool, given: float = 0.0
+) -> tuple[Parameter, Edit]:
     """Return a parameter at its nominal value, and what it edits.
 
     Args:
         spec: with explicit inertias.
         free: what is asked; its field and owner exist.
         hinge: whether the joint that it concerns is a hinge, for the unit.
+        given: nominal value of a number of an input or a channel, which no spec has.
 
     Raises:
         InputError: for a friction that the model's options switch off.
@@ -308,7 +333,7 @@ def parameter(spec: mujoco.MjSpec, free: Free, hinge: bool) -> tuple[Parameter, 
             f"{free.owner} {free.field}: the model's options disable constraints or frictionloss, "
             "and MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
-    nominal = field.read(spec, free.owner)
+    nominal = given if field.acts in _OUTSIDE else field.read(spec, free.owner)
     positive = nominal > 0 and field.low == 0
     low, high = (nominal / _STEEP, nominal * _STEEP) if positive else (field.low, np.inf)
     unit = field.unit.replace("F", "N m" if hinge else "N").replace("L", "rad" if hinge else "m")
