@@ -8,8 +8,9 @@ import pytest
 from workbench.fit.correction import correct
 
 
+@pytest.mark.parametrize("late", [0.0, 0.2])
 @pytest.mark.parametrize("missing", [(), (1,)])
-def test_places_joints_and_rates_correct_the_state_as_kalman_says(missing):
+def test_places_joints_and_rates_correct_the_state_as_kalman_says(missing, late):
     rng = np.random.default_rng(5)
     channels, dofs, modes = 3, 4, 2
     seen, bias = rng.normal(size=(2, channels))
@@ -21,18 +22,21 @@ def test_places_joints_and_rates_correct_the_state_as_kalman_says(missing):
     root = rng.normal(size=(2 * modes, 2 * modes))
     covariance = root @ root.T
     qpos, qvel = rng.normal(size=(2, dofs))
-    at, rates = qpos.copy(), qvel.copy()
+    at, rates, delay = qpos.copy(), qvel.copy(), np.array([0.0, 0.0, late])
     innovation, white = np.empty((2, 1, channels))
     information, slopes = np.empty(1), np.empty((1, channels, modes))
     correct(
         seen[None], points[None], jacobian[None], mix[None], pick[None], pick_rate[None],
-        bias[None], basis[None], covariance[None], noise[None], np.zeros(0, dtype=np.int64),
-        qpos[None], qvel[None], np.zeros((1, 0)), innovation, white, information, slopes,
+        bias[None], delay[None], basis[None], covariance[None], noise[None],
+        np.zeros(0, dtype=np.int64), qpos[None], qvel[None], np.zeros((1, 0)), innovation, white,
+        information, slopes,
     )  # fmt: skip
 
     kept = [c for c in range(channels) if c not in missing]
-    h = np.hstack([(mix @ jacobian + pick) @ basis, pick_rate @ basis])[kept]
-    error = (seen - mix @ points[0] - pick @ at - pick_rate @ rates - bias)[kept]
+    slope = mix @ jacobian + pick
+    rate = pick_rate - delay[:, None] * slope
+    h = np.hstack([slope @ basis, rate @ basis])[kept]
+    error = (seen - mix @ points[0] - pick @ at - rate @ rates - bias)[kept]
     spread = h @ covariance @ h.T + np.diag(noise[kept])
     change = covariance @ h.T @ np.linalg.solve(spread, error)
     assert innovation[0, kept] == pytest.approx(error)

@@ -14,7 +14,7 @@ from tests.fit.recovery import fitted, noise_like, ratios
 from workbench.errors import InputError
 from workbench.fit.parameters import Acts, Scope
 from workbench.fit.systems.mjcf import SLIDES, MjcfSystem
-from workbench.fit.systems.mjcf_parameters import FIELDS, Free, explicit_inertias, parameter
+from workbench.fit.systems.mjcf_parameters import FIELDS, Edit, Free, explicit_inertias, parameter
 from workbench.fit.systems.mjcf_runs import Channel, Input, JointStart, MjcfRun
 
 Array = NDArray[np.float64]
@@ -222,9 +222,32 @@ def test_dry_friction_needs_constraints():
         parameter(spec, Free("frictionloss", "rail", 0.1), hinge=False)
 
 
-def test_a_place_has_no_delay_of_its_own():
+def test_a_place_in_the_world_may_be_seen_late_and_a_speed_not():
     spec = mujoco.MjSpec.from_string(CART)
-    run = MjcfRun("run", TIMES, np.zeros((len(TIMES), 1)))
-    channels = [Channel("x", "body", "cart", axis=(1, 0, 0), sigma=1e-4)]
-    with pytest.raises(InputError, match="channel x: only that of a joint's position"):
-        MjcfSystem(spec, channels, [run], free=[Free("delay", "x", 0.01)])
+    places = np.interp(TIMES - 0.003, TIMES, moved())
+    values = places + noise_like(places, PLACE_NOISE, np.random.default_rng(3))
+    run = MjcfRun("run", TIMES, values[:, None], {}, STAMPS, sweep(STAMPS)[:, None])
+    x = Channel("x", "body", "cart", axis=(1, 0, 0), sigma=PLACE_NOISE)
+    free, force = [Free("delay", "x", 0.005)], [Input("force", "coil")]
+    found, _, _ = fitted(MjcfSystem(spec, [x], [run], force, free), {SLIDES: 3e-4})
+    assert found["x delay"] == pytest.approx(0.003, abs=2e-4)
+    speed = Channel("x", "speed", "rail", sigma=1e-4)
+    with pytest.raises(InputError, match="channel x: only that of a place can have a fitted delay"):
+        MjcfSystem(spec, [speed], [run], force, free)
+
+
+def test_what_is_given_is_in_the_model_and_where_a_fit_begins():
+    """A mechanism with given numbers is the one whose file has them."""
+    spec, places = mujoco.MjSpec.from_string(CART), moved()
+    run = MjcfRun("run", TIMES, places[:, None], {}, STAMPS, sweep(STAMPS)[:, None])
+    channels = [Channel("place", "position", "rail", sigma=PLACE_NOISE)]
+    given = {Edit("stiffness", "rail"): 44.0, Edit("input_delay", "force"): 0.01}
+    free = [Free("stiffness", "rail", 4), Free("input_delay", "force", 0.01)]
+    system = MjcfSystem(spec, channels, [run], [Input("force", "coil")], free, given=given)
+    assert [one.nominal for one in system.parameters] == [44.0, 0.01]
+    held = system.freeing([]).start(0, {}, coarse=False)
+    moved_there = cart(places, free).start(
+        0, dict(zip(cart(places, free).parameters, (44.0, 0.01), strict=True)), coarse=False
+    )
+    assert held.model.jnt_stiffness == pytest.approx(moved_there.model.jnt_stiffness)
+    assert held.control == pytest.approx(moved_there.control)

@@ -81,7 +81,7 @@ def translations(
 @numba.njit(cache=True, nogil=True)
 def correct(
     seen: Array, points: Array, jacobian: Array,
-    mix: Array, pick: Array, pick_rate: Array, bias: Array,
+    mix: Array, pick: Array, pick_rate: Array, bias: Array, delay: Array,
     basis: Array, covariance: Array, noise: Array, follow: NDArray[np.int64],
     qpos: Array, qvel: Array, userdata: Array,
     innovation: Array, white: Array, information: Array, slopes: Array,
@@ -96,6 +96,7 @@ def correct(
         pick: (s, c, nq) from joints to channels.
         pick_rate: (s, c, nv) from the joints' rates to channels.
         bias: (s, c) added to the channels.
+        delay: (s, c) by which the channels show places late [s].
         basis: (s, nv, m) modes.
         covariance: (s, 2 m, 2 m) before the sample.
         noise: (s, c) variance of the channels.
@@ -106,7 +107,8 @@ def correct(
         innovation: (s, c) written: measured less predicted, NaN where not seen.
         white: (s, c) written: L^-1 e with L L' = S, zero where not seen.
         information: (s,) written: log det S of the channels seen.
-        slopes: (s, c, m) written: H of the coordinates; that of their rates is pick_rate basis.
+        slopes: (s, c, m) written: H of the coordinates; that of their rates is pick_rate basis
+            less delay times it.
     """
     count, channels = seen.shape
     modes = basis.shape[2]
@@ -123,7 +125,6 @@ def correct(
                 value += pick[s, c, i] * qpos[s, i]
             for d in range(dofs):
                 value += pick_rate[s, c, d] * qvel[s, d]
-            innovation[s, c] = seen[s, c] - value
             for d in range(dofs):
                 row[d] = pick[s, c, d]
             for i in range(spots):
@@ -131,12 +132,15 @@ def correct(
                 if weight != 0.0:
                     for d in range(dofs):
                         row[d] += weight * jacobian[s, i, d]
+            for d in range(dofs):
+                value -= delay[s, c] * row[d] * qvel[s, d]
+            innovation[s, c] = seen[s, c] - value
             for m in range(modes):
                 total, rate = 0.0, 0.0
                 for d in range(dofs):
                     total += row[d] * basis[s, d, m]
                     rate += pick_rate[s, c, d] * basis[s, d, m]
-                slopes[s, c, m], rates[c, m] = total, rate
+                slopes[s, c, m], rates[c, m] = total, rate - delay[s, c] * total
         for c in range(channels):
             for a in range(width):
                 total = 0.0

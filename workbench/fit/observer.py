@@ -37,7 +37,7 @@ _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 class Observation:
     """What is seen of a state, x the places of points on bodies.
 
-        y = mix x + pick qpos + pick_rate qvel + bias
+        y = p + pick_rate qvel + bias - delay dp/dt,   p = mix x + pick qpos
 
     Args:
         bodies: (p,) of the points.
@@ -46,6 +46,7 @@ class Observation:
         pick: (c, nq).
         bias: (c,).
         pick_rate: (c, nv); None where no rate is seen.
+        delay: (c,) [s]; None where nothing is seen late.
     """
 
     bodies: NDArray[np.int64]
@@ -54,6 +55,7 @@ class Observation:
     pick: Array
     bias: Array
     pick_rate: Array | None = None
+    delay: Array | None = None
 
     def of(self, data: mujoco.MjData) -> Array:
         """Return what is seen of a state without rates, (c,)."""
@@ -65,6 +67,11 @@ class Observation:
     def rates(self) -> Array:
         """Return pick_rate, zeros where no rate is seen, (c, nv)."""
         return np.zeros_like(self.pick) if self.pick_rate is None else self.pick_rate
+
+    @property
+    def delays(self) -> Array:
+        """Return delay, zeros where nothing is seen late, (c,)."""
+        return np.zeros(len(self.bias)) if self.delay is None else self.delay
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +133,7 @@ class Innovations:
         white: (n, c) L^-1 error with L L' = S; zero where not seen.
         information: (n,) log det S.
         slopes: (n, c, m) derivative of the channels by the modes' coordinates.
-        rates: (c, m) the same by the coordinates' rates.
+        rates: (n, c, m) the same by the coordinates' rates.
         qpos: (n, nq) before each correction; empty unless kept.
         qvel: (n, nv) the same.
         sane: samples before the numbers blew up.
@@ -179,9 +186,9 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
     bodies = jobs[0].observation.bodies
-    offsets, mix, pick, pick_rate, bias = (
+    offsets, mix, pick, pick_rate, bias, delay = (
         np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
-        for name in ("offsets", "mix", "pick", "rates", "bias")
+        for name in ("offsets", "mix", "pick", "rates", "bias", "delays")
     )
     basis, covariance, noise = (
         np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
@@ -211,13 +218,13 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
         if keep:
             kept[0][k], kept[1][k] = qpos, qvel
         correct(
-            seen[:, k], points, jacobian, mix, pick, pick_rate, bias, basis, covariance, noise,
-            follow, qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
+            seen[:, k], points, jacobian, mix, pick, pick_rate, bias, delay, basis, covariance,
+            noise, follow, qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
         )  # fmt: skip
     return [
         Innovations(
             *(part[: len(job.seen), row] for part in (error, white, information, slopes)),
-            rates=pick_rate[row] @ basis[row],
+            rates=pick_rate[row] @ basis[row] - delay[row][:, None] * slopes[: len(job.seen), row],
             qpos=kept[0][: len(job.seen), row],
             qvel=kept[1][: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),

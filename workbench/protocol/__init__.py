@@ -38,6 +38,7 @@ from workbench.protocol.rig import (
     RigInput,
     RigParameter,
     RigRun,
+    RigStart,
 )
 from workbench.protocol.section import Section
 from workbench.protocol.shape import ShapeFile
@@ -92,6 +93,7 @@ __all__ = [
     "RigInput",
     "RigParameter",
     "RigRun",
+    "RigStart",
     "Role",
     "Section",
     "ShapeFile",

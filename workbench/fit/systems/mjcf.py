@@ -209,12 +209,13 @@ class MjcfSystem:
             jacobian = np.empty((3, model.nv))
             mujoco.mj_jac(model, data, jacobian, None, point, int(body))
             blocks.append(jacobian)
+        slopes = (observation.mix @ np.vstack(blocks) + observation.pick) @ basis
         return Modes(
             basis,
             basis.T @ stiffness @ basis,
             basis.T @ damping @ basis,
-            (observation.mix @ np.vstack(blocks) + observation.pick) @ basis,
-            observation.rates @ basis,
+            slopes,
+            observation.rates @ basis - observation.delays[:, None] * slopes,
         )
 
     def refined(self, qpos: Sequence[Array]) -> MjcfSystem:
@@ -308,7 +309,7 @@ class MjcfSystem:
         return self.given.get(edit, 0.0) if found is None else values.get(found, found.nominal)
 
     def _observation(self, model: mujoco.MjModel, values: Mapping[Parameter, float]) -> Observation:
-        """Return what the channels see; a delayed position is that minus delay times speed."""
+        """Return what the channels see."""
         count, places = len(self.channels), [c for c in self.channels if c.of in ("site", "body")]
         points = list(dict.fromkeys((c.of, c.owner) for c in places))
         bodies, offsets = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
@@ -319,10 +320,11 @@ class MjcfSystem:
                 site = model.site(owner)
                 bodies[p], offsets[p] = site.bodyid[0], site.pos
         mix, pick = np.zeros((count, 3 * len(points))), np.zeros((count, model.nq))
-        rate, bias = np.zeros((count, model.nv)), np.zeros(count)
+        rate, bias, late = np.zeros((count, model.nv)), np.zeros(count), np.zeros(count)
         for c, channel in enumerate(self.channels):
             scale = 1 + self._number("scale", channel.name, values)
             bias[c] = self._number("offset", channel.name, values)
+            late[c] = self._number("delay", channel.name, values)
             if channel.of in ("site", "body"):
                 p = points.index((channel.of, channel.owner))
                 mix[c, 3 * p : 3 * p + 3] = scale * np.array(channel.axis)
@@ -330,10 +332,9 @@ class MjcfSystem:
             dof = int(model.joint(channel.owner).dofadr[0])
             if channel.of == "position":
                 pick[c, dof] = scale
-                rate[c, dof] = -scale * self._number("delay", channel.name, values)
             else:
                 rate[c, dof] = scale
-        return Observation(bodies, offsets, mix, pick, bias, rate)
+        return Observation(bodies, offsets, mix, pick, bias, rate, late)
 
     def _run_parameters(self, run: int) -> _RunParameters:
         one = self.runs[run]
@@ -397,10 +398,10 @@ class MjcfSystem:
                 raise InputError(f"there is no {kind} {name!r}{hint}; there are {there}")
         late = {one.owner for one in asked if one.field == "delay"}
         for channel in self.channels:
-            if channel.name in late and channel.of != "position":
+            if channel.name in late and channel.of == "speed":
                 raise InputError(
-                    f"channel {channel.name}: only that of a joint's position can have a fitted "
-                    "delay; one that all channels share is the opposite of an input_delay"
+                    f"channel {channel.name}: only that of a place can have a fitted delay, not "
+                    "that of a speed; one that all channels share is the opposite of an input_delay"
                 )
         for run in self.runs:
             shapes = run.values.shape, run.inputs.shape

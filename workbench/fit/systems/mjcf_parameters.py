@@ -334,7 +334,10 @@ def parameter(
             "and MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
     nominal = given if field.acts in _OUTSIDE else field.read(spec, free.owner)
-    positive = nominal > 0 and field.low == 0
+    near_zero = (
+        field.owner != "body" and free.deviation >= nominal
+    )  # in logarithms it never gets there
+    positive = nominal > 0 and field.low == 0 and not near_zero
     low, high = (nominal / _STEEP, nominal * _STEEP) if positive else (field.low, np.inf)
     unit = field.unit.replace("F", "N m" if hinge else "N").replace("L", "rad" if hinge else "m")
     name = f"{free.owner} {free.field}".strip()
