@@ -1,0 +1,140 @@
+"""Whether what a rig file names is in its model, each fault told at line and column."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+import mujoco
+
+from workbench.diagnose.mechanism_causes import Asked, Section, asked
+from workbench.errors import FileFault, FileFaults, did_you_mean
+from workbench.fit.systems.mjcf_model import Kind, names_of
+from workbench.fit.systems.mjcf_parameters import FIELDS
+from workbench.protocol import Document, RigFile
+from workbench.protocol.files import Location
+
+__all__ = ["require_names"]
+
+_KINDS: dict[Section, Kind] = {"joints": "joint", "bodies": "body", "actuators": "actuator"}
+_COUNTS: dict[Kind, str] = {"joint": "njnt", "body": "nbody", "site": "nsite", "actuator": "nu"}
+_ARMATURE = {"N m s^2/rad": "kg m^2", "N s^2/m": "kg"}
+_OFF = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT) | int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS)
+
+
+def require_names(file: Document[RigFile], model: mujoco.MjModel) -> None:
+    """Look up every name of a rig file, and what only the model tells of it.
+
+    Raises:
+        FileFaults: with all that is not there, and the names that are.
+    """
+    unknown = list(_unknown(file, model))
+    if unknown:
+        raise FileFaults(unknown)
+    faults = [*_units(file, model), *_starts(file), *_effects(file, model)]
+    if faults:
+        raise FileFaults(faults)
+
+
+def _unknown(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
+    """Yield the names that the model, the channels or the inputs do not have."""
+    content = file.content
+    for kind, name, location in _named(content):
+        known = names_of(model, kind)
+        if name not in known:
+            there = f"it has {', '.join(known)}"
+            if not known:
+                there = f"none of its {getattr(model, _COUNTS[kind])} has a name"
+            hint = did_you_mean(name, known)
+            yield file.fault(location, f"the model has no {kind} {name!r}{hint}; {there}")
+    for section, known in (("channels", content.channels), ("inputs", content.inputs)):
+        for name in getattr(content.effects, section):
+            if name not in known:
+                words = f"no {section[:-1]} {name!r}{did_you_mean(name, known)}"
+                yield file.fault(("effects", section, name), words)
+
+
+def _named(content: RigFile) -> Iterator[tuple[Kind, str, Location]]:
+    """Yield every name of the model that a file uses, and where."""
+    for k, parameter in enumerate(content.parameters):
+        yield parameter.kind, parameter.owner, ("parameters", k, parameter.kind)
+    for name, channel in content.channels.items():
+        if channel.joint is not None:
+            yield "joint", channel.joint, ("channels", name, "joint")
+        if channel.site is not None:
+            yield "site", channel.site, ("channels", name, "site")
+    for name, given in content.inputs.items():
+        yield "actuator", given.actuator, ("inputs", name, "actuator")
+    for k, run in enumerate(content.runs):
+        for joint in run.start:
+            yield "joint", joint, ("runs", k, "start", joint)
+    for section, kind in _KINDS.items():
+        for owner in getattr(content.effects, section):
+            yield kind, owner, ("effects", section, owner)
+
+
+def _units(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
+    """Yield the units that are not those of the model's joints."""
+    for k, parameter in enumerate(file.content.parameters):
+        wanted = [_unit(model, parameter.kind, parameter.owner, parameter.field)]
+        if parameter.field == "armature":
+            wanted.insert(0, _ARMATURE[wanted[0]])
+        if parameter.unit not in wanted:
+            words = f"unit: {parameter.field} of {parameter.owner} is in {wanted[0]!r}, not "
+            yield file.fault(("parameters", k, "unit"), f"{words}{parameter.unit!r}")
+
+
+def _unit(model: mujoco.MjModel, kind: str, owner: str, field: str) -> str:
+    joint = 0
+    if kind == "joint":
+        joint = model.joint(owner).id
+    elif kind == "actuator":
+        joint = int(model.actuator(owner).trnid[0])
+    hinge = kind != "body" and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+    unit = FIELDS[field].unit
+    return unit.replace("F", "N m" if hinge else "N").replace("L", "rad" if hinge else "m")
+
+
+def _starts(file: Document[RigFile]) -> Iterator[FileFault]:
+    """Yield the starts that no channel tells."""
+    channels = file.content.channels.values()
+    followed = {one.joint for one in channels if one.quantity == "position"}
+    for k, run in enumerate(file.content.runs):
+        for joint, start in run.start.items():
+            if isinstance(start, str) and joint not in followed:
+                words = (
+                    f"start: {joint} begins {start!r}, but no channel measures its position; "
+                    "give the place as a number, or as {position, tolerance, speed, "
+                    "speed_tolerance}"
+                )
+                yield file.fault(("runs", k, "start", joint), words)
+
+
+def _effects(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
+    """Yield the effects that the model or the channels do not allow."""
+    content, every = file.content, list(asked(file.content))
+    often = Counter(one.name for one in every)
+    for one in every:
+        place: Location = ("effects", one.section, one.owner, one.effect)
+        place = ("effects", one.section, one.effect) if one.section == "gravity" else place
+        words = _refusal(one, content, model)
+        if words is None and often[one.name] > 1:
+            words = f"two causes are called {one.name}; rename the channel or the input"
+        if words is not None:
+            yield file.fault(place, words)
+
+
+def _refusal(one: Asked, content: RigFile, model: mujoco.MjModel) -> str | None:
+    if one.kind.field == "frictionloss" and int(model.opt.disableflags) & _OFF:
+        return (
+            "coulomb_friction: the model's options disable constraints or frictionloss, and "
+            "MuJoCo's dry friction is a constraint; enable them in the MJCF file"
+        )
+    if one.section == "channels" and one.effect == "delay":
+        channel = content.channels[one.owner]
+        if channel.quantity != "position":
+            return (
+                "delay: only a channel of a place can have one; a delay that all channels share "
+                "is the opposite of an input's"
+            )
+    return None
