@@ -84,8 +84,9 @@ def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
     if len(stamps) < _LEAST:
         raise InputError(f"{table.path}: {len(stamps)} samples; a run needs at least {_LEAST}")
     require_even(table, stamps)
-    begins = float(stamps[0]) if run.begins is None else run.begins
-    if not stamps[0] <= begins <= stamps[-1]:
+    even = _even(stamps)
+    begins = float(even[0]) if run.begins is None else run.begins
+    if run.begins is not None and not stamps[0] <= begins <= stamps[-1]:
         words = f"begins: {begins:g} s is not within {stamps[0]:g} and {stamps[-1]:g} s of "
         raise FileFaults([file.fault(("runs", k, "begins"), f"{words}{table.path}")])
     input_times = given.clock(content.time)
@@ -96,7 +97,6 @@ def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
         [np.zeros((len(input_times), 0))]
         + [given.known(acted[name]) * one.scale for name, one in content.inputs.items()]
     )
-    even = np.linspace(stamps[0], stamps[-1], len(stamps))
     if "free" in run.start.values():  # it starts where it is first seen
         begins = float(even[np.argmax(even >= begins - _UNEVEN * (even[1] - even[0]))])
     input_times, inputs = _finer(content.inputs, input_times - begins, inputs)
@@ -239,6 +239,12 @@ def _require(
     ]
     if faults:
         raise FileFaults(faults)
+
+
+def _even(stamps: Array) -> Array:
+    """Return the even clock nearest to stamps, (n,) [s]."""
+    counts = np.arange(len(stamps)) - (len(stamps) - 1) / 2
+    return stamps.mean() + counts * float(counts @ stamps) / float(counts @ counts)
 
 
 def _on(even: Array, stamps: Array, values: Array) -> Array:

@@ -26,6 +26,7 @@ from workbench.fit.systems.mjcf_model import (
     is_hinge,
     linearised,
     names_of,
+    observation_of,
     require_hinges_and_slides,
 )
 from workbench.fit.systems.mjcf_parameters import (
@@ -309,32 +310,9 @@ class MjcfSystem:
         return self.given.get(edit, 0.0) if found is None else values.get(found, found.nominal)
 
     def _observation(self, model: mujoco.MjModel, values: Mapping[Parameter, float]) -> Observation:
-        """Return what the channels see."""
-        count, places = len(self.channels), [c for c in self.channels if c.of in ("site", "body")]
-        points = list(dict.fromkeys((c.of, c.owner) for c in places))
-        bodies, offsets = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
-        for p, (of, owner) in enumerate(points):
-            if of == "body":
-                bodies[p] = model.body(owner).id
-            else:
-                site = model.site(owner)
-                bodies[p], offsets[p] = site.bodyid[0], site.pos
-        mix, pick = np.zeros((count, 3 * len(points))), np.zeros((count, model.nq))
-        rate, bias, late = np.zeros((count, model.nv)), np.zeros(count), np.zeros(count)
-        for c, channel in enumerate(self.channels):
-            scale = 1 + self._number("scale", channel.name, values)
-            bias[c] = self._number("offset", channel.name, values)
-            late[c] = self._number("delay", channel.name, values)
-            if channel.of in ("site", "body"):
-                p = points.index((channel.of, channel.owner))
-                mix[c, 3 * p : 3 * p + 3] = scale * np.array(channel.axis)
-                continue
-            dof = int(model.joint(channel.owner).dofadr[0])
-            if channel.of == "position":
-                pick[c, dof] = scale
-            else:
-                rate[c, dof] = scale
-        return Observation(bodies, offsets, mix, pick, bias, rate, late)
+        return observation_of(
+            model, self.channels, lambda key, name: self._number(key, name, values)
+        )
 
     def _run_parameters(self, run: int) -> _RunParameters:
         one = self.runs[run]

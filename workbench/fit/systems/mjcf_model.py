@@ -1,8 +1,9 @@
-"""What a compiled mechanism is asked: its joints, its names, its linearisation."""
+"""What a compiled mechanism is asked: its joints, names, channels and linearisation."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable, Sequence
 from typing import Literal, get_args
 
 import mujoco
@@ -10,8 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.fit.observer import Observation
+from workbench.fit.systems.mjcf_runs import Channel
 
-__all__ = ["KINDS", "Kind", "is_hinge", "linearised", "names_of", "require_hinges_and_slides"]
+__all__ = [
+    "KINDS",
+    "Kind",
+    "is_hinge",
+    "linearised",
+    "names_of",
+    "observation_of",
+    "require_hinges_and_slides",
+]
 
 Array = NDArray[np.float64]
 Kind = Literal["joint", "body", "site", "actuator"]
@@ -93,3 +104,36 @@ def linearised(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array
     mass = np.empty((model.nv, model.nv))
     mujoco.mj_fullM(model, at, mass)
     return mass, -mass @ derivatives[0], -mass @ derivatives[1]
+
+
+def observation_of(
+    model: mujoco.MjModel, channels: Sequence[Channel], number: Callable[[str, str], float]
+) -> Observation:
+    """Return what channels see.
+
+    Args:
+        model: with hinges and slides only.
+        channels: whose owners it has.
+        number: value of a field, `offset`, `scale` or `delay`, of a channel by its name.
+    """
+    count, places = len(channels), [c for c in channels if c.of in ("site", "body")]
+    points = list(dict.fromkeys((c.of, c.owner) for c in places))
+    bodies, offsets = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
+    for p, (of, owner) in enumerate(points):
+        if of == "body":
+            bodies[p] = model.body(owner).id
+        else:
+            site = model.site(owner)
+            bodies[p], offsets[p] = site.bodyid[0], site.pos
+    mix, pick = np.zeros((count, 3 * len(points))), np.zeros((count, model.nq))
+    rate, bias, delay = np.zeros((count, model.nv)), np.zeros(count), np.zeros(count)
+    for c, channel in enumerate(channels):
+        scale = 1 + number("scale", channel.name)
+        bias[c], delay[c] = number("offset", channel.name), number("delay", channel.name)
+        if channel.of in ("site", "body"):
+            p = points.index((channel.of, channel.owner))
+            mix[c, 3 * p : 3 * p + 3] = scale * np.array(channel.axis)
+            continue
+        dof = int(model.joint(channel.owner).dofadr[0])
+        (pick if channel.of == "position" else rate)[c, dof] = scale
+    return Observation(bodies, offsets, mix, pick, bias, rate, delay)
