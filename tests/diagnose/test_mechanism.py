@@ -154,10 +154,11 @@ def refits(path: Path, count: int) -> tuple[MechanismRig, list[tuple[str, float,
     base = fits.base()
     found = []
     for promise in fits.promises(base)[:count]:
-        refit = fits.refit([promise.name], base, promise)
+        refit = fits.weighed(fits.refit([promise.name], base, promise))
         (parameter,) = fits.candidates[promise.name].quantities.values()
         found.append((promise.name, base.cost - refit.cost, refit.values[parameter.name]))
-        assert sum(one.sum() for one in refit.held) < sum(one.sum() for one in base.held)
+        before, after = (sum(map(np.sum, fits.judged(one))) for one in (base, refit))
+        assert after < before
     return rig, found
 
 
