@@ -33,6 +33,8 @@ CART = """
   <actuator><motor name="coil" joint="rail"/></actuator>
 </mujoco>
 """
+HINGE = {"F": "N m", "L": "rad", "control": "control"}
+SLIDE = {"F": "N", "L": "m", "control": "control"}
 TIMES, STAMPS = np.arange(0, 4, 0.01), np.arange(-0.1, 4, 0.004)
 
 
@@ -149,7 +151,7 @@ def test_explicit_inertias_compile_to_the_same_model():
 @pytest.mark.parametrize("key", OF_MODEL)
 def test_what_an_edit_writes_is_read_back_and_changes_the_acceleration(key):
     spec, _ = explicit_inertias(mujoco.MjSpec.from_string(EVERYTHING))
-    found, edit = parameter(spec, Free(key, OWNERS[FIELDS[key].owner], 0.1), hinge=True)
+    found, edit = parameter(spec, Free(key, OWNERS[FIELDS[key].owner], 0.1), HINGE)
     changed = spec.copy()
     edit.apply(changed, found.nominal + 0.3)
     if key not in ("inertia", "tilt_x", "tilt_y"):  # those are relative to the model
@@ -170,16 +172,16 @@ def test_an_edit_at_the_nominal_value_changes_nothing():
     spec, _ = explicit_inertias(mujoco.MjSpec.from_string(EVERYTHING))
     for key in OF_MODEL:
         changed = spec.copy()
-        found, edit = parameter(spec, Free(key, OWNERS[FIELDS[key].owner], 0.1), hinge=True)
+        found, edit = parameter(spec, Free(key, OWNERS[FIELDS[key].owner], 0.1), HINGE)
         edit.apply(changed, found.nominal)
         assert accelerations(changed) == pytest.approx(accelerations(spec), rel=1e-9), key
 
 
 def test_a_servo_keeps_its_feedback_and_a_default_friction_becomes_sharp():
     spec, _ = explicit_inertias(mujoco.MjSpec.from_string(EVERYTHING))
-    _, gain = parameter(spec, Free("gain", "servo", 1), hinge=True)
-    _, friction = parameter(spec, Free("frictionloss", "slide", 1), hinge=False)
-    _, stated = parameter(spec, Free("frictionloss", "hinge", 1), hinge=True)
+    _, gain = parameter(spec, Free("gain", "servo", 1), HINGE)
+    _, friction = parameter(spec, Free("frictionloss", "slide", 1), SLIDE)
+    _, stated = parameter(spec, Free("frictionloss", "hinge", 1), HINGE)
     for edit in (gain, friction, stated):
         edit.apply(spec, 7.0)
     model = spec.compile()
@@ -219,7 +221,7 @@ def test_dry_friction_needs_constraints():
     spec = mujoco.MjSpec.from_string(CART)
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     with pytest.raises(InputError, match="rail frictionloss: the model's options disable"):
-        parameter(spec, Free("frictionloss", "rail", 0.1), hinge=False)
+        parameter(spec, Free("frictionloss", "rail", 0.1), SLIDE)
 
 
 def test_a_place_in_the_world_may_be_seen_late_and_a_speed_not():
@@ -234,6 +236,23 @@ def test_a_place_in_the_world_may_be_seen_late_and_a_speed_not():
     speed = Channel("x", "speed", "rail", sigma=1e-4)
     with pytest.raises(InputError, match="channel x: only that of a place can have a fitted delay"):
         MjcfSystem(spec, [speed], [run], force, free)
+
+
+@pytest.mark.parametrize(
+    ("actuator", "unit"),
+    [
+        ('<motor name="coil" joint="rail"/>', "N"),
+        ('<motor name="coil" joint="rail" gear="3"/>', "control"),
+        ('<position name="coil" joint="rail" kp="50"/>', "m"),
+    ],
+)
+def test_an_input_s_offset_has_the_unit_of_its_control(actuator, unit):
+    spec = mujoco.MjSpec.from_string(CART.replace('<motor name="coil" joint="rail"/>', actuator))
+    run = MjcfRun("run", TIMES, np.zeros((len(TIMES), 1)), {}, STAMPS, sweep(STAMPS)[:, None])
+    speed = Channel("v", "speed", "rail", sigma=1e-4)
+    free = [Free("input_offset", "force", 0.1), Free("offset", "v", 0.1)]
+    system = MjcfSystem(spec, [speed], [run], [Input("force", "coil")], free)
+    assert [one.unit for one in system.parameters] == [unit, "m/s"]
 
 
 def test_what_is_given_is_in_the_model_and_where_a_fit_begins():

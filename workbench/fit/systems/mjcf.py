@@ -28,6 +28,7 @@ from workbench.fit.systems.mjcf_model import (
     names_of,
     observation_of,
     require_hinges_and_slides,
+    units_of,
 )
 from workbench.fit.systems.mjcf_parameters import (
     Edit,
@@ -115,7 +116,8 @@ class MjcfSystem:
         self.model = compiled(self.spec) if self.given else self.model
         self.edits: dict[Parameter, Edit] = dict(
             parameter(
-                self.spec, one, self._turns(owner_of(one), one.owner),
+                self.spec, one,
+                units_of(self.model, self.channels, self.inputs, owner_of(one), one.owner),
                 self.given.get(Edit(one.field, one.owner), 0.0),
             )
             for one in self.free
@@ -318,7 +320,7 @@ class MjcfSystem:
         one = self.runs[run]
         places, speeds, late = {}, {}, None
         for joint, start in one.start.items():
-            unit = "rad" if self._turns("joint", joint) else "m"
+            unit = "rad" if is_hinge(self.model, self.model.joint(joint).id) else "m"
             if start.position_deviation > 0:
                 places[joint] = Parameter(
                     f"{joint} at the start of {one.name}", unit, start.position,
@@ -346,18 +348,6 @@ class MjcfSystem:
         if self.per_joint:
             return self.model.joint(joint).name or f"joint {joint}"
         return HINGES if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else SLIDES
-
-    def _turns(self, kind: str, owner: str) -> bool:
-        """Tell whether the joint that an element concerns is a hinge."""
-        if kind == "channel":
-            channel = next(c for c in self.channels if c.name == owner)
-            kind, owner = ("body" if channel.of == "body" else "joint"), channel.owner
-            kind = "site" if channel.of == "site" else kind
-        if kind == "input":
-            kind, owner = "actuator", next(i.actuator for i in self.inputs if i.name == owner)
-        if kind == "actuator":
-            return is_hinge(self.model, int(self.model.actuator(owner).trnid[0]))
-        return kind == "joint" and is_hinge(self.model, self.model.joint(owner).id)
 
     def _check_names(self) -> None:
         """Refuse names that the model does not have, and runs of another width."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.observer import Observation
-from workbench.fit.systems.mjcf_runs import Channel
+from workbench.fit.systems.mjcf_runs import Channel, Input
 
 __all__ = [
     "KINDS",
@@ -22,6 +22,7 @@ __all__ = [
     "names_of",
     "observation_of",
     "require_hinges_and_slides",
+    "units_of",
 ]
 
 Array = NDArray[np.float64]
@@ -137,3 +138,44 @@ def observation_of(
         dof = int(model.joint(channel.owner).dofadr[0])
         (pick if channel.of == "position" else rate)[c, dof] = scale
     return Observation(bodies, offsets, mix, pick, bias, rate, delay)
+
+
+def units_of(
+    model: mujoco.MjModel, channels: Sequence[Channel], inputs: Sequence[Input], kind: str,
+    owner: str,
+) -> dict[str, str]:  # fmt: skip
+    """Return the units of force `F`, place `L` and `control` of what an element concerns.
+
+    Args:
+        model: that has it.
+        channels: of the runs.
+        inputs: of the runs.
+        kind: of the element: a joint, an actuator, a channel, an input or another.
+        owner: its name.
+    """
+    rate = ""
+    if kind == "channel":
+        channel = next(one for one in channels if one.name == owner)
+        kind = "joint" if channel.of in ("position", "speed") else channel.of
+        owner, rate = channel.owner, "/s" if channel.of == "speed" else ""
+    control = "control"
+    if kind == "input":
+        kind, owner = "actuator", next(one.actuator for one in inputs if one.name == owner)
+        control = _control(model, model.actuator(owner).id)
+    turns = False
+    if kind == "actuator":
+        turns = is_hinge(model, int(model.actuator(owner).trnid[0]))
+    elif kind == "joint":
+        turns = is_hinge(model, model.joint(owner).id)
+    units = {"F": "N m", "L": f"rad{rate}"} if turns else {"F": "N", "L": f"m{rate}"}
+    return {**units, "control": units.get(control, control)}
+
+
+def _control(model: mujoco.MjModel, actuator: int) -> str:
+    """Return what an actuator's control is: a force, a place, or of no unit that is known."""
+    gain, bias = model.actuator_gainprm[actuator, 0], model.actuator_biasprm[actuator]
+    if model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED:
+        return "control"
+    if model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE:
+        return "F" if gain == 1 and model.actuator_gear[actuator, 0] == 1 else "control"
+    return "L" if gain and bias[1] == -gain else "control"

@@ -7,7 +7,7 @@ nothing to write: `mjcf` reads their values when it makes the controls and the o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -35,6 +35,7 @@ Write = Callable[[mujoco.MjSpec, str, float], None]
 _STEEP = 1e3  # a positive number stays within a thousandth and a thousand times its nominal value
 _LEAST_SHARE = -0.99
 _DEFAULT_SOLREF = (0.02, 1.0)
+_DELAY_REACH = 5.0  # what is seen late is so to first order: what it moves in that time
 _OUTSIDE = (Acts.DRIVE, Acts.OBSERVATION)  # what no spec has
 
 
@@ -44,11 +45,12 @@ class Field:
 
     Args:
         owner: kind of element that has it.
-        unit: SI, with `F` for N m or N and `L` for rad or m, by the joint.
+        unit: SI, with `F` for N m or N and `L` for rad or m, by the joint, and `control`.
         read: its nominal value of a named element.
         write: sets it; None where it acts on the drive or on what is seen.
         acts: where it acts.
         low: least value allowed.
+        reach: prior deviations around the nominal value within which it acts as it should.
     """
 
     owner: Owner
@@ -57,6 +59,7 @@ class Field:
     write: Write | None = None
     acts: Acts = Acts.MODEL
     low: float = -np.inf
+    reach: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -268,7 +271,7 @@ FIELDS: dict[str, Field] = {
     "input_lag": _drive("s", 0.0),
     "scale": _sensor("1", _LEAST_SHARE),
     "offset": _sensor("L"),
-    "delay": _sensor("s"),
+    "delay": Field("channel", "s", _nothing, None, Acts.OBSERVATION, reach=_DELAY_REACH),
 }
 """What may be fitted. A mass carries its inertia with it; `inertia` is a factor on top of that.
 Scales are shares beyond 1. An input's delay and lag act on the control, before the actuator."""
@@ -313,14 +316,14 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def parameter(
-    spec: mujoco.MjSpec, free: Free, hinge: bool, given: float = 0.0
+    spec: mujoco.MjSpec, free: Free, units: Mapping[str, str], given: float = 0.0
 ) -> tuple[Parameter, Edit]:
     """Return a parameter at its nominal value, and what it edits.
 
     Args:
         spec: with explicit inertias.
         free: what is asked; its field and owner exist.
-        hinge: whether the joint that it concerns is a hinge, for the unit.
+        units: of `F`, `L` and `control`.
         given: nominal value of a number of an input or a channel, which no spec has.
 
     Raises:
@@ -334,12 +337,15 @@ def parameter(
             "and MuJoCo's dry friction is a constraint; enable them in the MJCF file"
         )
     nominal = given if field.acts in _OUTSIDE else field.read(spec, free.owner)
-    near_zero = (
-        field.owner != "body" and free.deviation >= nominal
-    )  # in logarithms it never gets there
-    positive = nominal > 0 and field.low == 0 and not near_zero
-    low, high = (nominal / _STEEP, nominal * _STEEP) if positive else (field.low, np.inf)
-    unit = field.unit.replace("F", "N m" if hinge else "N").replace("L", "rad" if hinge else "m")
+    wide = field.owner != "body" and free.deviation >= nominal  # zero is near, logarithms far
+    positive = nominal > 0 and field.low == 0 and not wide
+    reach = field.reach * free.deviation
+    low, high = max(field.low, nominal - reach), nominal + reach
+    if positive:
+        low, high = nominal / _STEEP, nominal * _STEEP
+    unit = field.unit
+    for symbol, words in units.items():
+        unit = unit.replace(symbol, words)
     name = f"{free.owner} {free.field}".strip()
     found = Parameter(name, unit, nominal, free.deviation, low, high, free.scope, field.acts,
                       positive=positive, flat=free.flat)  # fmt: skip
