@@ -362,6 +362,8 @@ def test_a_release_says_which_base_number_it_is_beyond(rig: MjcfRig) -> None:
         ("cubic_damping: 3", "cubik_damping: 3", r"'cubik_damping' is not one of|cubik_damping"),
         ("coulomb_friction: 0.05", "coulomb_friction: 0", r"friction: 0 is not .*above 0"),
         ("force: {actuator", "place: {actuator", r"'place' names a channel and an input"),
+        ("coulomb_friction: 0.05}", "armature: 0.05}", r"19:66: armature: .* does not know it yet"),
+        ("begins: 0.5 s, start: {rail: 0.02}", "begins: 0.5 s, late: 9 ms", r"14:36: late: `diagn"),
         ("effects:\n", "found: [{cause: rail_cubic, parameters: {k3: 1}}]\neffects:\n",
          r"16:10: cause: 'rail_cubic' is none of the rig's effects"),
         ("effects:\n", "found: [{cause: rail_damping, parameters: {k: 1}}]\neffects:\n",

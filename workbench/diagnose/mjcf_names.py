@@ -7,9 +7,14 @@ from typing import Literal
 
 import mujoco
 
-from workbench.diagnose.mjcf_numbers import field_unit
+from workbench.diagnose.mjcf_numbers import (
+    CHANNEL_EFFECTS,
+    INPUT_EFFECTS,
+    JOINT_EFFECTS,
+    field_unit,
+)
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.protocol import Document, RigFile
+from workbench.protocol import Document, RigFile, RigStart
 from workbench.protocol.files import Location
 
 __all__ = ["checked", "index_of"]
@@ -22,6 +27,10 @@ _OBJECTS: dict[Kind, mujoco.mjtObj] = {
     "site": mujoco.mjtObj.mjOBJ_SITE,
     "actuator": mujoco.mjtObj.mjOBJ_ACTUATOR,
 }
+_EFFECTS = {
+    "joints": JOINT_EFFECTS, "bodies": ("mass",), "actuators": (), "channels": CHANNEL_EFFECTS,
+    "inputs": INPUT_EFFECTS,
+}  # fmt: skip
 _ONE_NUMBER = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
@@ -36,9 +45,25 @@ def checked(file: Document[RigFile], model: mujoco.MjModel) -> None:
     Raises:
         FileFaults: with all that are not there, and the names that are.
     """
-    faults = list(_faults(file, model))
+    faults = list(_beyond(file)) or list(_faults(file, model))
     if faults:
         raise FileFaults(faults)
+
+
+def _beyond(file: Document[RigFile]) -> Iterator[FileFault]:
+    """Yield what a rig file may state and only `mechanism` knows."""
+    content, found = file.content, list[Location]()
+    found += [("parameters", k, "actuator") for k, p in enumerate(content.parameters) if p.actuator]
+    for section, known in _EFFECTS.items():
+        for owner, given in getattr(content.effects, section).items():
+            found += [("effects", section, owner, one) for one in given if one not in known]
+    found += [("effects", "gravity", tilt) for tilt in content.effects.gravity]
+    for k, run in enumerate(content.runs):
+        found += [("runs", k, key) for key in ("inputs", "late") if getattr(run, key) is not None]
+        found += [("runs", k, "start", j) for j, s in run.start.items() if isinstance(s, RigStart)]
+    for place in found:
+        words = f"{place[-1]}: `diagnose --rig` does not know it yet; take it out"
+        yield file.fault(place, words)
 
 
 def _faults(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
