@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
 from workbench.diagnose.mechanism_causes import SECTIONS
+from workbench.diagnose.rigs import Rig
 from workbench.diagnose.wording import Amount
 from workbench.errors import InputError
 from workbench.fit import Acts, Scope
@@ -540,9 +541,36 @@ def test_noise_that_the_data_do_not_tell_must_be_stated(
 ) -> None:
     lines = (plain.parent / "high.csv").read_text().splitlines()
     cells = [line.split(",") for line in lines[1:]]
-    coarse = [f"{t},{round(float(a))},{u}" for t, a, u in cells]
-    (plain.parent / "steps.csv").write_text("\n".join([lines[0], *coarse]) + "\n")
+    for name, step in (("still", 10.0), ("steps", 0.01)):
+        rows = [f"{t},{step * round(float(a) / step):g},{u}" for t, a, u in cells]
+        (plain.parent / f"{name}.csv").write_text("\n".join([lines[0], *rows]) + "\n")
     pairs = [(", noise: 5.0e-4", "")]
-    pairs += [(name, "steps.csv") for name in ("high.csv", "low.csv", "middle.csv")]
+    pairs += [(name, "still.csv") for name in ("high.csv", "low.csv", "middle.csv")]
     with pytest.raises(InputError, match=r"7:3: angle: its noise cannot be found .* state `noise`"):
         load_mechanism(rig_file(*pairs))
+    stepped_pairs = [(old, new.replace("still", "steps")) for old, new in pairs]
+    (channel,) = load_mechanism(rig_file(*stepped_pairs)).channels
+    assert channel.sigma == pytest.approx(0.01 / np.sqrt(12), rel=0.3)
+
+
+def test_a_rig_is_what_the_engine_asks_for(plain: Path, tmp_path: Path) -> None:
+    rig: Rig = load_mechanism(plain)
+    assert [one.channels for one in rig.facts] == [("angle",)] * 3
+    assert [one.role for one in rig.facts] == ["train", "train", "held_out"]
+    assert list(rig.faults()) == []
+    assert rig.repeats() == 1.0
+    true, off = (rig.errors([1, 2], {"pivot damping": d}, None, 1) for d in (0.006, 0.012))
+    assert true is not None
+    assert off is not None
+    assert (true.unit, true.noise_floor) == ("rad", NOISE)
+    assert true.rmse == pytest.approx(NOISE, rel=0.1)
+    assert off.rmse > 10 * NOISE
+    assert rig.errors([], None, None) is None
+
+
+def test_a_freed_number_is_told_beside_that_of_the_file(plain: Path) -> None:
+    freed = next(one for one in load_mechanism(plain).candidates if one.frees)
+    assert freed.freed == ("added", "N m s/rad")
+    told = freed.sentence.format(added=Amount(-0.001, -0.002, -0.0005, "N m s/rad"))
+    assert told.startswith("pivot damping is 0.00100 N m s/rad (0.000500 to 0.00200) less than the")
+    assert told.endswith("0.00600 N m s/rad of the file")

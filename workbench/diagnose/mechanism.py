@@ -7,12 +7,23 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from workbench.diagnose.mechanism_causes import asked, candidates_of
+from workbench.diagnose.mechanism_errors import errors_in
 from workbench.diagnose.mechanism_files import found_in, write_extended
 from workbench.diagnose.mechanism_names import require_names
-from workbench.diagnose.mechanism_runs import Measured, at_one_rate, noise_of, read_measured, run_of
-from workbench.diagnose.rig import Effects
+from workbench.diagnose.mechanism_runs import (
+    Measured,
+    at_one_rate,
+    noise_of,
+    read_measured,
+    repeats_of,
+    run_of,
+)
+from workbench.diagnose.rigs import Effects, Facts, Fault
+from workbench.diagnose.validate import Errors
 from workbench.errors import FileFaults, InputError
 from workbench.fit import Parameter, Scope, System
 from workbench.fit.systems.mjcf import MjcfSystem
@@ -45,15 +56,17 @@ class MechanismRig:
         self.name, self.file = content.name, file
         self.spec = _spec(file)
         self.given, base = self._nominal()
-        measured = [read_measured(file, k, name) for k, name in enumerate(_run_names(content))]
-        self.channels = _channels(file, measured)
+        self.measured = tuple(
+            read_measured(file, k, name) for k, name in enumerate(_run_names(content))
+        )
+        self.channels = _channels(file, self.measured)
         self.inputs = tuple(
             Input(name, one.actuator, "zero" if one.between == "held" else "first")
             for name, one in content.inputs.items()
         )
         self.runs = tuple(
             run_of(file, k, one, self.channels, self.given)
-            for k, one in enumerate(at_one_rate(measured))
+            for k, one in enumerate(at_one_rate(self.measured))
         )
         more = {
             one.edit: Free(one.edit.key, one.edit.owner, one.tolerance, Scope.CANDIDATE)
@@ -82,6 +95,28 @@ class MechanismRig:
     def roles(self) -> tuple[str, ...]:
         """Return the role of each run."""
         return tuple(run.role for run in self.file.content.runs)
+
+    @property
+    def facts(self) -> tuple[Facts, ...]:
+        """Return what was measured of each run."""
+        names = tuple(one.name for one in self.channels)
+        return tuple(
+            Facts(one.name, run.mode, run.role, names, one.values[one.begun])
+            for one, run in zip(self.measured, self.file.content.runs, strict=True)
+        )
+
+    def faults(self) -> Sequence[Fault]:
+        """Return nothing: what a mechanism that nobody knows should do, only a fit tells."""
+        return ()
+
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another; of `Rig`."""
+        sigma = {
+            c: float(one.sigma or 0.0)
+            for c, one in enumerate(self.channels)
+            if channel in ("", one.name)
+        }
+        return repeats_of(self.measured, sigma)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -130,6 +165,13 @@ class MechanismRig:
         names = [one.name for one in self.base]
         write_extended(target, self.file, names, values, effects, diagnosis or target.stem)
         return load_mechanism(target)
+
+    def errors(
+        self, runs: Sequence[int], values: Mapping[str, float] | None,
+        angles: Sequence[NDArray[np.float64] | None] | None, threads: int = 0,
+    ) -> Errors | None:  # fmt: skip
+        """Return how far some runs are from what the model predicts; of `Rig`."""
+        return errors_in(self.system(runs, self.base), values or {}, threads) if runs else None
 
     def _of(self, runs: Sequence[int], free: Sequence[Free]) -> MjcfSystem:
         return MjcfSystem(

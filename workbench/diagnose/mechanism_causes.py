@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from workbench.diagnose.candidates import Candidate
+from workbench.diagnose.wording import digits
 from workbench.fit import Parameter
 from workbench.fit.systems.mjcf_parameters import Edit
 from workbench.protocol import RigFile
@@ -46,6 +47,7 @@ class Kind:
 
 
 _AMPLITUDES = "releases from three heights: what depends on amplitude changes along a ring-down"
+_ON_TOP = "added"  # quantity of a number that is freed
 _SCALE = "a known force or mass: a free motion tells ratios only"
 
 SECTIONS: dict[Section, dict[str, Kind]] = {
@@ -198,6 +200,11 @@ class Asked:
         return f"{self.owner or self.section}_{self.effect}"
 
     @property
+    def sentence(self) -> str:
+        """Return what a technician is told, with the quantity in braces."""
+        return self.kind.sentence.format(owner=self.owner)
+
+    @property
     def edit(self) -> Edit:
         """Return the number that it concerns."""
         return Edit(self.kind.field, self.owner)
@@ -228,16 +235,27 @@ def candidates_of(
     modes = tuple(dict.fromkeys(run.mode for run in content.runs))
     return tuple(
         Candidate(
-            one.name,
-            one.kind.group,
-            {} if one.edit in base else {one.kind.quantity: more[one.edit]},
-            (base[one.edit].name,) if one.edit in base else (),
-            one.kind.sentence.format(owner=one.owner),
-            modes,
-            tuple(other.name for other in every if other is not one and _alike(one, other)),
-            one.kind.separated_by,
+            name=one.name,
+            group=one.kind.group,
+            quantities={} if one.edit in base else {one.kind.quantity: more[one.edit]},
+            frees=(base[one.edit].name,) if one.edit in base else (),
+            freed=(_ON_TOP, base[one.edit].unit) if one.edit in base else ("share", "1"),
+            sentence=_freed(base[one.edit]) if one.edit in base else one.sentence,
+            shows_in=modes,
+            confused_with=tuple(
+                other.name for other in every if other is not one and _alike(one, other)
+            ),
+            separated_by=one.kind.separated_by,
         )
         for one in every
+    )
+
+
+def _freed(parameter: Parameter) -> str:
+    """Return the sentence of a number that was freed: what comes on top of the file's."""
+    return (
+        f"{parameter.name} is {{{_ON_TOP}:size}} {{{_ON_TOP}:more|less}} than the "
+        f"{digits(parameter.nominal)} {parameter.unit} of the file"
     )
 
 

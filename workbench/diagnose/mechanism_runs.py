@@ -16,7 +16,7 @@ from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun, white_
 from workbench.protocol import Document, RigFile, RigInput, RigStart
 from workbench.protocol.files import Location
 
-__all__ = ["Measured", "at_one_rate", "noise_of", "read_measured", "run_of"]
+__all__ = ["Measured", "at_one_rate", "noise_of", "read_measured", "repeats_of", "run_of"]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,10 @@ _REST_S = 1.0  # the last of it tells where a joint was held
 _WEAK = 10.0  # sigma: the prior of a start that was read from the run's own samples
 _SAME = 1e-3  # of a sample rate
 _AT_ZERO = 1e-6  # of a sample
+_LEAST_REST = 30  # samples that tell of the noise's memory
+_GLITCH = 3.0  # deviations beyond which a difference of rest counts no more
+_RESTS = 3.0  # sigma that a scatter of rest may have
+_MOST_MEMORY = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +122,46 @@ def noise_of(channels: Mapping[str, float | None], runs: Sequence[Measured]) -> 
     """
     found: list[float | None] = []
     for c, stated in enumerate(channels.values()):
-        guesses = []
-        for run in runs:
-            rest, whole = white_noise(run.values[~run.begun, c]), white_noise(run.values[:, c])
-            guesses.append(rest if np.isfinite(rest) else whole)
+        guesses = [_noise(run, c) for run in runs]
         known = [one for one in guesses if np.isfinite(one)]
         found.append(stated or (float(np.median(known)) if known else None))
     return found
+
+
+def _noise(run: Measured, c: int) -> float:
+    """Return the noise of a channel in one run, at least that of its resolution; NaN of none."""
+    values = run.values[:, c]
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    if not len(steps):
+        return np.nan
+    twice = np.diff(values[~run.begun], 2)
+    twice = twice[np.isfinite(twice)]
+    if len(twice) >= _LEAST_REST:
+        twice = np.clip(twice, *(np.median(twice) + _GLITCH * np.std(twice) * np.array([-1, 1])))
+        found = float(np.std(twice)) / np.sqrt(6)
+    else:
+        found = white_noise(values)
+    return max(np.nan_to_num(found), float(steps.min()) / np.sqrt(12))
+
+
+def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:
+    """Return how often samples of noise repeat one another at rest; 1 where nothing rests.
+
+    Args:
+        runs: with samples before they begin.
+        sigma: channel's number -> its noise.
+    """
+    found = []
+    for run in runs:
+        for c, noise in sigma.items():
+            rest = run.values[~run.begun, c]
+            rest = rest - np.nanmedian(rest) if np.isfinite(rest).any() else rest
+            pairs = np.isfinite(rest[:-1]) & np.isfinite(rest[1:])
+            if pairs.sum() >= _LEAST_REST and 0 < np.nanstd(rest) < _RESTS * noise:
+                here, after = rest[:-1][pairs], rest[1:][pairs]
+                found.append(float(here @ after / (here @ here)))
+    memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
+    return (1 + memory) / (1 - memory)
 
 
 def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:
