@@ -33,8 +33,8 @@ CART = """
   <actuator><motor name="coil" joint="rail"/></actuator>
 </mujoco>
 """
-HINGE = {"F": "N m", "L": "rad", "control": "control"}
-SLIDE = {"F": "N", "L": "m", "control": "control"}
+HINGE = {"F": "N m", "L": "rad", "I": "kg m^2", "control": "control"}
+SLIDE = {"F": "N", "L": "m", "I": "kg", "control": "control"}
 TIMES, STAMPS = np.arange(0, 4, 0.01), np.arange(-0.1, 4, 0.004)
 
 

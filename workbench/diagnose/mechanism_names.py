@@ -9,7 +9,7 @@ import mujoco
 
 from workbench.diagnose.mechanism_causes import Asked, Section, asked
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.fit.systems.mjcf_model import Kind, names_of
+from workbench.fit.systems.mjcf_model import Kind, names_of, units_of
 from workbench.fit.systems.mjcf_parameters import FIELDS
 from workbench.protocol import Document, RigFile
 from workbench.protocol.files import Location
@@ -18,7 +18,6 @@ __all__ = ["require_names"]
 
 _KINDS: dict[Section, Kind] = {"joints": "joint", "bodies": "body", "actuators": "actuator"}
 _COUNTS: dict[Kind, str] = {"joint": "njnt", "body": "nbody", "site": "nsite", "actuator": "nu"}
-_ARMATURE = {"N m s^2/rad": "kg m^2", "N s^2/m": "kg"}
 _OFF = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT) | int(mujoco.mjtDisableBit.mjDSBL_FRICTIONLOSS)
 
 
@@ -76,23 +75,12 @@ def _named(content: RigFile) -> Iterator[tuple[Kind, str, Location]]:
 def _units(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault]:
     """Yield the units that are not those of the model's joints."""
     for k, parameter in enumerate(file.content.parameters):
-        wanted = [_unit(model, parameter.kind, parameter.owner, parameter.field)]
-        if parameter.field == "armature":
-            wanted.insert(0, _ARMATURE[wanted[0]])
-        if parameter.unit not in wanted:
-            words = f"unit: {parameter.field} of {parameter.owner} is in {wanted[0]!r}, not "
+        unit = FIELDS[parameter.field].unit
+        for symbol, name in units_of(model, (), (), parameter.kind, parameter.owner).items():
+            unit = unit.replace(symbol, name)
+        if parameter.unit != unit:
+            words = f"unit: {parameter.field} of {parameter.owner} is in {unit!r}, not "
             yield file.fault(("parameters", k, "unit"), f"{words}{parameter.unit!r}")
-
-
-def _unit(model: mujoco.MjModel, kind: str, owner: str, field: str) -> str:
-    joint = 0
-    if kind == "joint":
-        joint = model.joint(owner).id
-    elif kind == "actuator":
-        joint = int(model.actuator(owner).trnid[0])
-    hinge = kind != "body" and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
-    unit = FIELDS[field].unit
-    return unit.replace("F", "N m" if hinge else "N").replace("L", "rad" if hinge else "m")
 
 
 def _starts(file: Document[RigFile]) -> Iterator[FileFault]:

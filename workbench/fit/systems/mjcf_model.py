@@ -144,7 +144,7 @@ def units_of(
     model: mujoco.MjModel, channels: Sequence[Channel], inputs: Sequence[Input], kind: str,
     owner: str,
 ) -> dict[str, str]:  # fmt: skip
-    """Return the units of force `F`, place `L` and `control` of what an element concerns.
+    """Return the units of force `F`, place `L`, inertia `I` and `control` of an element.
 
     Args:
         model: that has it.
@@ -167,7 +167,8 @@ def units_of(
         turns = is_hinge(model, int(model.actuator(owner).trnid[0]))
     elif kind == "joint":
         turns = is_hinge(model, model.joint(owner).id)
-    units = {"F": "N m", "L": f"rad{rate}"} if turns else {"F": "N", "L": f"m{rate}"}
+    names = ("N m", f"rad{rate}", "kg m^2") if turns else ("N", f"m{rate}", "kg")
+    units = dict(zip("FLI", names, strict=True))
     return {**units, "control": units.get(control, control)}
 
 

@@ -45,7 +45,7 @@ class Field:
 
     Args:
         owner: kind of element that has it.
-        unit: SI, with `F` for N m or N and `L` for rad or m, by the joint, and `control`.
+        unit: SI, with `F` for N m or N, `L` for rad or m, `I` for kg m^2 or kg, and `control`.
         read: its nominal value of a named element.
         write: sets it; None where it acts on the drive or on what is seen.
         acts: where it acts.
@@ -259,7 +259,7 @@ FIELDS: dict[str, Field] = {
     "quadratic_damping": Field("joint", "F s^2/L^2", *_joint_term("damping", 2), low=0.0),
     "cubic_damping": Field("joint", "F s^3/L^3", *_joint_term("damping", 3), low=0.0),
     "frictionloss": Field("joint", "F", _read_friction, _write_friction, low=0.0),
-    "armature": Field("joint", "F s^2/L", _read_armature, _write_armature, low=0.0),
+    "armature": Field("joint", "I", _read_armature, _write_armature, low=0.0),
     "gain": Field("actuator", "F/control", _read_gain, _write_gain),
     "bias": Field("actuator", "F", _read_bias, _write_bias),
     "gear": Field("actuator", "1", _read_gear, _write_gear),
@@ -323,7 +323,7 @@ def parameter(
     Args:
         spec: with explicit inertias.
         free: what is asked; its field and owner exist.
-        units: of `F`, `L` and `control`.
+        units: of `F`, `L`, `I` and `control`.
         given: nominal value of a number of an input or a channel, which no spec has.
 
     Raises:
