@@ -23,7 +23,7 @@ of runs and diagnoses. `imagined` is a run of the robot that nobody has made yet
 
 `mechanism` is the same for the estimator of `workbench.fit`: `mechanism_causes` lists what may be a
 cause, `mechanism_names` looks up what a rig file names, `mechanism_table` and `mechanism_runs` read
-its runs, `mechanism_files` what it says was found. It takes the place of the files named `mjcf_...`.
+its runs, `mechanism_files` what it says was found. It takes the place of the files `mjcf_...`.
 
 Files named `mjcf_...` are parts of that rig: the numbers that may be other than stated, its causes,
 channels, data, names and extension. A new cause that any joint may have is a row in `mjcf_numbers`

@@ -130,7 +130,9 @@ def decide(
             best = one
             break
     if best is not base:
-        pairs = [one for one, _ in compared if len(one.names) == 2 and set(best.names) < set(one.names)]
+        pairs = [
+            one for one, _ in compared if len(one.names) == 2 and set(best.names) < set(one.names)
+        ]
         for pair in pairs:
             if _holds(pair, best, samples, rules, repeats, rules.sure):
                 best = pair
@@ -142,7 +144,9 @@ def decide(
         return _without(base, told, samples, rules)
     words = " with ".join(best.names)
     if rest > 1 and explained < rules.material:
-        reason = f"{_lacking(rest)}, and no known cause explains it; {words} would explain next to none"
+        reason = (
+            f"{_lacking(rest)}, and no known cause explains it; {words} would explain next to none"
+        )
         return Part("NONE", base, (), rest, 0.0, reason, told)
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))

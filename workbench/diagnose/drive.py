@@ -117,7 +117,9 @@ class DriveFits:
         }
 
 
-def arm_of(runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: Sequence[int]) -> Arm:
+def arm_of(
+    runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: Sequence[int]
+) -> Arm:
     """Return where the point taken for T sits, from the length of the rotor's arm.
 
     Seen from a point off T by d, an arm r e(a) has the length r - d e(a), to first order.
@@ -136,13 +138,17 @@ def arm_of(runs: Sequence[MeasuredRun], turned: Sequence[Array | None], first: S
         seen = np.isfinite(length)
         usual = np.median(length[seen])
         seen &= np.abs(length - usual) < 8 * 1.4826 * np.median(np.abs(length[seen] - usual))
-        rows.append(np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])]))
+        rows.append(
+            np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])])
+        )
         lengths.append(length[seen])
     if not rows:
         return Arm(np.zeros(2), np.full(2, np.inf), np.nan)
     a, b = np.concatenate(rows), np.concatenate(lengths)
     found = np.linalg.lstsq(a, b, rcond=None)[0]
-    each = np.array([np.linalg.lstsq(r, v, rcond=None)[0] for r, v in zip(rows, lengths, strict=True)])
+    each = np.array(
+        [np.linalg.lstsq(r, v, rcond=None)[0] for r, v in zip(rows, lengths, strict=True)]
+    )
     spread = np.linalg.inv(a.T @ a) * float(np.var(b - a @ found))
     white = np.sqrt(np.diag(spread))
     between = each.std(axis=0, ddof=1) / np.sqrt(len(each)) if len(each) > 1 else white
@@ -165,7 +171,10 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         f"{name} {q.name}": q.tolerance for name in DRIVE for q in EFFECTS[name].quantities
     }
     wide = dict(zip(_OFFSETS, np.hypot(np.minimum(arm.deviation, 1.0), _CLUTTER_M), strict=True))
-    shared, driven = [*tolerances, *_OFFSETS], [k for k, run in enumerate(system.runs) if run.driven]
+    shared, driven = (
+        [*tolerances, *_OFFSETS],
+        [k for k, run in enumerate(system.runs) if run.driven],
+    )
     scale = {**tolerances, **wide, **_OWN}
     edges, ends, angles, residuals = [0], [0], [], []
     columns: list[dict[str, Array]] = []
@@ -240,7 +249,7 @@ def _columns(
 
 
 def _torque(system: Hopper, k: int, angle: Array) -> Array:
-    """Return the torque that the motor gives, (n,) [N m]: weight and inertia of the rotor about T."""
+    """Return the motor's torque, (n,) [N m]: weight and inertia of the rotor about T."""
     values, step = system.robot.values, system.sample_s
     places = system.channels_of(k)
     path = system.seen(k)[:, [places.index(TOP[0]), places.index(TOP[2])]]

@@ -125,7 +125,10 @@ class Fits:
         """Fit the base within its tolerances."""
         system = self.rig.system(self.train, self.rig.base)
         fit = fit_system(
-            system, ParameterVector(system.parameters), progress=self.tell, threads=self.threads,
+            system,
+            ParameterVector(system.parameters),
+            progress=self.tell,
+            threads=self.threads,
             central=False,
         )
         return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
@@ -174,7 +177,7 @@ class Fits:
         return self._deviations[one.names]
 
     def promises(self, at: Hypothesis) -> list[Promise]:
-        """Return what every candidate promises beside those of a hypothesis, greatest gain first."""
+        """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
         estimator, x = self._estimator(at, [*self.rig.base, *every])
         residuals, jacobian = estimator.residuals(x), estimator.jacobian(x)
@@ -277,7 +280,7 @@ class Fits:
         return found[0], found[-1]
 
     def judged(self, one: Hypothesis) -> tuple[Array, ...]:
-        """Return -2 ln L of each second of the runs held out; only what is theirs alone is fitted."""
+        """Return -2 ln L of each second of the runs held out; what is theirs alone is fitted."""
         if not self.held:
             return ()
         fitted, x = one.estimator, one.x
@@ -312,9 +315,7 @@ def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
     return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]
 
 
-def _neighbourhood(
-    estimator: Estimator, x: Array, residuals: Array, jacobian: Array
-) -> Linear:
+def _neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
     vector, system, edges = estimator.vector, estimator.system, [0]
     for seen in map(system.seen, range(len(system.names))):
         edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])

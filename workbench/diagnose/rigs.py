@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
 from workbench.diagnose.extension import write_extension
-from workbench.diagnose.robot_faults import robot_faults
 from workbench.diagnose.rig import Fault
+from workbench.diagnose.robot_faults import robot_faults
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
@@ -199,7 +199,10 @@ class HopperRig:
         for run in self.measured:
             rest = run.motion.between(-np.inf, 0.0)
             for name in (channel,) if channel else run.places:
-                if name in rest and (memory := _memory(rest[name], rest.validity(name))) is not None:
+                if (
+                    name in rest
+                    and (memory := _memory(rest[name], rest.validity(name))) is not None
+                ):
                     found.append(memory)
         memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
         return (1 + memory) / (1 - memory)

@@ -48,9 +48,7 @@ def _top(robot: Robot, run: MeasuredRun, pull: float) -> NDArray[np.float64]:
     return np.asarray((data.body("top").xpos - data.body("foot").xpos)[[0, 2]])
 
 
-def _foot_ways(
-    robot: Robot, runs: Sequence[MeasuredRun], misdriven: set[int]
-) -> dict[int, float]:
+def _foot_ways(robot: Robot, runs: Sequence[MeasuredRun], misdriven: set[int]) -> dict[int, float]:
     """Return the root mean square way of each hop's foot from its start [m]."""
     times = sample_times(_HOPPED_S)
     hops = {

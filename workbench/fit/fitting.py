@@ -106,8 +106,11 @@ def fit_system(
     estimator = refined(Estimator.of(system, vector, _far(system), threads=threads), x)
     held = np.array([p.scope is Scope.RUN for p in vector.parameters])
     found = _minimum(replace(estimator, window=_FIRST_S), x, ~held, _MOST, ROUGH)
-    estimator = estimator.with_noise(system.strong)
-    return _rounds(estimator, found, progress, found.evaluations, central)
+    count, whole = found.evaluations, estimator.window
+    short = replace(estimator.with_noise(system.strong), window=_FIRST_S)
+    if any(short.samples(k) < estimator.samples(k) for k in range(len(system.names))):
+        short, found, count = _weighed(short, found, progress, count)[:3]
+    return _rounds(replace(short, window=whole), found, progress, count, central)
 
 
 def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
@@ -127,10 +130,22 @@ def _rounds(
     estimator: Estimator, found: Minimum, progress: Progress, count: int, central: bool = True
 ) -> Fit:
     """Fit whole runs and weigh the process noise in turn, until it stays."""
+    before = found._replace(jacobian=np.zeros((0, len(found.x))))
+    estimator, found, count, same = _weighed(estimator, before, progress, count)
+    progress("fit whole runs")
+    found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)
+    return _ended(estimator, found, count + found.evaluations, central)
+
+
+def _weighed(
+    estimator: Estimator, found: Minimum, progress: Progress, count: int
+) -> tuple[Estimator, Minimum, int, bool]:
+    """Return the fit at the likeliest process noise, and whether that stayed the same at last."""
     estimator = refined(estimator, found.x)
     same = False
+    words = "fit whole runs" if np.isinf(estimator.window) else "fit the first seconds"
     for _ in range(_ROUNDS):
-        progress("fit whole runs")
+        progress(words)
         before = found.jacobian if len(found.jacobian) else None
         found = _minimum(estimator, found.x, None, _MOST, ROUGH, before)
         count += found.evaluations
@@ -140,9 +155,7 @@ def _rounds(
         if same:
             break
         estimator = refined(weighed, found.x)
-    progress("fit whole runs")
-    found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)
-    return _ended(estimator, found, count + found.evaluations, central)
+    return estimator, found, count, same
 
 
 def _ended(estimator: Estimator, found: Minimum, count: int, central: bool = True) -> Fit:

@@ -31,7 +31,15 @@ from workbench.motion import FOOT, position
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
-__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "compared_s", "first_slip", "validate"]
+__all__ = [
+    "NOT_VALIDATED",
+    "PointError",
+    "RunValidation",
+    "Validation",
+    "compared_s",
+    "first_slip",
+    "validate",
+]
 
 NOT_VALIDATED = (
     "nothing was validated: no run has role held_out; give one run of each kind that role and "

@@ -21,9 +21,10 @@ from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.observer import Observation, Start
-from workbench.fit.parameters import Acts, Parameter, Scope
+from workbench.fit.parameters import Parameter
 from workbench.fit.soundness import clock_words, rate_words
 from workbench.fit.systems.hopper_model import anchors, coarsen, free_parameters, jacobian
+from workbench.fit.systems.hopper_own import Own, own_of
 from workbench.fit.systems.hopper_view import View
 from workbench.motion import PITCH, ROTOR_ANGLE
 from workbench.sim import EFFECTS, SAMPLE_RATE_HZ, Condition, Robot, applied, settle, unloaded
@@ -47,17 +48,11 @@ OF_FLOOR = (
 
 _LEAD_S = 0.1  # driven runs are observed from this long before the first motion
 _AFTER = 1.5  # samples between a release and the first that is observed: it is known to half a one
-_LATE_S = 4e-3
-_PLACE_M, _UNSEEN_M = 3e-4, 3e-3  # T's place on a ring-down: its rest seen in other runs, or not
-_HEIGHT_M = 1e-3
 _MODES = 3
 _MOST_STEPS = 136
 _HELD_ROUNDS = 3  # each turns T by less, and the point taken for it with it
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
-_LEAST_LEAD_S = 1e-3
 _STIFFNESSES = ("hinge_stiffness", "root_stiffness")
-_Ones = dict[int, Parameter]
-_Pairs = dict[int, tuple[Parameter, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +98,7 @@ class Hopper:
         self._seen = [_seen(run) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
-        self.stiffer = self._stiffer()
-        self.late, self.place, self.height, self.phase = self._own()
+        self.own = tuple(self._own(k) for k in range(len(runs)))
 
     @property
     def names(self) -> list[str]:
@@ -114,9 +108,7 @@ class Hopper:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Return what is fitted: the model's parameters, candidates, then those of single runs."""
-        pairs = (one for pair in (*self.place.values(), *self.phase.values()) for one in pair)
-        own = (*self.stiffer.values(), *self.late.values(), *self.height.values(), *pairs)
-        return (*self.free, *self.candidates, *own)
+        return (*self.free, *self.candidates, *(p for own in self.own for p in own.every))
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
@@ -208,8 +200,8 @@ class Hopper:
             InputError: when the values cannot be simulated, in however short steps.
         """
         whole = self.robot_with(values)
-        if run in self.stiffer:
-            share = 1 + values.get(self.stiffer[run], 0.0)
+        if (stiffer := self.own[run].stiffer) is not None:
+            share = 1 + values.get(stiffer, 0.0)
             warm = {name: share * whole.values[name] for name in _STIFFNESSES}
             whole = replace(whole, values={**whole.values, **warm})
         robot, view = applied(whole, turning=False), View.of(whole.effects)
@@ -227,22 +219,23 @@ class Hopper:
         one, seen = self.runs[run], self._seen[run]
         radius, control, lead = robot.values["rotor_radius"], np.zeros(len(seen.seen)), 0.0
         start_angle = float(view.true_angle(np.array(one.start_angle), radius))
-        if run in self.late:
-            late = values.get(self.late[run], 0.0)
+        own = self.own[run]
+        if own.late is not None:
+            late = values.get(own.late, 0.0)
             lead = float(one.motion.times[seen.first]) - late
         elif (turned := self.turned[run]) is not None:
-            offset, slope = (values.get(p, 0.0) for p in self.phase[run])
+            offset, slope = (values.get(p, 0.0) for p in own.phase)
             angle = turned + offset + slope * np.linspace(-1, 1, len(turned))
             angle = view.true_angle(angle, radius)
             control[:-1], start_angle = np.diff(angle) / self.sample_s, float(angle[0])
         height = one.height
-        if run in self.height:
-            height = max(values.get(self.height[run], height), 0.0)
+        if own.height is not None:
+            height = max(values.get(own.height, height), 0.0)
         condition = Condition(one.mode, np.zeros(2), start_angle, height=height)
         model, data = at_rest(robot, condition)
         observation = self._observation(run, model, data, view)
-        if run in self.place:
-            offset = np.array([values.get(p, p.nominal) for p in self.place[run]])
+        if own.place:
+            offset = np.array([values.get(p, p.nominal) for p in own.place])
             foot = view.matrix @ data.body("foot").xpos[[0, 2]]
             stood = -foot if self._stood is None else self._stood - observation.of(data)
             bias = stood + offset
@@ -305,47 +298,10 @@ class Hopper:
             point = data.xmat[observation.bodies[-1]].reshape(3, 3) @ observation.offsets[-1]
             hold_top(model, data, *(place - point[[0, 2]]))
 
-    def _own(self) -> tuple[_Ones, _Pairs, _Ones, _Pairs]:
-        """Return what only single runs know.
-
-        Instants of release, T's places and heights of fall; of driven runs how far the rotor may
-        stand ahead of its smoothed angle, constant and growing from minus to plus over the run.
-        """
-        late, place, height, phase = _Ones(), _Pairs(), _Ones(), _Pairs()
-        for k, run in enumerate(self.runs):
-            if run.driven:
-                error = float(run.noise()[-1]) / np.sqrt(len(self._seen[k].seen))
-                ahead = (("rotor ahead in", error), ("rotor gains in", np.sqrt(3) * error))
-                phase[k] = tuple(
-                    Parameter(f"{words} {run.name}", "rad", 0.0, deviation, scope=Scope.RUN,
-                              acts=Acts.DRIVE, run=k)
-                    for words, deviation in ahead
-                )  # fmt: skip
-                continue
-            latest = float(run.motion.times[self._seen[k].first]) - _LEAST_LEAD_S
-            late[k] = Parameter(f"release of {run.name}", "s", 0.0, _LATE_S, -latest, latest,
-                                Scope.RUN, Acts.START, k)  # fmt: skip
-            if run.mode == "decay":
-                deviation = _UNSEEN_M if self._stood is None else _PLACE_M
-                place[k] = tuple(
-                    Parameter(f"T of {run.name} {axis}", "m", 0.0, deviation, scope=Scope.RUN,
-                              acts=Acts.OBSERVATION, run=k)
-                    for axis in ("forward", "up")
-                )  # fmt: skip
-            else:
-                height[k] = Parameter(f"height of {run.name}", "m", run.height, _HEIGHT_M,
-                                      0.0, np.inf, Scope.RUN, Acts.START, k)  # fmt: skip
-        return late, place, height, phase
-
-    def _stiffer(self) -> _Ones:
-        """Return by which share the beam is stiffer in each run."""
-        if not self.warmth:
-            return _Ones()
-        return {
-            k: Parameter(f"stiffness of {run.name}", "1", 0.0, self.warmth, -0.1, 0.1, Scope.RUN,
-                         Acts.MODEL, k)
-            for k, run in enumerate(self.runs)
-        }  # fmt: skip
+    def _own(self, run: int) -> Own:
+        first, seen = self.times(run)[0], self._seen[run].seen
+        stood = self._stood is not None
+        return own_of(self.runs[run], run, float(first), len(seen), self.warmth, stood)
 
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.

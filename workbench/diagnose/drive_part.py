@@ -1,0 +1,82 @@
+"""What the rotor's angle says of the drive: each cause and each two of them, in one regression."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.diagnose.decide import Part, Scored, decide
+from workbench.diagnose.drive import DRIVE, DriveFits
+from workbench.diagnose.findings import Cause, found_of
+from workbench.diagnose.fits import Fits, Hypothesis
+from workbench.diagnose.linear import Solved
+from workbench.motion import ROTOR_ANGLE
+from workbench.sim import EFFECTS
+
+__all__ = ["DrivePart", "drive_part"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class DrivePart:
+    """What the rotor's angle says.
+
+    Args:
+        part: of the answer.
+        causes: that it lists.
+        angles: of each run held out, the rotor's angle against T [rad] without a cause and with
+            those that hold; None where nothing is driven.
+    """
+
+    part: Part
+    causes: tuple[Cause, ...]
+    angles: tuple[list[Array | None], list[Array | None]]
+
+
+def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
+    """Return what the rotor's angle says of the drive; None where nothing is driven."""
+    regressions = fits.drive(best)
+    if regressions is None:
+        return None
+    fitted, held = regressions
+    names = [name for name in DRIVE if name in fitted.quantities]
+    every = [(), *((name,) for name in names), *combinations(names, 2)]
+    solved = {one: fitted.solved(one) for one in every}
+    samples = len(fitted.linear.residuals)
+
+    def scored(names: tuple[str, ...]) -> Scored:
+        found = solved[names]
+        own = found.cost - float(found.blocks.sum())
+        lack = float(np.sqrt(found.blocks.sum() / samples)) / fits.rules.whole
+        judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
+        return Scored(names, own, found.blocks, judged, lack)
+
+    tried = [scored(one) for one in every if one]
+    part = decide(scored(()), tried, samples, fits.rules, fits.repeats(ROTOR_ANGLE))
+    causes: dict[str, Cause] = {}
+    for alike in part.alike:
+        for name in alike.names:
+            found = fitted.values(solved[alike.names], name)
+            effect = EFFECTS[name]
+            quantities = {
+                q.name: found_of(*found[q.name], q.low, q.high, q.unit) for q in effect.quantities
+            }
+            causes.setdefault(name, Cause(name, quantities, effect.sentence.format_map(quantities)))
+    angles = tuple(_angles(fits, fitted, held, solved[one]) for one in ((), part.best.names))
+    return DrivePart(part, tuple(causes.values()), (angles[0], angles[1]))
+
+
+def _angles(fits: Fits, fitted: DriveFits, held: DriveFits, found: Solved) -> list[Array | None]:
+    """Return the rotor's angle of each run held out, as the drive is said to turn it."""
+    judged = held.like(fitted, found)
+    shared = [n for n, own in zip(fitted.linear.names, fitted.linear.own, strict=True) if not own]
+    numbers = dict(zip(fitted.linear.names, found.x, strict=True))
+    own = dict(zip(held.linear.names, judged.x, strict=True))
+    whole = replace(judged, x=np.array([
+        numbers[name] if name in shared else own[name] for name in held.linear.names
+    ]))  # fmt: skip
+    return [held.angle(whole, k) if k in held.runs else None for k in range(len(fits.held))]

@@ -1,0 +1,136 @@
+"""What the observer says of the candidates: promised, fitted, weighed, decided."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.diagnose.candidates import Candidate
+from workbench.diagnose.decide import Part, Scored, decide
+from workbench.diagnose.findings import Cause, Found, Refit, found_of
+from workbench.diagnose.fits import Fits, Hypothesis, Promise
+from workbench.fit import Scope
+
+__all__ = ["ObserverPart", "observer_part"]
+
+_T90 = 1.645
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverPart:
+    """What the observer says.
+
+    Args:
+        part: of the answer.
+        causes: that it lists.
+        best: the hypothesis that holds; the base where none does.
+        tried: all that were fitted.
+        promises: of each candidate, seen from the base.
+        refit: what the fit changed of the model's own numbers.
+    """
+
+    part: Part
+    causes: tuple[Cause, ...]
+    best: Hypothesis
+    tried: tuple[Hypothesis, ...]
+    promises: tuple[Promise, ...]
+    refit: tuple[Refit, ...]
+
+
+def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
+    """Return what the observer says of the candidates."""
+    rules, tell = fits.rules, fits.tell
+    tell("see what each candidate promises")
+    promises = fits.promises(base)
+    least = max(rules.promising * promises[0].gain, rules.suspected) if promises else np.inf
+    short = [one for one in promises if one.gain >= least][: rules.shortlist]
+    singles = []
+    for one in short:
+        tell(f"fit {one.name}")
+        singles.append(fits.refit((one.name,), base, one))
+    singles = _weighed(fits, base, singles)
+    pairs: list[Hypothesis] = []
+    near = promises
+    if singles and base.cost - singles[0].cost > rules.worth:
+        first = singles[0]
+        tell(f"see what each candidate promises beside {first.names[0]}")
+        near = fits.promises(first)
+        added = [one for one in near if one.gain > rules.worth][: rules.seconds]
+        for one in added:
+            tell(f"fit {first.names[0]} with {one.name}")
+            pairs.append(fits.refit((*first.names, one.name), first, one))
+        pairs = _weighed(fits, first, pairs)
+    tried = [*singles, *pairs]
+    tell("judge by the runs held out")
+    scored = {one.names: _scored(fits, one) for one in (base, *tried)}
+    part = decide(
+        scored[()], [scored[one.names] for one in tried], fits.samples(), rules, fits.repeats()
+    )
+    by_names = {one.names: one for one in (base, *tried)}
+    best = by_names[part.best.names]
+    causes: list[Cause] = []
+    for alike in part.alike:
+        holder = by_names[alike.names]
+        for name in alike.names:
+            if name not in {one.name for one in causes}:
+                causes.append(_cause(fits.candidates[name], holder, fits))
+    return ObserverPart(
+        part, tuple(causes), best, tuple(tried), tuple(promises), _refit(fits, best)
+    )
+
+
+def _weighed(fits: Fits, base: Hypothesis, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return hypotheses, best first; the process noise of those that lead is weighed anew."""
+    if not found:
+        return []
+    gain = max(base.cost - one.cost for one in found)
+    if gain > fits.rules.worth:
+        least = gain - max((1 - fits.rules.near) * gain, fits.rules.worth)
+        found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
+    return sorted(found, key=lambda one: one.cost)
+
+
+def _scored(fits: Fits, one: Hypothesis) -> Scored:
+    blocks = np.concatenate(one.blocks)
+    prior = one.prior + _beyond(one)
+    return Scored(one.names, prior, blocks, fits.judged(one), fits.lack(one))
+
+
+def _beyond(one: Hypothesis) -> float:
+    """Return -2 ln of the prior of what is released, Cauchy's: what is far off is believed less.
+
+    A mass that was weighed is rarely off by many tolerances, but where the runs insist it may be.
+    """
+    pairs = zip(one.estimator.vector.parameters, one.x, strict=True)
+    return sum(2 * float(np.log1p(x**2)) for p, x in pairs if p.flat and p.scope is not Scope.RUN)
+
+
+def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
+    """Return a candidate with what was found of its quantities, or of the numbers that it frees."""
+    errors = fits.deviations(holder)
+    values, quantities = holder.values, dict[str, Found]()
+    for key, parameter in candidate.quantities.items():
+        value, error = values[parameter.name], errors[parameter.name]
+        quantities[key] = found_of(value, error, parameter.low, parameter.high, parameter.unit)
+    if candidate.frees:
+        stated = {p.name: p.nominal for p in fits.rig.base}
+        key, unit = candidate.freed
+        scales = [stated[name] if unit == "1" else 1.0 for name in candidate.frees]
+        pairs = list(zip(candidate.frees, scales, strict=True))
+        more = float(np.mean([(values[name] - stated[name]) / scale for name, scale in pairs]))
+        error = float(np.mean([errors[name] / scale for name, scale in pairs]))
+        quantities[key] = found_of(more, error, -np.inf, np.inf, unit)
+    return Cause(candidate.name, quantities, candidate.sentence.format_map(quantities))
+
+
+def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
+    """Return what the fit changed of the model's own numbers."""
+    errors, values = fits.deviations(best), best.values
+    return tuple(
+        Refit(p.name, p.nominal, values[p.name], values[p.name] - _T90 * errors[p.name],
+              values[p.name] + _T90 * errors[p.name], p.unit,
+              (values[p.name] - p.nominal) / p.deviation)
+        for p in fits.rig.base
+    )  # fmt: skip
