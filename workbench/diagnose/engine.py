@@ -208,7 +208,8 @@ def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
     for part in parts.values():
         listed = {name for one in part.alike for name in one.names}
         for one, told in part.compared:
-            if len(one.names) > 1 or one.names[0] in listed:
+            name = " with ".join(one.names)
+            if len(one.names) > 1 or name in listed:
                 continue
             against = "the base" if part.best.names == () else " with ".join(part.best.names)
             behind = versus(part.best, one, fits.repeats())
@@ -218,5 +219,5 @@ def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
                 else f"worth {digits(told.gain)} in the runs fitted and {digits(told.held)} in "
                 "those held out: no more than chance, or of no practical size"
             )
-            found.append(Rival(one.names[0], why))
+            found.append(Rival(name, why))
     return tuple(found)

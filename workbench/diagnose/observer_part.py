@@ -44,7 +44,9 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     rules, tell = fits.rules, fits.tell
     tell("see what each candidate promises")
     promises = fits.promises(base)
-    least = max(rules.promising * promises[0].gain, rules.suspected) if promises else np.inf
+    little = rules.promised * rules.size * fits.samples()
+    best = promises[0].gain if promises else 0.0
+    least = max(rules.promising * best, rules.suspected, little)
     short = [one for one in promises if one.gain >= least][: rules.shortlist]
     singles = []
     for one in short:

@@ -18,6 +18,8 @@ class Rules:
         shortlist: candidates that are fitted in full.
         seconds: candidates that are fitted beside the best.
         promising: share of the greatest promised gain that a candidate must promise for that.
+        promised: share of a practical size that it must promise; what is large promises less than
+            it holds, for residuals are not straight so far.
         near: share of the best gain within which a candidate's process noise is weighed anew.
         worth: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
         suspected: gain of one that may well be there.
@@ -34,6 +36,7 @@ class Rules:
     shortlist: int = 5
     seconds: int = 3
     promising: float = 0.1
+    promised: float = 0.25
     near: float = 0.5
     worth: float = 16.0
     suspected: float = 8.0

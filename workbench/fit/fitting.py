@@ -215,7 +215,7 @@ def _minimum(
     steps = np.full(len(x), FARTHEST) if before is None else reaches(before)
     low, high = estimator.vector.bounds
     slopes = before[:, moved] if known and before is not None else None
-    count = 0
+    count = passes = 0
 
     def whole(part: Array) -> Array:
         full = x.copy()
@@ -228,15 +228,15 @@ def _minimum(
         steps = reaches(found)
         return found[:, moved]
 
-    for _ in range(_PASSES):
+    while True:
         cheap = estimator.near(x)
         found = minimum(
             lambda part, cheap=cheap: cheap.residuals(whole(part)), derivative,
             x[moved], (low[moved], high[moved]), ROBUST, most, near, slopes, radius,
         )  # fmt: skip
         step, slopes = found.x - x[moved], found.jacobian
-        x, count = whole(found.x), count + found.evaluations
-        if float(np.sum((slopes @ step) ** 2)) < max(near, _STILL):
+        x, count, passes = whole(found.x), count + found.evaluations, passes + 1
+        if passes == _PASSES or float(np.sum((slopes @ step) ** 2)) < max(near, _STILL):
             break
     columns = np.zeros((len(found.residuals), len(x)))
     columns[:, moved] = slopes

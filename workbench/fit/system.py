@@ -40,6 +40,11 @@ class System(Protocol):
         """Return the time from one sample to the next [s]."""
         ...
 
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return what is fitted: of the model, of candidates, then of single runs."""
+        ...
+
     def seen(self, run: int) -> Array:
         """Return the measured channels of a run, (n, c), NaN where not seen."""
         ...
