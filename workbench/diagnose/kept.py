@@ -5,17 +5,24 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from workbench.bundle import sha256
-from workbench.diagnose.diagnosis import Diagnosis
 
-__all__ = ["extended_model_of", "write_answer"]
+__all__ = ["Answered", "extended_model_of", "write_answer"]
 
 _SCHEMA = "workbench/diagnosis-1"
 
 
-def write_answer(path: Path, found: Diagnosis, files: Mapping[str, Path]) -> None:
+class Answered(Protocol):
+    """A diagnosis as it is written."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what the command line prints."""
+        ...
+
+
+def write_answer(path: Path, found: Answered, files: Mapping[str, Path]) -> None:
     """Write an answer with the files that it rests on.
 
     Args:

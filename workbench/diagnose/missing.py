@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 ABSENT = "nothing is missing above the noise"
 INDEPENDENT = "a force that depends on none of these"
 
-_CHANCE = 0.15  # share of what is missing that a coordinate may explain by chance
+_CHANCE = 0.2  # share that a coordinate may explain of a disturbance without a rule: see the tests
 _WHOLE = 0.8  # of what a coordinate explains, that one term must explain to be its law
 _MOST_NOISE = 0.7  # of what is smoothed, that noise is taken for: the rest would be a chance
 _PRESENT = 1.5  # times the power that the cameras' noise makes: less is nothing
@@ -38,7 +38,9 @@ _ROUNDS, _FAR = 6, 3.0  # of the robust regression; residuals beyond so many dev
 _STILL = 0.1  # of the usual speed: below, a sign is no sign
 _FOLDS, _PIECE_S = 4, 0.5  # every fourth piece of each run is left out at a time
 
+_DIRECTIONS = ("forward", "up")
 _EITHER_WAY = "the same either way"
+_ALONG = ("in proportion to speed", "with the square of speed", "independent of speed")
 _ODD = ("in proportion to it", "with its cube")
 _WHOSE = {
     "time": "the time of the run", "rotor's angle": "the rotor's angle",
@@ -90,7 +92,8 @@ class Dependence:
         name: of the coordinate.
         unit: of it.
         share: of the variance beyond that of noise, in pieces that the regression has not seen.
-        law: the term that explains it nearly alone; empty where none does.
+        law: the term that explains it nearly alone, or how it changes sides with speed; empty where
+            neither is.
         along: which component of the force follows it most: 0 forward, 1 up.
         size: root mean square of that component [N].
         sign: of the coefficient; of several terms that of their sum.
@@ -193,8 +196,21 @@ def _dependence(forces: Sequence[MissingForce], name: str) -> Dependence:
     sizes = np.sqrt(np.mean(fitted**2, axis=0))
     along = int(np.argmax(sizes / _spread(forces)))
     sign = float(np.sign(fitted[:, along] @ coordinate))
-    return Dependence(name, _UNITS[name], max(best, 0.0), law if clear else "", along,
-                      float(sizes[along]), sign)  # fmt: skip
+    own = name == f"velocity {_DIRECTIONS[along]}"
+    told = law if clear else _turning(coordinate, fitted[:, along]) if own else ""
+    return Dependence(name, _UNITS[name], max(best, 0.0), told, along, float(sizes[along]), sign)
+
+
+def _turning(velocity: Array, fitted: Array) -> str:
+    """Return in words how a force changes sides as T gets faster; empty where it does not."""
+    along, speed = fitted * np.sign(velocity), np.abs(velocity)
+    usual, most = np.quantile(speed, (0.5, 0.9))
+    slow = float(np.sum(along[speed < usual]))
+    fast = float(np.sum(along[speed > most]))
+    if slow * fast >= 0:
+        return ""
+    sides = ("with", "against") if slow > 0 else ("against", "with")
+    return f"{sides[0]} the motion where slow, {sides[1]} it where fast"
 
 
 def _usual(forces: Sequence[MissingForce]) -> Array:
@@ -273,9 +289,9 @@ def _sentence(best: Dependence, lacks: bool) -> str:
     if best.share < _CHANCE:
         return INDEPENDENT if lacks else ABSENT
     size, share = f"{digits(best.size)} N", f"({100 * best.share:.0f} % of what is missing)"
-    own = best.along == ("up" in best.name)
-    kind = best.name.split(" ")[0]
-    if kind == "velocity" and own and best.law and not best.law.endswith(_EITHER_WAY):
+    kind, _, direction = best.name.partition(" ")
+    own = direction == _DIRECTIONS[best.along]
+    if kind == "velocity" and own and best.law in _ALONG:
         what = f"{'against' if best.sign < 0 else 'with'} the motion"
     elif kind == "displacement" and own and best.law in _ODD:
         what = f"{'towards' if best.sign < 0 else 'away from'} the middle of its motion"

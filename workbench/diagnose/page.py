@@ -1,0 +1,272 @@
+"""The page of a diagnosis: what is wrong, how surely, what is still missing, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from workbench.bundle import sha256
+from workbench.diagnose.decide import Kind, Part
+from workbench.diagnose.drawings import Bar, coordinate_figure, force_figure, worth_figure
+from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.missing import ABSENT, missing_force
+from workbench.diagnose.page_tables import causes, drive, errors, refit
+from workbench.diagnose.rules import Rules
+from workbench.diagnose.wording import digits
+from workbench.review.drawing import as_svg
+from workbench.review.page import code, figure, picture, table, warning_list, write_page
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["write_page_of"]
+
+_HARM = 0.1  # share by which an extension may err more on a run before the page warns of it
+_DOUBTFUL = 2.0  # times the noise: a run held out that errs more is not understood
+_HEADLINES: dict[Kind, str] = {
+    "NAMED": "Found: {causes}",
+    "SET": "Possible: {causes}",
+    "PARTIAL": "Found, but not all of it: {causes}",
+    "NONE": "No known cause explains the misfit",
+    "CLEAN": "Nothing is wrong above the noise",
+    "DATA_FAULT": "The data are at fault: {causes}",
+}
+_ADVICE: dict[Kind, str] = {
+    "NAMED": "Look for the cause at the machine. Where it is to stay, go on with the extended "
+    "model; where it is mended, measure again.",
+    "SET": "Do not mend anything yet: these runs cannot decide. Measure runs that differ more.",
+    "PARTIAL": "Something else is wrong as well. Mend what was found, measure again, and look at "
+    "the machine where the missing force is greatest.",
+    "NONE": "Look at the machine where and when the missing force is greatest, change one thing at "
+    "a time, measure again.",
+    "CLEAN": "Nothing: the model is as good as these runs can tell. Only runs of other modes, or "
+    "with larger motion, would ask more of it.",
+    "DATA_FAULT": "Put the measurement right and measure again before anything of the machine is "
+    "changed.",
+}
+
+
+def write_page_of(
+    path: Path,
+    found: Diagnosis,
+    files: Mapping[str, Path],
+    versions: Mapping[str, str],
+    next_run: str | None = None,
+    moving: bytes | None = None,
+) -> Path:
+    """Write a diagnosis as one HTML page and return its path; the same one gives the same bytes.
+
+    Args:
+        path: the `.html` file; one that is there is replaced.
+        found: the diagnosis.
+        files: what it was made from, by what each is to it.
+        versions: of what it was made with, by name.
+        next_run: in a sentence, what to measure next; None where nothing was proposed.
+        moving: JPEG of the viewer with the run held out that the base misses most and its twins;
+            None without one.
+    """
+    fitted = len(found.base.blocks)
+    about = f"{found.kind}: {found.rig.name}, {fitted} runs fitted, {len(found.held_out)} held out"
+    sections = [
+        ("Warnings", warning_list(_warnings(found))),
+        ("Error on the runs held out", errors(found)),
+        ("Size of the causes" if len(found.causes) > 1 else "Size of the cause", causes(found)),
+        ("What the refit changed", refit(found)),
+        ("The missing force", _missing(found)),
+        ("What each candidate is worth", _worth(found)),
+        ("Rivals, and why not", _rivals(found)),
+        ("The drive", drive(found)),
+        ("Rules", _rules(found)),
+        ("Recording", _recording(found, moving)),
+        ("What to do next", _list(_next_steps(found, next_run))),
+        ("Made from", _provenance(found, files, versions)),
+    ]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_page(path, _headline(found), about, _verdict(found), sections)
+    return path
+
+
+def _headline(found: Diagnosis) -> str:
+    several = " or " if found.kind == "SET" else " and "
+    names = several.join(_spoken(one.name) for one in found.causes)
+    if found.kind == "DATA_FAULT" and found.faults:
+        names = ", ".join(run for run, _ in found.faults)
+    return _HEADLINES[found.kind].format(causes=names).removesuffix(": ")
+
+
+def _verdict(found: Diagnosis) -> str:
+    """Return the causes in sentences, or the reason for none, and the errors."""
+    sure = found.causes and found.kind != "SET"
+    sentences = [one.sentence for one in found.causes] if sure else []
+    if not sure or found.kind in ("PARTIAL", "DATA_FAULT"):
+        sentences.append(_spoken(found.reason))
+    base, after = found.errors, found.extended_errors
+    if base is not None:
+        gain = f"On runs that no fit has seen, the model errs by {digits(base.rmse)} {base.unit}"
+        if after is not None:
+            gain += f" and the extended one by {digits(after.rmse)} {after.unit}"
+        sentences.append(f"{gain}; noise alone makes {digits(base.noise_floor)} {base.unit}")
+    return " ".join(f"{_sentence(one)}." for one in sentences)
+
+
+def _warnings(found: Diagnosis) -> Iterator[str]:
+    """Yield which runs do not count, and where those held out speak against the answer."""
+    for run, evidence in found.faults:
+        yield f"{run} is left out: {evidence}"
+    base, after = found.errors, found.extended_errors
+    if base is None or after is None:
+        yield "no run was held out: nothing but the fitted runs speaks for the answer"
+        return
+    for name, error in after.by_run.items():
+        before = base.by_run.get(name, error)
+        if error > max((1 + _HARM) * before, base.noise_floor):
+            yield (
+                f"{name} speaks against the answer: the extension errs by {digits(error)} "
+                f"{base.unit} where the base errs by {digits(before)} {base.unit}"
+            )
+        elif error > _DOUBTFUL * base.noise_floor:
+            yield (
+                f"{name} is not understood: the extension errs by {digits(error)} {base.unit} "
+                f"where noise makes {digits(base.noise_floor)} {base.unit}"
+            )
+
+
+def _missing(found: Diagnosis) -> Markup:
+    """Return what force the refitted base lacks, and what it depends on."""
+    missing = missing_force(found.base, found.rules)
+    if missing is None:
+        return Markup()
+    told = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
+    words = "What the refitted base would need at T to do as the robot did, means over 0.05 s."
+    if missing.sentence == ABSENT:
+        return told + Markup("<p>{}</p>").format(words)
+    best = missing.dependences[0]
+    rows = [(one.name, f"{100 * one.share:.0f} %", one.law) for one in missing.dependences]
+    return (
+        told
+        + _drawn(force_figure(missing), "force", (
+            f"{words} The run that lacks most; the band is twice what noise alone makes. The force "
+            "is drawn towards zero by as much as the cameras leave open."
+        ))
+        + _drawn(coordinate_figure(missing), "coordinate", (
+            f"The same force in all fitted runs against what explains most of it, {best.name}."
+        ))
+        + table(rows, ("Coordinate", "Share explained", "Law"), css="facts")
+        + Markup("<p>{}</p>").format(
+            "Share of what is missing beyond the noise, each coordinate alone, in pieces of the "
+            "runs that the regression has not seen. A law is told where one term explains nearly "
+            "as much as all of its coordinate."
+        )
+    )  # fmt: skip
+
+
+def _worth(found: Diagnosis) -> Markup:
+    """Return what each candidate promised and was worth."""
+    repeats = found.fits.repeats()
+    listed = {one.name for one in found.causes}
+    promised = {(one.name,): one.gain / repeats for one in found.promises}
+    fitted = {
+        names: gain for part in found.parts.values() for names, gain in _gains(part, found.rules)
+    }
+    bars = [
+        Bar(names, promised.get(names), fitted.get(names), set(names) <= listed)
+        for names in {**promised, **fitted}
+    ]
+    if not bars:
+        return Markup()
+    caption = (
+        "Bars: what a candidate promised near the refitted base, before it was fitted. Diamonds: "
+        "what it gained when it was fitted; two together where they gain clearly more than one. "
+        "Green: in the answer. Less than the threshold may be chance."
+    )
+    return _drawn(worth_figure(bars, found.rules.worth), "worth", caption)
+
+
+def _gains(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Yield what hypotheses gained; of two causes together only where that is more than of one."""
+    single = {one.names[0]: told.gain for one, told in part.compared if len(one.names) == 1}
+    for one, told in part.compared:
+        alone = max((single.get(name, 0.0) for name in one.names), default=0.0)
+        if len(one.names) == 1 or one.names == part.best.names or told.gain > alone + rules.worth:
+            yield one.names, told.gain
+
+
+def _rivals(found: Diagnosis) -> Markup:
+    reason = Markup("<p>{}.</p>").format(_sentence(_spoken(found.reason)))
+    rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.rivals]
+    return reason + table(rows, css="facts") if rows else Markup()
+
+
+def _rules(found: Diagnosis) -> Markup:
+    """Return all thresholds, with what each is of."""
+    doc = type(found.rules).__doc__ or ""
+    what = {
+        name.strip(): words.strip()
+        for name, _, words in (line.partition(":") for line in doc.splitlines())
+        if words
+    }
+    rows = [
+        (one.name, f"{getattr(found.rules, one.name):g}", what.get(one.name, ""))
+        for one in fields(found.rules)
+    ]
+    return table(rows, ("Rule", "Value", "Of what"), css="facts")
+
+
+def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
+    """Yield what to do now, most urgent first."""
+    if next_run is not None:
+        yield next_run
+    yield _ADVICE[found.kind]
+    for cause in found.causes:
+        candidate = found.fits.candidates.get(cause.name)
+        if candidate is not None and candidate.separated_by:
+            yield f"What shows whether it is {_spoken(cause.name)}: {candidate.separated_by}."
+    if found.extended is not None:
+        yield f"The extended model: {found.extended.source}"
+
+
+def _recording(found: Diagnosis, moving: bytes | None) -> Markup:
+    """Return the run held out that the base misses most in the viewer, and what opens it there."""
+    if found.errors is None or moving is None:
+        return Markup()
+    by_run = found.errors.by_run
+    worst = max(by_run, key=lambda name: by_run[name])
+    named = "" if found.extended is None else f" --model {found.extended.source}"
+    who = "robot and twin" if found.extended is None else "robot, twin and extended twin"
+    caption = f"{worst}, the run held out that the base misses most: {who}."
+    return picture(moving, caption) + code(f"workbench review {worst}{named}")
+
+
+def _provenance(found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]) -> Markup:
+    every = {"model": found.rig.source, **files}
+    if found.extended is not None:
+        every["extended model"] = found.extended.source
+    rows = [
+        (what, f"{path}, sha256 {sha256(path)}" if path.is_file() else str(path))
+        for what, path in every.items()
+    ]
+    rows.append(("seconds", digits(found.seconds)))
+    rows.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    return table(rows, css="facts")
+
+
+def _list(texts: Iterable[str]) -> Markup:
+    items = Markup().join(Markup("<li>{}</li>").format(text) for text in texts)
+    return Markup("<ul>{}</ul>").format(items) if items else items
+
+
+def _drawn(drawing: Figure, name: str, caption: str) -> Markup:
+    return figure(as_svg(drawing, name), caption)
+
+
+def _spoken(text: str) -> str:
+    """Return text with the names of causes as words."""
+    return text.replace("_", " ")
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
