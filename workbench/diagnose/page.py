@@ -91,8 +91,9 @@ def write_page_of(
 
 
 def _headline(found: Diagnosis) -> str:
-    several = " or " if found.kind == "SET" else " and "
-    names = several.join(_spoken(one.name) for one in found.causes)
+    *others, last = [_spoken(one.name) for one in found.causes] or [""]
+    names = f"{', '.join(others)} {'or' if found.kind == 'SET' else 'and'} " if others else ""
+    names += last
     if found.kind == "DATA_FAULT" and found.faults:
         names = ", ".join(run for run, _ in found.faults)
     return _HEADLINES[found.kind].format(causes=names).removesuffix(": ")
@@ -143,7 +144,8 @@ def _missing(found: Diagnosis) -> Markup:
     told = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
     words = "What the refitted base would need at T to do as the robot did, means over 0.05 s."
     if missing.sentence == ABSENT:
-        return told + Markup("<p>{}</p>").format(words)
+        size = f"{digits(missing.power)} times the power that the cameras' noise alone makes of it"
+        return told + Markup("<p>{}</p>").format(f"The smoothed force at T has {size}.")
     best = missing.dependences[0]
     rows = [(one.name, f"{100 * one.share:.0f} %", one.law) for one in missing.dependences]
     return (
@@ -213,7 +215,7 @@ def _rules(found: Diagnosis) -> Markup:
         (one.name, f"{getattr(found.rules, one.name):g}", what.get(one.name, ""))
         for one in fields(found.rules)
     ]
-    return table(rows, ("Rule", "Value", "Of what"), css="facts")
+    return table(rows, ("Rule", "Value", "Of what"), css="runs")
 
 
 def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:

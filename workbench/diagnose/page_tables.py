@@ -84,10 +84,10 @@ def drive(found: Diagnosis) -> Markup:
         return Markup()
     gains = {one.names[0]: told for one, told in part.compared if len(one.names) == 1}
     listed, sizes = {one.name for one in found.causes}, _sizes(found)
-    rows: list[tuple[str, ...]] = []
+    rows, how = list[tuple[str, ...]](), "possible" if part.kind == "SET" else "found"
     for name in (one for one in DRIVE if one in gains):
         gain, held = digits(gains[name].gain), digits(gains[name].held)
-        title = f"{_spoken(name)}, in the answer" if name in listed else _spoken(name)
+        title = f"{_spoken(name)} ({how})" if name in listed else _spoken(name)
         for key, amount in sizes.get(name, {"": None}).items():
             told = ("", "", "") if amount is None else _told(amount)
             rows.append((title, _spoken(key), *told, gain, held))
