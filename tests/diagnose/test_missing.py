@@ -68,7 +68,7 @@ def test_the_size_of_a_hidden_force_is_told_in_newtons() -> None:
     velocity = np.gradient(np.column_stack([motion[TOP[0]], motion[TOP[2]]]), motion.times, axis=0)
     force = 0.1 * np.linalg.norm(velocity, axis=1) * np.linalg.norm(velocity, axis=1)
     best = found(DECAY, hidden="drag").dependences[0]
-    assert best.size == pytest.approx(float(np.sqrt(np.mean(force**2))), rel=0.3)
+    assert best.size == pytest.approx(float(np.sqrt(np.mean(force**2))), rel=0.15)
 
 
 def test_dry_friction_is_found_as_independent_of_speed() -> None:

@@ -88,7 +88,7 @@ def coordinate_figure(missing: Missing) -> Figure:
     factor, unit = _SHOWN.get(best.unit, (1.0, best.unit))
     runs = [one for one in missing.forces if best.name in one.coordinates]
     where = [factor * _folded(best, one.coordinates[best.name][one.usable]) for one in runs]
-    forces = [_MILLI * one.force[one.usable, best.along] for one in runs]
+    forces = [_MILLI * one.force[one.usable] @ best.direction for one in runs]
 
     def draw(figure: Figure) -> None:
         ax = figure.subplots()
@@ -101,7 +101,7 @@ def coordinate_figure(missing: Missing) -> Figure:
                 label="median")  # fmt: skip
         low, high = np.percentile(values, _WIDE)
         wide = 0.15 * (high - low)
-        ax.set(xlabel=f"{best.name} [{unit}]", ylabel=f"{_ROWS[best.along]} [mN]",
+        ax.set(xlabel=f"{best.name} [{unit}]", ylabel=f"{best.where} [mN]",
                ylim=(low - wide, high + wide))  # fmt: skip
         legend(ax)
 

@@ -38,7 +38,8 @@ _ROUNDS, _FAR = 6, 3.0  # of the robust regression; residuals beyond so many dev
 _STILL = 0.1  # of the usual speed: below, a sign is no sign
 _FOLDS, _PIECE_S = 4, 0.5  # every fourth piece of each run is left out at a time
 
-_DIRECTIONS = ("forward", "up")
+_AXES = ("forward", "up")
+_STRAIGHT = 0.7  # width over length of a path, from which on it has no direction
 _EITHER_WAY = "the same either way"
 _ALONG = ("in proportion to speed", "with the square of speed", "independent of speed")
 _ODD = ("in proportion to it", "with its cube")
@@ -94,16 +95,18 @@ class Dependence:
         share: of the variance beyond that of noise, in pieces that the regression has not seen.
         law: the term that explains it nearly alone, or how it changes sides with speed; empty where
             neither is.
-        along: which component of the force follows it most: 0 forward, 1 up.
-        size: root mean square of that component [N].
-        sign: of the coefficient; of several terms that of their sum.
+        direction: (2,) forward and up, in which the force is told.
+        where: what to call that direction.
+        size: root mean square of the force in it [N].
+        sign: 1 where it goes with the coordinate, -1 against it; 0 where it is across it.
     """
 
     name: str
     unit: str
     share: float
     law: str
-    along: int
+    direction: Array
+    where: str
     size: float
     sign: float
 
@@ -193,12 +196,34 @@ def _dependence(forces: Sequence[MissingForce], name: str) -> Dependence:
         for f in forces if name in f.coordinates
     ), strict=True))  # fmt: skip
     fitted = values @ components.T
-    sizes = np.sqrt(np.mean(fitted**2, axis=0))
-    along = int(np.argmax(sizes / _spread(forces)))
-    sign = float(np.sign(fitted[:, along] @ coordinate))
-    own = name == f"velocity {_DIRECTIONS[along]}"
-    told = law if clear else _turning(coordinate, fitted[:, along]) if own else ""
-    return Dependence(name, _UNITS[name], max(best, 0.0), told, along, float(sizes[along]), sign)
+    direction, where = _direction(forces, fitted)
+    pushed = fitted @ direction
+    size = float(np.sqrt(np.mean(pushed**2)))
+    kind, _, axis = name.partition(" ")
+    if axis in _AXES and kind in ("displacement", "velocity"):
+        pushed = pushed * direction[_AXES.index(axis)]  # zero where the force is across it
+    sign = float(np.sign(pushed @ coordinate)) if np.any(pushed) else 0.0
+    turning = _turning(coordinate, pushed) if kind == "velocity" else ""
+    told = law if clear else turning
+    return Dependence(name, _UNITS[name], max(best, 0.0), told, direction, where, size, sign)
+
+
+def _direction(forces: Sequence[MissingForce], fitted: Array) -> tuple[Array, str]:
+    """Return the direction in which a fitted force is told, (2,), and what to call it.
+
+    A path that is longer than wide tells of forces along it only: two components would share what is
+    one. Else the component is taken that is more sure.
+    """
+    moved = np.concatenate([
+        np.column_stack([f.coordinates[f"velocity {axis}"][f.usable] for axis in _AXES])
+        for f in forces
+    ])  # fmt: skip
+    _, sizes, axes = np.linalg.svd(moved, full_matrices=False)
+    if sizes[1] < _STRAIGHT * sizes[0]:
+        first = axes[0] * (1.0 if axes[0][0] >= 0 else -1.0)
+        return np.asarray(first, dtype=np.float64), "along T's path"
+    along = int(np.argmax(np.sqrt(np.mean(fitted**2, axis=0)) / _spread(forces)))
+    return np.eye(2)[along], _AXES[along]
 
 
 def _turning(velocity: Array, fitted: Array) -> str:
@@ -289,8 +314,8 @@ def _sentence(best: Dependence, lacks: bool) -> str:
     if best.share < _CHANCE:
         return INDEPENDENT if lacks else ABSENT
     size, share = f"{digits(best.size)} N", f"({100 * best.share:.0f} % of what is missing)"
-    kind, _, direction = best.name.partition(" ")
-    own = direction == _DIRECTIONS[best.along]
+    kind = best.name.split(" ")[0]
+    own = best.sign != 0
     if kind == "velocity" and own and best.law in _ALONG:
         what = f"{'against' if best.sign < 0 else 'with'} the motion"
     elif kind == "displacement" and own and best.law in _ODD:
