@@ -6,7 +6,7 @@ candidates. It offers some of its runs as a system that can be fitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -150,19 +150,24 @@ class HopperRig:
         runs: measured, of one robot.
         document: the model file; its effects stay as they are.
         shape: of the beam.
+        modes: of runs that may be made, besides those of the runs.
     """
 
     def __init__(
-        self, runs: Sequence[MeasuredRun], document: Document[ModelFile], shape: ShapeFile
+        self,
+        runs: Sequence[MeasuredRun],
+        document: Document[ModelFile],
+        shape: ShapeFile,
+        modes: Collection[str] = (),
     ) -> None:
         self.name = "hopping robot"
         self.document, self.shape = document, shape
         model = document.content
         self.measured = tuple(paced(run) for run in runs)
         self.robot = make_robot(model.values(), shape, model.increments, model.quantities())
-        modes = {run.mode for run in runs}
-        self.base = hopper_base(model, modes)
-        self.candidates = hopper_candidates(modes, self.base, self.robot.effects)
+        self._modes = {run.mode for run in runs} | set(modes)
+        self.base = hopper_base(model, self._modes)
+        self.candidates = hopper_candidates(self._modes, self.base, self.robot.effects)
         self._quantities: Mapping[str, tuple[str, str]] = {
             parameter.name: (one.name, quantity)
             for one in self.candidates
@@ -216,6 +221,14 @@ class HopperRig:
                 if one.name in self._quantities}  # fmt: skip
         turned = like.turned if isinstance(like, Hopper) else ()
         return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH)
+
+    def with_runs(self, runs: Sequence[MeasuredRun]) -> HopperRig:
+        """Return the rig with more runs after its own; it may still fit what its modes feel."""
+        return HopperRig((*self.measured, *runs), self.document, self.shape, self._modes)
+
+    def with_modes(self, modes: Collection[str]) -> HopperRig:
+        """Return the rig with base and candidates of more modes than its runs have."""
+        return HopperRig(self.measured, self.document, self.shape, {*self._modes, *modes})
 
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str

@@ -1,0 +1,204 @@
+"""The hypotheses that a diagnosis leaves, each a model that may be true.
+
+A SET leaves all that are alike, and the base where the best of them may be chance; a name leaves
+the alternatives that are near it. Where nothing was found, what remains is every candidate that the
+runs can hardly show: it may be there, of the size of its tolerance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from workbench.diagnose.candidates import Candidate
+from workbench.diagnose.decide import Part, Scored, versus
+from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.fits import Hypothesis
+from workbench.diagnose.linear import Linear
+from workbench.diagnose.rigs import Rig
+from workbench.fit import Parameter, Scope
+from workbench.fit.estimator import ROBUST
+
+__all__ = ["BEYOND", "Remaining", "remaining"]
+
+Array = NDArray[np.float64]
+
+BEYOND = 2.0
+"""Times the rules' thresholds by which an alternative of a name is rejected beyond doubt."""
+_MOST = 6
+_FREED = 1e-4  # of the curvature of a prior, for what has none
+
+
+@dataclass(frozen=True, eq=False)
+class Remaining:
+    """One hypothesis that remains.
+
+    Args:
+        names: of its candidates; none is the base.
+        parameters: of the model and of its candidates.
+        values: parameter -> value [SI].
+        noise: process noise of each group of joints.
+        known: parameter -> its place in the information.
+        information: (p, p) J' W J of the runs that exist with the priors, in numbers of unit prior
+            deviation; what belongs to single runs is eliminated.
+        cost: -2 ln of the posterior of the fitted runs.
+        blocks: (b,) -2 ln L of each second of the fitted runs.
+        held: (h,) the same of the runs held out; empty where they were not judged.
+        weight: how likely it is among all that remain.
+        hidden: whether the runs that exist cannot show its causes.
+    """
+
+    names: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    values: Mapping[str, float]
+    noise: Mapping[str, float]
+    known: Mapping[str, int]
+    information: Array
+    cost: float
+    blocks: Array
+    held: Array
+    weight: float = 0.0
+    hidden: bool = False
+
+    @property
+    def name(self) -> str:
+        """Return it in words."""
+        return " with ".join(self.names) or "none of them"
+
+    def within(self, parameters: Sequence[Parameter]) -> Array:
+        """Return the information on some parameters, (p, p); a prior alone where no run tells."""
+        found = np.eye(len(parameters))
+        places = [(i, self.known[p.name]) for i, p in enumerate(parameters) if p.name in self.known]
+        if places:
+            here, there = map(list, zip(*places, strict=True))
+            found[np.ix_(here, here)] = self.information[np.ix_(there, there)]
+        return found
+
+    def behind(self, truth: Remaining) -> tuple[float, Array]:
+        """Return by how much it costs more than what is true, and that of each second, (b,)."""
+        every, cost = self.blocks - truth.blocks, self.cost - truth.cost
+        if len(self.held) == len(truth.held):
+            held = self.held - truth.held
+            every, cost = np.concatenate([every, held]), cost + float(held.sum())
+        return cost, every
+
+
+def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
+    """Return what a diagnosis leaves, the most likely first; at most one: nothing to tell.
+
+    Args:
+        found: the diagnosis.
+        rig: with the base and the candidates of the runs that exist and of those that can be made.
+    """
+    part = found.parts["observer"]
+    if part.kind in ("CLEAN", "NONE"):
+        return _hidden(found, rig)
+    fitted = {one.names: one for one in found.tried}
+    scored = _chosen(found, part)[:_MOST]
+    chosen = [_of(fitted[one.names], rig, one) for one in scored]
+    if part.kind == "SET" and not _evident(found, part):
+        chosen.append(_of(found.base, rig))
+    costs = np.array([one.cost for one in chosen]) / found.fits.repeats()
+    weights = scipy.special.softmax(-costs / 2)
+    chosen = [replace(one, weight=float(w)) for one, w in zip(chosen, weights, strict=True)]
+    return sorted(chosen, key=lambda one: -one.weight)
+
+
+def _chosen(found: Diagnosis, part: Part) -> Sequence[Scored]:
+    """Return the hypotheses that are alike, or a name with the alternatives near it."""
+    if part.kind == "SET":
+        return part.alike
+    rules, near = found.rules, [part.best]
+    for one, _ in part.compared:
+        if one.names == part.best.names or len(one.names) != len(part.best.names):
+            continue
+        behind = versus(part.best, one, found.fits.repeats())
+        if (
+            behind.sure < BEYOND * rules.apart
+            or behind.gain + behind.held < BEYOND * rules.suspected
+        ):
+            near.append(one)
+    return near
+
+
+def _evident(found: Diagnosis, part: Part) -> bool:
+    """Tell whether the best is more than chance, so that the base does not remain."""
+    rules, fits = found.rules, found.fits
+    told = next((v for one, v in part.compared if one.names == part.best.names), None)
+    least = max(rules.worth, rules.size * fits.samples() / fits.repeats())
+    return told is not None and told.gain > least and told.sure > rules.sure and told.held > 0
+
+
+def _of(one: Hypothesis, rig: Rig, scored: Scored | None = None) -> Remaining:
+    shared = [p for p in one.estimator.vector.parameters if p.scope is not Scope.RUN]
+    more = [p for p in rig.base if p.name not in {q.name for q in shared}]
+    values = {p.name: p.nominal for p in more} | {p.name: one.values[p.name] for p in shared}
+    known, information = _information(one)
+    held = np.concatenate([np.zeros(0), *(() if scored is None else scored.held)])
+    return Remaining(
+        one.names, (*shared, *more), values, one.estimator.noise, known, information,
+        one.cost, np.concatenate(one.blocks), held,
+    )  # fmt: skip
+
+
+def _information(one: Hypothesis) -> tuple[dict[str, int], Array]:
+    """Return what the fitted runs and the priors say of the shared parameters, (p, p)."""
+    estimator, vector = one.estimator, one.estimator.vector
+    jacobian = one.jacobian if len(one.jacobian) else estimator.jacobian(one.x)
+    weights = 1 / np.sqrt(1 + (estimator.residuals(one.x) / ROBUST) ** 2)
+    weights[len(weights) - int(vector.weighted.sum()) :] = 1.0
+    curvature = jacobian.T @ (jacobian * weights[:, None]) + _FREED * np.eye(len(vector))
+    own = np.array([p.scope is Scope.RUN for p in vector.parameters])
+    names = [p.name for p in vector.parameters if p.scope is not Scope.RUN]
+    return {name: i for i, name in enumerate(names)}, _eliminated(curvature, own)
+
+
+def _eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
+    """Return a curvature (p, p) of some numbers where the others go to their best."""
+    own, mixed = curvature[np.ix_(others, others)], curvature[np.ix_(others, ~others)]
+    return curvature[np.ix_(~others, ~others)] - mixed.T @ np.linalg.pinv(own) @ mixed
+
+
+def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
+    """Return the base, and beside it candidates that the runs hardly show, at their tolerance."""
+    base = _of(found.base, rig)
+    modes = {facts.mode for facts in found.rig.facts}
+    near = found.promises[0].near if found.promises else None
+    gains = {
+        one.name: _at_tolerance(one, near, rig.base) if modes & set(one.shows_in) else 0.0
+        for one in rig.candidates if one.quantities
+    }  # fmt: skip
+    least = found.rules.suspected * found.fits.repeats()
+    names = sorted((name for name, gain in gains.items() if gain < least), key=lambda n: gains[n])
+    names = names[: _MOST - 1]
+    candidates = {one.name: one for one in rig.candidates}
+    return [base, *(_supposed(base, candidates[name], 1 / len(names)) for name in names)]
+
+
+def _at_tolerance(candidate: Candidate, near: Linear | None, base: Sequence[Parameter]) -> float:
+    """Return the gain that a candidate of the size of its tolerance would have shown."""
+    quantities = [p.name for p in candidate.quantities.values()]
+    if near is None or not set(quantities) <= set(near.names):
+        return 0.0
+    names = np.array(near.names)
+    ours = np.isin(names, quantities)
+    kept = ours | near.own | np.isin(names, [p.name for p in base])
+    curvature = (near.curvature + np.diag(np.where(ours, 0.0, 1.0)))[np.ix_(kept, kept)]
+    return float(np.trace(_eliminated(curvature, ~ours[kept])))
+
+
+def _supposed(base: Remaining, candidate: Candidate, weight: float) -> Remaining:
+    """Return the base with a candidate of the size of its tolerance."""
+    quantities = tuple(candidate.quantities.values())
+    values = {
+        p.name: p.deviation if p.high >= p.deviation else max(-p.deviation, p.low)
+        for p in quantities
+    }
+    return replace(
+        base, names=(candidate.name,), parameters=(*base.parameters, *quantities),
+        values={**base.values, **values}, weight=weight, hidden=True,
+    )  # fmt: skip
