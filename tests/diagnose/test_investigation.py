@@ -11,12 +11,13 @@ import pytest
 
 from tests.diagnose.bench_paper import SIZE_M, alike, made, swings
 from workbench.diagnose import Diagnosis, Proposal, Round, Trial, diagnose, investigate, propose
-from workbench.diagnose.next_experiment import Separation
+from workbench.diagnose.proposed import Separation
 
 FIRST = (SIZE_M,) * 4
 POWERS = (0, 1, 2)
 MENU = swings(*np.linspace(0.014, 0.026, 13))
 TIES = 12
+Turns = list[Round[Diagnosis, Proposal]]
 Choose = Callable[[Diagnosis, int], Proposal | None]
 
 
@@ -30,7 +31,7 @@ def by_chance(found: Diagnosis, turn: int) -> Proposal | None:
     return Proposal((trial,), 1.0, (Separation("a", "b", 1.0, 0.5),), 0.5)
 
 
-def rounds(folder: Path, turn: int, choose: Choose, most: int) -> list[Round[Proposal]]:
+def rounds(folder: Path, turn: int, choose: Choose, most: int) -> Turns:
     """Go round with one tie, whose true cause goes by its number."""
     truth = {f"grown_{POWERS[turn % len(POWERS)]}": 0.4}
     sizes: list[float] = list(FIRST)
@@ -47,17 +48,17 @@ def rounds(folder: Path, turn: int, choose: Choose, most: int) -> list[Round[Pro
 
 
 @pytest.fixture(scope="module")
-def proposed(tmp_path_factory: pytest.TempPathFactory) -> list[list[Round[Proposal]]]:
+def proposed(tmp_path_factory: pytest.TempPathFactory) -> list[Turns]:
     folder = tmp_path_factory.mktemp("best")
     return [rounds(folder / str(turn), turn, best, 4) for turn in range(TIES)]
 
 
-def needed(one: list[Round[Proposal]]) -> int:
+def needed(one: Turns) -> int:
     """Runs until one cause stands."""
     return len(one[-1].found.rig.runs) - len(FIRST)
 
 
-def test_most_ties_end_within_two_proposals(proposed: list[list[Round[Proposal]]]) -> None:
+def test_most_ties_end_within_two_proposals(proposed: list[Turns]) -> None:
     ended = [one[-1].found.answer.kind == "NAMED" and len(one) <= 3 for one in proposed]
     assert sum(ended) >= 0.8 * TIES
     for turn, one in enumerate(proposed):
@@ -67,9 +68,7 @@ def test_most_ties_end_within_two_proposals(proposed: list[list[Round[Proposal]]
             assert one[-1].ended == "one cause stands"
 
 
-def test_chance_needs_half_as_many_runs_more(
-    proposed: list[list[Round[Proposal]]], tmp_path: Path
-) -> None:
+def test_chance_needs_half_as_many_runs_more(proposed: list[Turns], tmp_path: Path) -> None:
     random = [rounds(tmp_path / str(turn), turn, by_chance, 8) for turn in range(TIES)]
     ours = sum(map(needed, proposed))
     assert sum(map(needed, random)) >= 1.5 * ours

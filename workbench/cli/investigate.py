@@ -159,11 +159,11 @@ def _minutes_of(runs: Sequence[PlannedRun]) -> float:
     return minutes_of([Trial(run.mode, 0.0, run.duration, run.rest) for run in runs])
 
 
-def _proposal(one: Round[_Job]) -> Following | None:
+def _proposal(one: Round[Diagnosis, _Job]) -> Following | None:
     return None if one.proposed is None else one.proposed.following
 
 
-def _show(one: Round[_Job], as_json: bool) -> None:
+def _show(one: Round[Diagnosis, _Job], as_json: bool) -> None:
     """Print a round; its tables would stand in the way of an object on stdout."""
     people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
     if as_json:
@@ -175,7 +175,7 @@ def _show(one: Round[_Job], as_json: bool) -> None:
         people.print(f"ended: {one.ended}", markup=False)
 
 
-def _object(rounds: Sequence[Round[_Job]]) -> dict[str, Any]:
+def _object(rounds: Sequence[Round[Diagnosis, _Job]]) -> dict[str, Any]:
     """Return the last diagnosis with all rounds."""
     told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
     return told[-1] | {"rounds": told}

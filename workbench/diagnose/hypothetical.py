@@ -1,4 +1,4 @@
-"""Runs of the hopping robot that nobody has made yet, as a model that may be true would show them."""
+"""Runs of the hopping robot that nobody has made, as a model that may be true would show them."""
 
 from __future__ import annotations
 
@@ -85,13 +85,11 @@ def _steps(trial: Trial) -> tuple[tuple[float, float], ...]:
     if trial.mode not in DRIVEN:
         return ()
     count = round(_RAMP_S / _RAMP_STEP_S)
-    return tuple(
-        (i * _RAMP_STEP_S, trial.amount * (i + 1) / (count + 1)) for i in range(count + 1)
-    )
+    return tuple((i * _RAMP_STEP_S, trial.amount * (i + 1) / (count + 1)) for i in range(count + 1))
 
 
 def _sigmas(measured: Sequence[MeasuredRun]) -> dict[str, float]:
-    """Return the noise of each channel, [m] or [rad]: the median run's, or the worst of its unit."""
+    """Return each channel's noise, [m] or [rad]: the median run's, or the worst of its unit."""
     seen: dict[str, list[float]] = {}
     for run in measured:
         channels = [*run.channels, *([PITCH] if PITCH in run.motion else [])]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
+from workbench.diagnose import engine
 from workbench.diagnose.diagnosis import Diagnosis
 
 __all__ = ["Next", "Round", "investigate"]
@@ -21,13 +22,14 @@ class Next(Protocol):
 
 
 N = TypeVar("N", bound=Next)
+D = TypeVar("D", bound=Diagnosis | engine.Diagnosis)
 
-Look = Callable[[int], tuple[Diagnosis, N | None]]
+Look = Callable[[int], tuple[D, N | None]]
 """Diagnose all runs made so far, in the round of a number, and propose what to run next."""
 
 
 @dataclass(frozen=True, eq=False)
-class Round(Generic[N]):
+class Round(Generic[D, N]):
     """One turn of the loop.
 
     Args:
@@ -40,7 +42,7 @@ class Round(Generic[N]):
 
     number: int
     minutes: float
-    found: Diagnosis
+    found: D
     proposed: N | None
     ended: str | None
 
@@ -52,11 +54,11 @@ class Round(Generic[N]):
 def investigate(
     first: N | None,
     run: Callable[[N], None],
-    look: Look[N],
+    look: Look[D, N],
     budget: float,
     number: int = 1,
     spent: float = 0.0,
-) -> Iterator[Round[N]]:
+) -> Iterator[Round[D, N]]:
     """Run and diagnose in turns, and yield each turn when its diagnosis is there.
 
     Args:
@@ -80,9 +82,9 @@ def investigate(
         number += 1
 
 
-def _ended(found: Diagnosis, following: Next | None, left: float) -> str | None:
+def _ended(found: Diagnosis | engine.Diagnosis, following: Next | None, left: float) -> str | None:
     """Return why there is no further round, None where there is one."""
-    answer = found.answer
+    answer = found if isinstance(found, engine.Diagnosis) else found.answer
     if answer.kind == "DATA_FAULT":
         return "the data are at fault: mend what the diagnosis tells, before more runs are made"
     if answer.kind == "NAMED":

@@ -10,9 +10,7 @@ dismisses rivals, for each minute that it takes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import permutations, zip_longest
-from typing import Any
 
 import numpy as np
 import scipy
@@ -22,6 +20,7 @@ from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.layout import Layout
 from workbench.diagnose.noise import Noise, whitened
 from workbench.diagnose.problem import Linear, Problem
+from workbench.diagnose.proposed import TIMES, Proposal, Separation, minutes_of
 from workbench.diagnose.rig import Experimental, Observed, Rig, Trial
 from workbench.diagnose.screen import Neighbourhood
 from workbench.diagnose.solve import renewed
@@ -31,76 +30,11 @@ from workbench.progress import Progress
 __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose"]
 
 
-HANDLING_S = {"clamped": 60.0, "decay": 90.0, "hop": 90.0, "drop": 90.0}
-"""Mode -> time that a run costs besides itself: export, weight or start line, until all is still.
-Assumed, not measured; a mode that is not named takes the first."""
-SET_UP_S = {"clamped": 180.0, "decay": 180.0}
-"""Mode -> time to clamp the foot, once for all runs of a protocol."""
-
-TIMES = 2
-"""How often a proposed run is to be made: what one run alone shows is not named (decision 12)."""
-
 _CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
 _MOST_RUNS = 3  # in one proposal
 _LEAST_CHANCE = 0.1  # of dismissing a rival: a proposal below it is none
 _FURTHEST = 100.0  # noise deviations: farther than that no neighbourhood foretells how far
 _SILENT = 1e-9  # of the cost: what two rivals foretell alike
-
-
-@dataclass(frozen=True)
-class Separation:
-    """What a proposal is expected to tell if one cause is true.
-
-    Args:
-        truth: what is taken as true.
-        rival: what is refitted to it.
-        distance: that remains between the two predictions, in noise deviations of all samples; 100
-            means that or more, for a neighbourhood foretells no farther.
-        chance: that the next diagnosis dismisses the rival.
-    """
-
-    truth: str
-    rival: str
-    distance: float
-    chance: float
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """Runs that should be made next.
-
-    Args:
-        trials: the runs; each is to be made `TIMES` times.
-        minutes: that all of it takes on a bench.
-        separations: of each pair that they could tell apart, the hardest first.
-        chance: that they dismiss a rival of what is true.
-    """
-
-    trials: tuple[Trial, ...]
-    minutes: float
-    separations: tuple[Separation, ...]
-    chance: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Return runs, minutes and what is expected of them."""
-        return {
-            "runs": [{"mode": one.mode, "amount": one.amount} for one in self.trials],
-            "minutes": self.minutes,
-            "chance": round(self.chance, 4),
-            "separations": [
-                {"truth": one.truth, "rival": one.rival, "distance": round(one.distance, 3),
-                 "chance": round(one.chance, 4)}
-                for one in self.separations
-            ],
-        }  # fmt: skip
-
-
-def minutes_of(trials: Sequence[Trial]) -> float:
-    """Return how long runs take on a bench, with the handling that each needs [min]."""
-    usual = next(iter(HANDLING_S.values()))
-    runs = sum(one.rest + one.duration + HANDLING_S.get(one.mode, usual) for one in trials)
-    set_up = max((SET_UP_S.get(one.mode, 0.0) for one in trials), default=0.0)
-    return (runs + set_up) / 60
 
 
 def propose(

@@ -10,8 +10,11 @@ from pathlib import Path
 
 from workbench.bench import make_bench
 from workbench.bundle import Bundle
+from workbench.diagnose import engine
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.next_experiment import TIMES, Proposal, propose
+from workbench.diagnose.next_experiment import propose as propose_on_paths
+from workbench.diagnose.proposal import propose
+from workbench.diagnose.proposed import TIMES, Proposal
 from workbench.diagnose.rig import Trial
 from workbench.errors import FileFaults, InputError
 from workbench.progress import Progress
@@ -90,7 +93,11 @@ class Following:
 
 
 def following(
-    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, tell: Progress
+    found: Diagnosis | engine.Diagnosis,
+    bundles: Sequence[Bundle],
+    out: Path,
+    name: str,
+    tell: Progress,
 ) -> Following | None:
     """Propose what the bench of some runs should do next and write it as a protocol.
 
@@ -107,7 +114,11 @@ def following(
     Raises:
         InputError: when the file exists.
     """
-    proposal = propose(found, menu_of(bench_of(bundles)), tell)
+    menu = menu_of(bench_of(bundles))
+    if isinstance(found, engine.Diagnosis):
+        proposal = propose(found, menu, tell)
+    else:
+        proposal = propose_on_paths(found, menu, tell)
     if proposal is None:
         return None
     first = bundles[0]

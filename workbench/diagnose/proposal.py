@@ -10,122 +10,40 @@ the chance that it rejects rivals, for each minute that it takes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise, permutations, zip_longest
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.diagnose.drive_runs import propose_speed
 from workbench.diagnose.engine import Diagnosis
-from workbench.diagnose.hypothetical import hypothetical_runs
 from workbench.diagnose.linear import edges_of
+from workbench.diagnose.predicted import Predicted, Setting
+from workbench.diagnose.proposed import (
+    FURTHEST,
+    LEAST_CHANCE,
+    TIMES,
+    Proposal,
+    Separation,
+    minutes_of,
+)
 from workbench.diagnose.remaining import BEYOND, Remaining, remaining
 from workbench.diagnose.rig import Trial
 from workbench.diagnose.rigs import HopperRig
-from workbench.diagnose.rules import Rules
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, Scope
+from workbench.fit import Hopper, Scope
 from workbench.fit.estimator import ROBUST
 from workbench.fit.minimise import soft
 from workbench.progress import Progress
 
-__all__ = ["TIMES", "Proposal", "Separation", "Setting", "minutes_of", "propose", "propose_among"]
+__all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_among"]
 
 Array = NDArray[np.float64]
 
-HANDLING_S = {"clamped": 60.0, "decay": 90.0, "hop": 90.0, "drop": 90.0}
-"""Mode -> time that a run costs besides itself: export, weight or start line, until all is still.
-Assumed, not measured; a mode that is not named takes the first."""
-SET_UP_S = {"clamped": 180.0, "decay": 180.0}
-"""Mode -> time to clamp the foot, once for all runs of a protocol."""
-
-TIMES = 2
-"""How often a proposed run is to be made: what one run alone shows is not named."""
-
 _CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each number
 _MOST_RUNS = 3  # in one proposal
-_LEAST_CHANCE = 0.1  # of rejecting a rival: a proposal below it is none
-_FURTHEST = 100.0  # noise deviations: farther than that no linearisation predicts how far
 _SILENT = 1e-6  # of the gain: what two rivals predict alike
 _ROUNDS = 4  # of the robust weights in one linearisation
-
-
-@dataclass(frozen=True)
-class Separation:
-    """What a proposal is expected to tell if one hypothesis is true.
-
-    Args:
-        truth: what is taken as true.
-        rival: what is refitted to it.
-        distance: that remains between the two predictions, in noise deviations of all samples; 100
-            means that or more, for a linearisation predicts no farther.
-        chance: that the next diagnosis rejects the rival.
-    """
-
-    truth: str
-    rival: str
-    distance: float
-    chance: float
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """Runs that should be made next.
-
-    Args:
-        trials: the runs; each is to be made `TIMES` times.
-        minutes: that all of it takes on a bench.
-        separations: of each pair that they could tell apart, the hardest first.
-        chance: that they reject a rival of what is true.
-    """
-
-    trials: tuple[Trial, ...]
-    minutes: float
-    separations: tuple[Separation, ...]
-    chance: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Return runs, minutes and what is expected of them."""
-        return {
-            "runs": [{"mode": one.mode, "amount": one.amount} for one in self.trials],
-            "minutes": self.minutes,
-            "chance": round(self.chance, 4),
-            "separations": [
-                {"truth": one.truth, "rival": one.rival, "distance": round(one.distance, 3),
-                 "chance": round(one.chance, 4)}
-                for one in self.separations
-            ],
-        }  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """What a proposal is judged in.
-
-    Args:
-        rig: with the runs that exist, of a base and candidates that the menu's modes have too.
-        rules: of the diagnosis.
-        repeats: how often the innovations repeat one another.
-        samples: that the fitted runs have, of all channels.
-        strict: times the thresholds by which a rival is to be rejected.
-        threads: of the simulation; 0 takes all cores.
-    """
-
-    rig: HopperRig
-    rules: Rules
-    repeats: float = 1.0
-    samples: int = 0
-    strict: float = 1.0
-    threads: int = 0
-
-
-def minutes_of(trials: Sequence[Trial]) -> float:
-    """Return how long runs take on a bench, with the handling that each needs [min]."""
-    usual = next(iter(HANDLING_S.values()))
-    runs = sum(one.rest + one.duration + HANDLING_S.get(one.mode, usual) for one in trials)
-    set_up = max((SET_UP_S.get(one.mode, 0.0) for one in trials), default=0.0)
-    return (runs + set_up) / 60
 
 
 def propose(
@@ -139,16 +57,45 @@ def propose(
         tell: is told each stage.
 
     Returns:
-        None where at most one hypothesis remains, where the rig cannot tell what other runs would
-        show, or where no run on the menu separates what remains.
+        None where the data are at fault, where at most one hypothesis remains, where the rig cannot
+        tell what other runs would show, or where no run on the menu separates what remains.
     """
-    if not isinstance(found.rig, HopperRig) or not menu:
+    if found.kind == "DATA_FAULT" or not isinstance(found.rig, HopperRig) or not menu:
         return None
+    if found.parts["observer"].kind != "SET":  # a set of the drive is asked about first
+        return propose_speed(found, menu) or _of_observer(found, found.rig, menu, tell)
+    return _of_observer(found, found.rig, menu, tell) or propose_speed(found, menu)
+
+
+def _of_observer(
+    found: Diagnosis, rig: HopperRig, menu: Sequence[Trial], tell: Progress
+) -> Proposal | None:
+    """Return the runs that tell best what the observer leaves; None where none does."""
     part, fits = found.parts["observer"], found.fits
     strict = BEYOND if part.kind in ("NAMED", "PARTIAL") else 1.0
-    rig = found.rig.with_modes({trial.mode for trial in menu})
-    setting = Setting(rig, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)
-    return propose_among(remaining(found, rig), setting, menu, tell)
+    wide = rig.with_modes({trial.mode for trial in menu})
+    setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)
+    left = remaining(found, wide)
+    return propose_among(left, setting, _telling(left, rig, menu), tell)
+
+
+def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:
+    """Return the trials of modes that can tell.
+
+    A mode that brings numbers nobody has fitted yet, as the ground does, is expensive to simulate
+    and says little of what other modes show as well; it counts where a cause shows in no other.
+    """
+    modes = {trial.mode for trial in menu}
+    names = {name for one in left for name in one.names}
+    shown = {
+        mode: {one.name for one in rig.with_modes(modes).candidates
+               if one.name in names and mode in one.shows_in}
+        for mode in modes
+    }  # fmt: skip
+    plain = {mode for mode in modes if len(rig.with_modes({mode}).base) == len(rig.base)}
+    plainly = {name for mode in plain for name in shown[mode]}
+    telling = {mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)}
+    return [trial for trial in menu if trial.mode in telling]
 
 
 def propose_among(
@@ -171,11 +118,11 @@ def propose_among(
         if left[i].weight > 0 and not left[j].hidden
         and not _already(left[i], left[j], setting)
     ]  # fmt: skip
-    if not pairs:
+    if not pairs or not menu:
         return None
     tell(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
-    predicted = _Predicted(left, setting, menu)
-    closer = predicted.promising(pairs)
+    predicted = Predicted(left, setting, menu)
+    closer = _promising(predicted, pairs)
     if not closer:
         return None
     tell(f"let the rivals adapt in {len(closer)} of them")
@@ -212,103 +159,23 @@ def _least(
     return setting.strict * max(rules.suspected, rules.apart * scatter)
 
 
-class _Predicted:
-    """What each hypothesis that remains predicts of each trial.
+def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[int]:
+    """Return the trials that may tell most each minute, of each mode in turn.
 
-    Args:
-        left: the hypotheses.
-        setting: rig and rules.
-        menu: the trials; those that some hypothesis cannot make are left out.
-        runs: of each hypothesis, each trial as a run; simulated where left out.
+    Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
+    tell at best.
     """
-
-    def __init__(
-        self,
-        left: Sequence[Remaining],
-        setting: Setting,
-        menu: Sequence[Trial],
-        runs: Sequence[Sequence[MeasuredRun]] = (),
-    ) -> None:
-        self.left, self.setting, self.menu, self.runs = left, setting, list(menu), list(runs)
-        if not runs:
-            rig, made = setting.rig, []
-            for one in left:
-                empty = rig.system([], one.parameters)
-                robot = empty.robot_with({p: one.values[p.name] for p in one.parameters})
-                made.append(hypothetical_runs(robot, menu, rig.measured, setting.threads))
-            whole = [t for t in range(len(menu)) if all(runs[t] is not None for runs in made)]
-            self.menu = [menu[t] for t in whole]
-            self.runs = [[run for t in whole if (run := runs[t]) is not None] for runs in made]
-        self.systems = [self._refined(i) for i in range(len(left))]
-
-    def of(self, trials: Sequence[int]) -> _Predicted:
-        """Return the predictions of some of the trials."""
-        runs = [[runs[t] for t in trials] for runs in self.runs]
-        return _Predicted(self.left, self.setting, [self.menu[t] for t in trials], runs)
-
-    def estimator(self, j: int, i: int, like: Hopper | None = None) -> tuple[Estimator, Array]:
-        """Return the estimator of a hypothesis j for the runs that i predicts, and its numbers."""
-        setting, one = self.setting, self.left[j]
-        rig = setting.rig.with_runs(self.runs[i])
-        first = len(setting.rig.measured)
-        numbers = range(first, first + len(self.menu))
-        system = rig.system(numbers, one.parameters, like or self.systems[i])
-        vector = ParameterVector(system.parameters)
-        x = np.array([p.number(one.values.get(p.name, p.nominal)) for p in vector.parameters])
-        return Estimator.of(system, vector, one.noise, threads=setting.threads), x
-
-    def _refined(self, i: int) -> Hopper:
-        """Return the system of a hypothesis' own runs, T's turn taken out of the rotor's angle."""
-        setting = self.setting
-        first = len(setting.rig.measured)
-        numbers = range(first, first + len(self.menu))
-        plain = setting.rig.with_runs(self.runs[i]).system(numbers, self.left[i].parameters)
-        estimator, x = self.estimator(i, i, plain)
-        return plain.refined([one.qpos for one in estimator.innovations(x, keep=True)])
-
-    def parts(self, residuals: Array, system: Hopper) -> list[Array]:
-        """Return the residuals of each trial, (n, c) each."""
-        shapes = [system.seen(k).shape for k in range(len(self.menu))]
-        ends = np.cumsum([0, *(n * c for n, c in shapes)])
-        return [
-            residuals[a:b].reshape(shape)
-            for (a, b), shape in zip(pairwise(map(int, ends)), shapes, strict=True)
-        ]
-
-    def promising(self, pairs: Sequence[tuple[int, int]]) -> list[int]:
-        """Return the trials that may tell most each minute, of each mode in turn.
-
-        Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
-        tell at best.
-        """
-        apart = self._apart(pairs)
-        worth = {
-            t: (min(row) / minutes_of([self.menu[t]]), float(np.median(row)))
-            for t, row in enumerate(apart)
-            if max(row) > _SILENT
-        }
-        order = sorted(worth, key=lambda t: worth[t], reverse=True)
-        modes = list(dict.fromkeys(self.menu[t].mode for t in order))
-        queues = [[t for t in order if self.menu[t].mode == mode] for mode in modes]
-        turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
-        return turns[:_CLOSER]
-
-    def _apart(self, pairs: Sequence[tuple[int, int]]) -> list[list[float]]:
-        """Return the gain of each pair without adapting, by trial, in coarse steps."""
-        found: list[list[float]] = [[] for _ in self.menu]
-        for i in dict.fromkeys(i for i, _ in pairs):
-            own, x = self.estimator(i, i)
-            exact = own.residuals(x)
-            coarse = replace(own, defect=np.zeros(0)).residuals(x)
-            count = sum(len(part.ravel()) for part in self.parts(exact, self.systems[i]))
-            defect = (exact - coarse)[:count]
-            before = [float(np.sum(soft(part, ROBUST))) for part in self.parts(exact, self.systems[i])]
-            for j in (j for first, j in pairs if first == i):
-                rival, x = self.estimator(j, i)
-                cheap = replace(rival, defect=np.zeros(0)).residuals(x)[:count] + defect
-                for t, part in enumerate(self.parts(cheap, self.systems[i])):
-                    found[t].append(abs(float(np.sum(soft(part, ROBUST))) - before[t]))
-        return found
+    menu, apart = predicted.menu, predicted.apart(pairs)
+    worth = {
+        t: (min(row) / minutes_of([menu[t]]), float(np.median(row)))
+        for t, row in enumerate(apart)
+        if max(row) > _SILENT
+    }
+    order = sorted(worth, key=lambda t: worth[t], reverse=True)
+    modes = list(dict.fromkeys(menu[t].mode for t in order))
+    queues = [[t for t in order if menu[t].mode == mode] for mode in modes]
+    turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
+    return turns[:_CLOSER]
 
 
 class _Adapted:
@@ -319,7 +186,7 @@ class _Adapted:
         pairs: numbers of what is taken as true and of its rival.
     """
 
-    def __init__(self, predicted: _Predicted, pairs: Sequence[tuple[int, int]]) -> None:
+    def __init__(self, predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> None:
         self.predicted, self.pairs = predicted, list(pairs)
         self.setting, self.left = predicted.setting, predicted.left
         self.slopes: dict[int, Array] = {}
@@ -346,7 +213,7 @@ class _Adapted:
                 break
             found, worth = options[best], value
             chosen.append(best)
-        return found if found is not None and found.chance >= _LEAST_CHANCE else None
+        return found if found is not None and found.chance >= LEAST_CHANCE else None
 
     def _proposal(self, chosen: list[int]) -> Proposal:
         """Return what some of the trials are expected to tell."""
@@ -355,7 +222,7 @@ class _Adapted:
         for i, j in self.pairs:
             truth, rival = self.left[i], self.left[j]
             gain, chance = self._chance(i, j, chosen, own[i])
-            distance = min(float(np.sqrt(gain)), _FURTHEST)
+            distance = min(float(np.sqrt(gain)), FURTHEST)
             separations.append(Separation(truth.name, rival.name, distance, chance))
             shares[i] += chance / sum(first == i for first, _ in self.pairs)
         trials = tuple(self.predicted.menu[k] for k in chosen)
@@ -398,9 +265,8 @@ class _Adapted:
         parts = self.residuals[i, j]
         ends = np.cumsum([0, *(part.size for part in parts)])
         rows = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in chosen])
-        slopes, before = self.slopes[j][np.ix_(rows, columns)], np.concatenate(
-            [parts[k].ravel() for k in chosen]
-        )  # fmt: skip
+        slopes = self.slopes[j][rows][:, columns]
+        before = np.concatenate([parts[k].ravel() for k in chosen])
         allowed = np.eye(len(columns)) * TIMES
         allowed[: len(shared), : len(shared)] = self.left[j].within(shared)
         move, now = np.zeros(len(columns)), before
@@ -414,6 +280,7 @@ class _Adapted:
             left = now[begin : begin + parts[k].size].reshape(parts[k].shape)
             begin += parts[k].size
             costs = soft(left, ROBUST).sum(axis=1)
-            seconds += [float(costs[a:b].sum()) for a, b in pairwise(edges_of(len(costs), sample_s))]
+            edges = edges_of(len(costs), sample_s)
+            seconds += [float(costs[a:b].sum()) for a, b in pairwise(edges)]
         cost = TIMES * sum(seconds) + float(move @ allowed @ move)
         return cost, np.array(seconds)
