@@ -51,7 +51,8 @@ def hypothetical_runs(
         measured: runs that exist; their noise and start angle are taken over.
         threads: 0 takes all cores.
     """
-    sigmas, start = _sigmas(measured), measured[0].start_angle
+    start = measured[0].start_angle
+    sigmas = _sigmas(measured, robot.values["rotor_radius"])
     names = [*FOOT, *TOP, ROTOR_ANGLE]
     if any(PITCH in run.motion for run in measured):
         names.append(PITCH)
@@ -88,15 +89,18 @@ def _steps(trial: Trial) -> tuple[tuple[float, float], ...]:
     return tuple((i * _RAMP_STEP_S, trial.amount * (i + 1) / (count + 1)) for i in range(count + 1))
 
 
-def _sigmas(measured: Sequence[MeasuredRun]) -> dict[str, float]:
-    """Return each channel's noise, [m] or [rad]: the median run's, or the worst of its unit."""
+def _sigmas(measured: Sequence[MeasuredRun], radius: float) -> dict[str, float]:
+    """Return each channel's noise, [m] or [rad]: the median run's, or the worst of its unit.
+
+    An angle that no run has seen is that of two places a rotor's radius [m] apart.
+    """
     seen: dict[str, list[float]] = {}
     for run in measured:
         channels = [*run.channels, *([PITCH] if PITCH in run.motion else [])]
         for name, sigma in zip(channels, run.noise(channels), strict=True):
             seen.setdefault(name, []).append(float(sigma))
     known = {name: float(np.median(values)) for name, values in seen.items()}
-    angle = max((v for name, v in known.items() if name in _ANGLES), default=np.inf)
     place = max(v for name, v in known.items() if name not in _ANGLES)
+    angle = max((v for name, v in known.items() if name in _ANGLES), default=place / radius)
     every = (*FOOT, *TOP, *_ANGLES)
     return {name: known.get(name, angle if name in _ANGLES else place) for name in every}
