@@ -51,7 +51,7 @@ class Predicted:
         left: the hypotheses.
         setting: rig and rules.
         menu: the trials; those that some hypothesis cannot make are left out.
-        runs: of each hypothesis, each trial as a run; simulated where left out.
+        longest: how much of each is predicted [s].
     """
 
     def __init__(
@@ -59,24 +59,19 @@ class Predicted:
         left: Sequence[Remaining],
         setting: Setting,
         menu: Sequence[Trial],
-        runs: Sequence[Sequence[MeasuredRun]] = (),
+        longest: float = np.inf,
     ) -> None:
-        self.left, self.setting, self.menu, self.runs = left, setting, list(menu), list(runs)
-        if not runs:
-            rig, made = setting.rig, []
-            for one in left:
-                empty = rig.system([], one.parameters)
-                robot = empty.robot_with({p: one.values[p.name] for p in one.parameters})
-                made.append(hypothetical_runs(robot, menu, rig.measured, setting.threads))
-            whole = [t for t in range(len(menu)) if all(runs[t] is not None for runs in made)]
-            self.menu = [menu[t] for t in whole]
-            self.runs = [[run for t in whole if (run := runs[t]) is not None] for runs in made]
-        self.systems = [self._refined(i) for i in range(len(left))]
-
-    def of(self, trials: Sequence[int]) -> Predicted:
-        """Return the predictions of some of the trials."""
-        runs = [[runs[t] for t in trials] for runs in self.runs]
-        return Predicted(self.left, self.setting, [self.menu[t] for t in trials], runs)
+        self.left, self.setting = left, setting
+        rig, made = setting.rig, list[list[MeasuredRun | None]]()
+        begun = [replace(one, duration=min(one.duration, longest)) for one in menu]
+        for one in left:
+            empty = rig.system([], one.parameters)
+            robot = empty.robot_with({p: one.values[p.name] for p in one.parameters})
+            made.append(hypothetical_runs(robot, begun, rig.measured, setting.threads))
+        whole = [t for t in range(len(menu)) if all(runs[t] is not None for runs in made)]
+        self.menu = [menu[t] for t in whole]
+        self.runs = [[run for t in whole if (run := runs[t]) is not None] for runs in made]
+        self.systems = [self._refined(i) for i in range(len(left))] if whole else []
 
     def estimator(self, j: int, i: int, like: Hopper | None = None) -> tuple[Estimator, Array]:
         """Return the estimator of a hypothesis j for the runs that i predicts, and its numbers."""

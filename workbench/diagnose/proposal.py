@@ -41,6 +41,7 @@ __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_
 Array = NDArray[np.float64]
 
 _CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each number
+_BEGIN_S = 3.0  # of each trial, that tells which are looked at closer
 _MOST_RUNS = 3  # in one proposal
 _SILENT = 1e-6  # of the gain: what two rivals predict alike
 _ROUNDS = 4  # of the robust weights in one linearisation
@@ -121,12 +122,11 @@ def propose_among(
     if not pairs or not menu:
         return None
     tell(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
-    predicted = Predicted(left, setting, menu)
-    closer = _promising(predicted, pairs)
+    closer = _promising(Predicted(left, setting, menu, _BEGIN_S), pairs)
     if not closer:
         return None
     tell(f"let the rivals adapt in {len(closer)} of them")
-    return _Adapted(predicted.of(closer), pairs).best()
+    return _Adapted(Predicted(left, setting, closer), pairs).best()
 
 
 def _already(truth: Remaining, rival: Remaining, setting: Setting) -> bool:
@@ -159,12 +159,14 @@ def _least(
     return setting.strict * max(rules.suspected, rules.apart * scatter)
 
 
-def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[int]:
+def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[Trial]:
     """Return the trials that may tell most each minute, of each mode in turn.
 
     Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
     tell at best.
     """
+    if not predicted.menu:
+        return []
     menu, apart = predicted.menu, predicted.apart(pairs)
     worth = {
         t: (min(row) / minutes_of([menu[t]]), float(np.median(row)))
@@ -175,7 +177,7 @@ def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[i
     modes = list(dict.fromkeys(menu[t].mode for t in order))
     queues = [[t for t in order if menu[t].mode == mode] for mode in modes]
     turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
-    return turns[:_CLOSER]
+    return [menu[t] for t in turns[:_CLOSER]]
 
 
 class _Adapted:

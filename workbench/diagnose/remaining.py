@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 import scipy
@@ -164,18 +165,20 @@ def _eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
 
 
 def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
-    """Return the base, and beside it candidates that the runs hardly show, at their tolerance."""
+    """Return the base, and beside it candidates at their tolerance.
+
+    In turn those that the runs hardly show, and those that show in other modes only.
+    """
     base = _of(found.base, rig)
     modes = {facts.mode for facts in found.rig.facts}
     near = found.promises[0].near if found.promises else None
-    gains = {
-        one.name: _at_tolerance(one, near, rig.base) if modes & set(one.shows_in) else 0.0
-        for one in rig.candidates if one.quantities
-    }  # fmt: skip
+    candidates = {one.name: one for one in rig.candidates if one.quantities}
+    new = [name for name, one in candidates.items() if not modes & set(one.shows_in)]
+    gains = {n: _at_tolerance(one, near, rig.base) for n, one in candidates.items() if n not in new}
     least = found.rules.suspected * found.fits.repeats()
-    names = sorted((name for name, gain in gains.items() if gain < least), key=lambda n: gains[n])
-    names = names[: _MOST - 1]
-    candidates = {one.name: one for one in rig.candidates}
+    silent = sorted((n for n, gain in gains.items() if gain < least), key=lambda n: gains[n])
+    turns = [name for turn in zip_longest(silent, new) for name in turn if name is not None]
+    names = turns[: _MOST - 1]
     return [base, *(_supposed(base, candidates[name], 1 / len(names)) for name in names)]
 
 
