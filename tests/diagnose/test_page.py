@@ -17,7 +17,8 @@ from tests.diagnose.test_missing import DECAY, DRAG, hypothesis
 from tests.fit.filmed import ROBOT, measured, twin_motion
 from workbench.diagnose.decide import Kind, Part, Scored, Versus
 from workbench.diagnose.drive import DRIVE
-from workbench.diagnose.engine import Cause, Diagnosis, Found, Refit, Rival
+from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.findings import Cause, Found, Refit, Rival
 from workbench.diagnose.fits import Hypothesis, Promise
 from workbench.diagnose.kept import write_answer
 from workbench.diagnose.page import write_page_of

@@ -12,7 +12,8 @@ import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
 from workbench.diagnose.drive_runs import propose_speed_among
-from workbench.diagnose.engine import Cause, Diagnosis, Found
+from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.findings import Cause, Found
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.predicted import Setting
 from workbench.diagnose.proposal import Proposal, minutes_of, propose, propose_among

@@ -19,14 +19,14 @@ from workbench.diagnose import (
     Diagnosis,
     Following,
     HopperRig,
+    Rig,
     following,
-    load_rig,
+    load_mechanism,
     refused,
     write_answer,
-    write_diagnosis,
+    write_page_of,
 )
 from workbench.diagnose import diagnose as diagnose_rig
-from workbench.diagnose.rig import Rig
 from workbench.errors import DataFault, InputError
 from workbench.pairing import pair_extended
 from workbench.protocol import load_model
@@ -50,7 +50,6 @@ def diagnose(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the answer; by default diagnoses/<time>.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of all draws: the same seed, the same answer.")] = 0,
     look_ahead: Annotated[
         bool, typer.Option("--next/--no-next", help="Look for the runs that would tell more.")
     ] = True,
@@ -71,7 +70,7 @@ def diagnose(
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     given, files, bundles = _rig(runs or [], rig, folder)
     try:
-        found = diagnose_rig(given, target, target.name, tell, seed)
+        found = diagnose_rig(given, target, target.name, tell)
     except DataFault as fault:
         _refuse(fault, as_json)
         return
@@ -127,7 +126,7 @@ def write_report(
         next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
     write_answer(folder / f"{folder.name}.json", found, files)
     page = folder / f"{folder.name}.html"
-    return write_diagnosis(page, found, files, versions(), next_run, moving)
+    return write_page_of(page, found, files, versions(), next_run, moving)
 
 
 def _rig(
@@ -137,8 +136,8 @@ def _rig(
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
-        described = load_rig(file)
-        return described, described.files, []
+        described = load_mechanism(file)
+        return described, dict(described.files), []
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = Bundle.find_all(runs, folder)
@@ -158,31 +157,36 @@ def show_next(found: Diagnosis, proposed: Following | None) -> None:
         people.print(
             f"next: {proposed.sentence}\n      workbench run {proposed.protocol.path}", markup=False
         )
-    elif found.answer.kind == "SET":
+    elif found.kind == "SET":
         people.print("no run on the menu tells these apart; what would:", markup=False)
-        for name in found.answer.causes:
-            separated = found.layout.causes[name].separated_by
-            people.print(f"  {name}: {separated or 'nothing known'}", markup=False)
+        for cause in found.causes:
+            people.print(f"  {cause.name}: {cause.separated_by or 'nothing known'}", markup=False)
 
 
 def show_diagnosis(found: Diagnosis) -> None:
-    """Print the answer, its proof and what was not taken."""
-    answer, told = found.answer, found.as_json()["rmse_mm"]
-    people.print(f"{answer.kind}: {answer.reason}", markup=False)
-    if found.in_part is not None:
-        people.print(found.in_part, markup=False)
-    for cause in answer.causes:
+    """Print the answer, its proof, what the refit changed and what was not taken."""
+    people.print(f"{found.kind}: {found.reason}", markup=False)
+    for cause in found.causes:
+        people.print(f"  {cause.name}: {cause.sentence}", markup=False)
+    base, after = found.errors, found.extended_errors
+    if base is not None and after is not None:
+        people.print(f"held out: {', '.join(found.held_out)}", markup=False)
+        rows = [["noise floor", f"{base.noise_floor:.3g}"], ["base", f"{base.rmse:.3g}"],
+                ["extended", f"{after.rmse:.3g}"]]  # fmt: skip
+        show_table("error on runs held out", ["model", f"rmse [{base.unit}]"], rows)
+    if found.removed is not None and found.causes:
         people.print(
-            f"  {cause} ({100 * found.confidence(cause):.0f} %): "
-            f"{found.sentence(cause)}", markup=False,
-        )  # fmt: skip
-    rows = [[key.replace("_", " "), f"{value:.3f}"] for key, value in told.items()]
-    people.print(f"held out: {', '.join(found.held_out)}", markup=False)
-    show_table("error on runs held out", ["model", f"rmse [{found.errors.unit}]"], rows)
+            f"the extension removes {100 * found.removed:.0f} % of the removable error",
+            markup=False,
+        )
     if found.extended is not None:
-        people.print(
-            f"the extension removes {100 * found.removed:.0f} % of the removable error\n"
-            f"extended model: {found.extended.source}", markup=False,
-        )  # fmt: skip
-    if answer.rivals:
-        show_table("not taken", ["cause", "why"], [[r.name, r.why_not] for r in answer.rivals])
+        kind = "extended" if found.causes else "refitted"
+        people.print(f"{kind} model: {found.extended.source}", markup=False)
+    show_table(
+        "what the refit changed",
+        ["number", "stated", "now", "of its tolerance"],
+        [[one.name.replace("_", " "), f"{one.stated:.4g}", f"{one.now:.4g} {one.unit}",
+          f"{one.share:+.2f}"] for one in found.refit],
+    )  # fmt: skip
+    if found.rivals:
+        show_table("not taken", ["cause", "why"], [[r.name, r.why_not] for r in found.rivals])

@@ -44,7 +44,6 @@ def investigate(
     out: Annotated[
         Path | None, typer.Option(help="Folder of runs and rounds; by default by the protocol.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of all draws: the same seed, the same answer.")] = 0,
     as_json: JsonFlag = False,
 ) -> None:
     """Run, diagnose, propose, run, until one cause stands, nothing is left or the time is over.
@@ -56,7 +55,7 @@ def investigate(
     """
     minutes = _minutes(budget)
     lab = load_bench(bench)
-    loop = _Loop(lab, make_bench(lab.content), out or Path("investigations") / protocol.stem, seed)
+    loop = _Loop(lab, make_bench(lab.content), out or Path("investigations") / protocol.stem)
     first = loop.first(load(protocol, Protocol))
     number, spent = loop.rounds_before() + 1, loop.minutes_before()
     needed = spent + (0.0 if first is None else first.minutes)
@@ -104,11 +103,10 @@ class _Loop:
         lab: the bench's file.
         bench: its devices.
         out: folder of runs and rounds.
-        seed: of the diagnoses.
     """
 
-    def __init__(self, lab: Document[BenchFile], bench: Bench, out: Path, seed: int) -> None:
-        self.lab, self.bench, self.out, self.seed = lab, bench, out, seed
+    def __init__(self, lab: Document[BenchFile], bench: Bench, out: Path) -> None:
+        self.lab, self.bench, self.out = lab, bench, out
         self.runs = out / "runs"
 
     def complete(self) -> list[Bundle]:
@@ -146,7 +144,7 @@ class _Loop:
         rig, files = robot_of(bundles)
         name, folder = f"round-{number}", self.out / f"round-{number}"
         folder.mkdir(parents=True)
-        found = diagnose_rig(rig, folder, name, tell, self.seed)
+        found = diagnose_rig(rig, folder, name, tell)
         proposed = following(found, bundles, folder, name, tell)
         tell(f"report: {write_report(folder, found, files, proposed)}")
         if proposed is None:

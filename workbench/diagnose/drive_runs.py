@@ -15,7 +15,8 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.decide import Scored
-from workbench.diagnose.engine import Cause, Diagnosis
+from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.findings import Cause
 from workbench.diagnose.proposed import (
     FURTHEST,
     LEAST_CHANCE,

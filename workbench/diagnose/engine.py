@@ -117,6 +117,12 @@ class Diagnosis:
         }  # fmt: skip
 
     @property
+    def worst_held_out(self) -> str:
+        """Return the name of the run held out that the base misses most."""
+        by_run = {} if self.errors is None else self.errors.by_run
+        return max(self.held_out, key=lambda name: by_run.get(name, 0.0))
+
+    @property
     def removed(self) -> float | None:
         """Return the share of the removable error that the extension removes, if it was judged."""
         if self.errors is None or self.extended_errors is None:

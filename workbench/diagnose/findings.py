@@ -32,11 +32,13 @@ class Cause:
         name: canonical.
         quantities: what was found of each.
         sentence: what a technician is told, with its numbers.
+        separated_by: what tells it from others, in words.
     """
 
     name: str
     quantities: Mapping[str, Found]
     sentence: str
+    separated_by: str = ""
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,8 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
         more = float(np.mean([(values[name] - stated[name]) / scale for name, scale in pairs]))
         error = float(np.mean([errors[name] / scale for name, scale in pairs]))
         quantities[key] = found_of(more, error, -np.inf, np.inf, unit)
-    return Cause(candidate.name, quantities, candidate.sentence.format_map(quantities))
+    sentence = candidate.sentence.format_map(quantities)
+    return Cause(candidate.name, quantities, sentence, candidate.separated_by)
 
 
 def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
