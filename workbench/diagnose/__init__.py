@@ -21,6 +21,11 @@ What comes after: `standing` the causes that an answer leaves, `next_experiment`
 best which of them it is, `next_protocol` the menu of a bench and the file, `investigation` the loop
 of runs and diagnoses. `imagined` is a run of the robot that nobody has made yet.
 
+The same for the diagnosis of `engine`: `remaining` the hypotheses that it leaves, `hypothetical`
+the runs that each of them would show, `predicted` how the observer of another sees those,
+`proposal` the runs that tell best and `proposed` what is said of them; `drive_runs` does so for the
+drive alone.
+
 `mechanism` is the same for the estimator of `workbench.fit`: `mechanism_causes` lists what may be a
 cause, `mechanism_names` looks up what a rig file names, `mechanism_table` and `mechanism_runs` read
 its runs, `mechanism_files` what it says was found. It takes the place of the files `mjcf_...`.

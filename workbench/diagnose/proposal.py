@@ -10,6 +10,7 @@ the chance that it rejects rivals, for each minute that it takes.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise, permutations, zip_longest
 
 import numpy as np
@@ -28,7 +29,7 @@ from workbench.diagnose.proposed import (
     Separation,
     minutes_of,
 )
-from workbench.diagnose.remaining import BEYOND, Remaining, remaining
+from workbench.diagnose.remaining import BEYOND, MOST, Remaining, remaining
 from workbench.diagnose.rig import Trial
 from workbench.diagnose.rigs import HopperRig
 from workbench.fit import Hopper, Scope
@@ -77,7 +78,22 @@ def _of_observer(
     wide = rig.with_modes({trial.mode for trial in menu})
     setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)
     left = remaining(found, wide)
-    return propose_among(left, setting, _telling(left, rig, menu), tell)
+    menu = _telling(left, rig, menu)
+    if len(left) > MOST:
+        tell(f"see which of {len(left) - 1} causes other runs could show")
+        left = _shown(left, setting, menu)
+    return propose_among(left, setting, menu, tell)
+
+
+def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -> list[Remaining]:
+    """Return the base and the hidden causes that the greatest run of some mode shows most."""
+    greatest = {one.mode: one for one in sorted(menu, key=lambda one: one.amount)}
+    predicted = Predicted(left, setting, list(greatest.values()), _BEGIN_S)
+    if not predicted.menu:
+        return []
+    gains = np.max(predicted.apart([(i, 0) for i in range(1, len(left))]), axis=0)
+    most = np.argsort(-gains, kind="stable")[: MOST - 1]
+    return [left[0], *(replace(left[1 + k], weight=1 / len(most)) for k in most)]
 
 
 def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:

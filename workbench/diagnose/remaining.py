@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
 
 import numpy as np
 import scipy
@@ -24,13 +23,14 @@ from workbench.diagnose.rigs import Rig
 from workbench.fit import Parameter, Scope
 from workbench.fit.estimator import ROBUST
 
-__all__ = ["BEYOND", "Remaining", "remaining"]
+__all__ = ["BEYOND", "MOST", "Remaining", "remaining"]
 
 Array = NDArray[np.float64]
 
 BEYOND = 2.0
 """Times the rules' thresholds by which an alternative of a name is rejected beyond doubt."""
-_MOST = 6
+MOST = 6
+"""Hypotheses that are compared at once."""
 _FREED = 1e-4  # of the curvature of a prior, for what has none
 
 
@@ -91,6 +91,8 @@ class Remaining:
 def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
     """Return what a diagnosis leaves, the most likely first; at most one: nothing to tell.
 
+    Before hidden causes, which may be more than `MOST`, the base is first.
+
     Args:
         found: the diagnosis.
         rig: with the base and the candidates of the runs that exist and of those that can be made.
@@ -99,7 +101,7 @@ def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
     if part.kind in ("CLEAN", "NONE"):
         return _hidden(found, rig)
     fitted = {one.names: one for one in found.tried}
-    scored = _chosen(found, part)[:_MOST]
+    scored = _chosen(found, part)[:MOST]
     chosen = [_of(fitted[one.names], rig, one) for one in scored]
     if part.kind == "SET" and not _evident(found, part):
         chosen.append(_of(found.base, rig))
@@ -167,19 +169,18 @@ def _eliminated(curvature: Array, others: NDArray[np.bool_]) -> Array:
 def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
     """Return the base, and beside it candidates at their tolerance.
 
-    In turn those that the runs hardly show, and those that show in other modes only.
+    They are those that the runs hardly show, and those that show in other modes only.
     """
     base = _of(found.base, rig)
     modes = {facts.mode for facts in found.rig.facts}
     near = found.promises[0].near if found.promises else None
-    candidates = {one.name: one for one in rig.candidates if one.quantities}
-    new = [name for name, one in candidates.items() if not modes & set(one.shows_in)]
-    gains = {n: _at_tolerance(one, near, rig.base) for n, one in candidates.items() if n not in new}
     least = found.rules.suspected * found.fits.repeats()
-    silent = sorted((n for n, gain in gains.items() if gain < least), key=lambda n: gains[n])
-    turns = [name for turn in zip_longest(silent, new) for name in turn if name is not None]
-    names = turns[: _MOST - 1]
-    return [base, *(_supposed(base, candidates[name], 1 / len(names)) for name in names)]
+    hidden = [
+        one for one in rig.candidates
+        if one.quantities
+        and not (modes & set(one.shows_in) and _at_tolerance(one, near, rig.base) >= least)
+    ]  # fmt: skip
+    return [base, *(_supposed(base, one, 1 / len(hidden)) for one in hidden)]
 
 
 def _at_tolerance(candidate: Candidate, near: Linear | None, base: Sequence[Parameter]) -> float:
