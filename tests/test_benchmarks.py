@@ -22,7 +22,6 @@ ROOT = Path(__file__).resolve().parents[1]
         ("calibrate", ["ours: found nothing", "polyfit of the thesis' FFT", "holds the truth in"]),
         ("wire", ["readings of a ", "72-2540", "HMP4040", "wrong  processor s"]),
         ("replay", ["followed  replayed", "root mean square error [mm]", "13.2"]),
-        ("hop_windows", ["foot_cg forward 0.0165, 1 hops", "from rest, 2 s", "windows of 0.72 s"]),
         ("photo", ["2 photographs of", "rms pull", "angles, rms:", "intervals hold"]),
         ("thesis", ["Appendix E, loaded", "-17 rad/s", "mu 0.2/0.4 (comment)", "k 9.5"]),
         ("feedback", ["a misspelt key in a protocol", "take of 1.0 kB", "make demo", "floor"]),

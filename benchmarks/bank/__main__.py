@@ -13,19 +13,15 @@ that has it with the wrong sign.
 from __future__ import annotations
 
 import argparse
-import math
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.bank.baselines import NAMES
-from benchmarks.bank.calibrate import elsewhere
-from benchmarks.bank.calibrate import told_of as causes_of
 from benchmarks.bank.cases import draw_cases
 from benchmarks.bank.kept import keep_all, kept
 from benchmarks.bank.one_case import Line, engine, run_case
@@ -44,11 +40,7 @@ def told_of(folder: Path) -> Told:
              if _FLIP not in one.name}  # fmt: skip
     lines = [line for draw in draws.values() for line in kept(draw).values()]
     answered = {line["seed"]: line for line in lines if "answer" in line}
-    sure = _confidences(lines)
-    judged = {
-        seed: replace(judge(one["answer"], one["label"], one), confidence=sure.get(seed, math.nan))
-        for seed, one in answered.items()
-    }
+    judged = {seed: judge(one["answer"], one["label"], one) for seed, one in answered.items()}
     plain = {
         name: [
             judge(one["plain"][name], one["label"])
@@ -68,16 +60,6 @@ def told_of(folder: Path) -> Told:
         tuple(judged.values()), plain, signs, ties_of(folder), len(lines), failed, tuple(draws),
         engines, newest,
     )  # fmt: skip
-
-
-def _confidences(lines: Iterable[Line]) -> dict[int, float]:
-    """Return of each case that names a cause what all other cases teach of the first's weight.
-
-    That is what the next table of confidences would state, but for this case.
-    """
-    named = [one for one in causes_of(lines) if one.answer == "NAMED"]
-    pairs = zip(named, elsewhere(named), strict=True)
-    return {one.case: share for one, share in reversed([*pairs])}
 
 
 def _signs(folder: Path, judged: dict[int, Judged]) -> Iterator[Turned]:

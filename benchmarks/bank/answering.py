@@ -23,15 +23,15 @@ from typing import Any
 from benchmarks.bank.baselines import plain_answers
 from workbench.bundle import Bundle
 from workbench.cli.diagnose import robot_of
-from workbench.diagnose import diagnose, refused
-from workbench.diagnose.hypotheses import Refits
+from workbench.diagnose import Diagnosis, diagnose, refused
 from workbench.errors import DataFault
 from workbench.sim import EFFECTS
 
 __all__ = ["answer", "flip"]
 
 _MAIN = [sys.executable, "-c", "from workbench.cli import main; main()"]
-_SCREENED = "refit with"  # the first stage after the screening
+_SCREENED = ("fit ", "judge")  # the first stages after the screening
+_BEFORE = "see what each candidate promises"
 _WORDS = 300  # of an error that are kept
 _FEW = 5
 
@@ -40,9 +40,9 @@ def answer(folder: Path) -> dict[str, Any]:
     """Return what is answered to the case in a folder.
 
     Returns:
-        `answer` as `workbench diagnose --json` prints it, `plain` those of the dumb engines, what
-        is `behind` it, `screening` [s] until all causes have a score, `processor` [s] and `peak`
-        [MB].
+        `answer` as `workbench diagnose --json` prints it, `plain` those of the plain engines, what
+        is `behind` it, `screening` [s] from the base fit until all candidates have a promise,
+        `processor` [s] and `peak` [MB].
 
     Raises:
         RuntimeError: when the sheet is refused; with the last words.
@@ -54,35 +54,43 @@ def answer(folder: Path) -> dict[str, Any]:
         raise RuntimeError(f"workbench ingest: {done.stderr.strip()[-_WORDS:]}")
     told = json.loads(done.stdout)
     rig, _ = robot_of(Bundle.find_all([Path(one) for one in told["bundles"]], runs))
-    begin, screened = time.perf_counter(), [float("nan")]
+    begin, times = time.perf_counter(), dict[str, float]()
 
     def heard(stage: str) -> None:
-        if stage.startswith((_SCREENED, "judge")) and screened[0] != screened[0]:
-            screened[0] = time.perf_counter() - begin
+        if _BEFORE in times and stage.startswith(_SCREENED):
+            times.setdefault("screened", time.perf_counter() - times[_BEFORE])
+        if stage == _BEFORE:
+            times[stage] = time.perf_counter()
 
     try:
         found = diagnose(rig, folder / "answer", "answer", heard)
     except DataFault as fault:
         return _spent({"answer": refused(fault), "plain": {}})
     said = found.as_json()
-    told = {"answer": said, "plain": plain_answers(found), "behind": behind(found.refits)}
-    return _spent(told | {"screening": screened[0]})
+    told = {"answer": said, "plain": plain_answers(found), "behind": behind(found)}
+    screening = times.get("screened", float("nan"))
+    return _spent(told | {"screening": screening, "seconds": time.perf_counter() - begin})
 
 
-def behind(refits: Refits) -> dict[str, Any]:
+def behind(found: Diagnosis) -> dict[str, Any]:
     """Return what an answer rests on, so that thresholds can be studied on lines that are kept.
 
     Returns:
-        `left` and `beyond` of the base [noise deviations]; `scores`, `singles` and `pairs`: the
-        best few with their worth.
+        `promises`: the best few with their gain; for robot and drive what is `missing` and the best
+        hypotheses with their gain, fitted and held out, and how sure they are.
     """
-    base = refits.base
-    fitted = {
-        name: [[*one.causes, round(refits.worth(one), 2)] for one in some[:_FEW]]
-        for name, some in (("singles", refits.singles), ("pairs", refits.pairs))
+    promises = [[one.name, round(one.gain, 2)] for one in found.promises[:_FEW]]
+    parts = {
+        name: {
+            "missing": part.lack,
+            "compared": [
+                [*one.names, round(told.gain, 2), round(told.held, 2), round(told.sure, 2)]
+                for one, told in part.compared[:_FEW]
+            ],
+        }
+        for name, part in found.parts.items()
     }
-    scores = [[*one.causes, round(one.worth, 2)] for one in refits.scores[:_FEW]]
-    return {"left": base.left, "beyond": base.beyond, "scores": scores, **fitted}
+    return {"promises": promises, **parts}
 
 
 def _spent(said: dict[str, Any]) -> dict[str, Any]:

@@ -33,7 +33,7 @@ from workbench.diagnose import (
     minutes_of,
     propose,
 )
-from workbench.diagnose.next_experiment import TIMES
+from workbench.diagnose.proposed import TIMES
 from workbench.errors import DataFault
 from workbench.protocol import load_model, load_shape
 
@@ -86,7 +86,7 @@ def _right(line: Line, said: Line) -> bool:
 
 def _rounds(made: Made, found: Diagnosis, ask: Ask) -> list[Line]:
     rounds: list[Line] = []
-    while found.answer.kind == "SET" and len(rounds) < ROUNDS:
+    while found.kind == "SET" and len(rounds) < ROUNDS:
         asked = ask(found)
         if not asked:
             break
@@ -123,13 +123,13 @@ def _at_random(case: Case, minutes: float) -> Ask:
 
 def _diagnosed(made: Made) -> Diagnosis:
     model, shape = load_model("thesis", Path()), load_shape("thesis-initial", Path())
-    rig = HopperRig(measured(made), model, shape.content, threads=1)
+    rig = HopperRig(measured(made), model, shape.content)
     with tempfile.TemporaryDirectory() as folder:
-        return diagnose(rig, Path(folder))
+        return diagnose(rig, Path(folder), threads=1)
 
 
 def _said(found: Diagnosis) -> Line:
-    return {"answer": found.answer.kind, "causes": list(found.answer.causes)}
+    return {"answer": found.kind, "causes": [one.name for one in found.causes]}
 
 
 def main() -> None:

@@ -8,65 +8,34 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.bank import one_case
 from benchmarks.bank.__main__ import told_of
 from benchmarks.bank.answering import behind, flip
-from benchmarks.bank.baselines import bic, sindy, single
+from benchmarks.bank.baselines import bic, single
 from benchmarks.bank.cases import draw_cases
 from benchmarks.bank.one_case import engine
 from benchmarks.bank.score import judge, scores
 from benchmarks.bank.tables import page
 from tests.pendulum import PENDULUMS, rig_of
-from workbench.diagnose import diagnose, load_rig
+from workbench.diagnose import diagnose, load_mechanism
 from workbench.sim import EFFECTS
 from workbench.sim.effects.effect import Values
 
 pytestmark = pytest.mark.long  # a benchmark tests itself
 
-RATE_HZ = 120.0
-
 
 @pytest.mark.parametrize("name", PENDULUMS)
-def test_two_dumb_engines_name_what_a_pendulum_has(name: str, tmp_path: Path) -> None:
-    found = diagnose(load_rig(rig_of(name, tmp_path)), tmp_path)
+def test_two_plain_engines_name_what_a_pendulum_has(name: str, tmp_path: Path) -> None:
+    found = diagnose(load_mechanism(rig_of(name, tmp_path)), tmp_path / "out")
     assert single(found)["causes"] == [{"effect": "pivot_coulomb_friction", "parameters": {}}]
     listed: Any = bic(found)["causes"]
     assert listed[0]["effect"] == "pivot_coulomb_friction"
-    rests = behind(found.refits)
-    assert [one[0] for one in rests["singles"]][:1] == ["pivot_coulomb_friction"]
-    assert rests["singles"][0][1] > 8
-    assert rests["left"] > rests["beyond"]
+    rests = behind(found)
+    assert rests["promises"][0][0] == "pivot_coulomb_friction"
+    assert rests["observer"]["compared"][0][1] > 8
     json.dumps(rests)
-
-
-def swinging(more: float, noise: float) -> Any:
-    """Return a rig whose T swings along a slant and leaves an acceleration of `more` place^3."""
-    rng = np.random.default_rng(0)
-    times = np.arange(960) / RATE_HZ
-    swing = 0.05 * np.sin(2 * np.pi * 1.3 * times)
-    # the second integral of the cube, by Fourier: sin^3 = (3 sin - sin 3) / 4
-    rate = 2 * np.pi * 1.3
-    left = more * 0.05**3 * (-3 * np.sin(rate * times) + np.sin(3 * rate * times) / 9)
-    left /= 4 * rate**2
-    way = np.array([0.8, 0.6])
-    base = swing[:, None] * way
-    values = base + left[:, None] * way + noise * rng.normal(size=(960, 2))
-    run = SimpleNamespace(times=times, values=values, valid=np.ones((960, 2), dtype=bool),
-                          channels=("top_x_m", "top_z_m"))  # fmt: skip
-    rig = SimpleNamespace(runs=[run], predict=lambda asked, until: [base])
-    linear = SimpleNamespace(z=np.zeros(1), runs=(0,))
-    refits = SimpleNamespace(base=SimpleNamespace(fit=SimpleNamespace(linear=linear)))
-    return SimpleNamespace(rig=rig, refits=refits, layout=SimpleNamespace(values=lambda z, k: {}))
-
-
-def test_sparse_regression_names_a_cube_where_there_is_no_noise() -> None:
-    pytest.importorskip("pysindy", reason="pip install hopping-workbench[bank]")
-    assert sindy(swinging(2e5, 1e-7))["causes"] == [
-        {"effect": "hinge_cubic_stiffness", "parameters": {}}
-    ]
 
 
 def test_an_effect_that_is_turned_does_the_opposite(monkeypatch: pytest.MonkeyPatch) -> None:

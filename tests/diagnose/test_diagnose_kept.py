@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.diagnose.paper import measured
 from workbench.bundle import sha256
-from workbench.diagnose import diagnose, extended_model_of, write_answer
+from workbench.diagnose import extended_model_of, write_answer
 
 
 @pytest.fixture
@@ -18,6 +19,17 @@ def take(tmp_path: Path) -> Path:
     path = tmp_path / "take.csv"
     path.write_text("a take", encoding="utf-8")
     return path
+
+
+@dataclass
+class Written:
+    """An answer as the command line prints it."""
+
+    words: dict[str, Any]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it."""
+        return self.words
 
 
 def answer(folder: Path, take: Path, model: str | None, age_s: float = 0.0) -> Path:
@@ -35,17 +47,13 @@ def answer(folder: Path, take: Path, model: str | None, age_s: float = 0.0) -> P
 
 
 def test_an_answer_is_kept_with_what_it_rests_on(take: Path, tmp_path: Path) -> None:
-    found = diagnose(measured(1, {"hardening": 0.01}), tmp_path / "april", "april", seed=7)
     path = tmp_path / "april" / "april.json"
-    write_answer(path, found, {"run-1": take})
+    path.parent.mkdir()
+    written = {"answer": "NAMED", "extended_model": "elsewhere/april-model.yaml"}
+    write_answer(path, Written(written), {"run-1": take})
     told = json.loads(path.read_text(encoding="utf-8"))
-    assert told["schema"] == "workbench/diagnosis-1"
-    assert [one["effect"] for one in told["causes"]] == ["hardening"]
-    assert told["files"] == {"run-1": sha256(take)}
-    model = extended_model_of("run-1", take, tmp_path)
-    assert model is not None
-    assert found.extended is not None
-    assert model.name == found.extended.source.name
+    assert told == {"schema": "workbench/diagnosis-1", **written, "files": {"run-1": sha256(take)}}
+    assert extended_model_of("run-1", take, tmp_path) == path.parent / "april-model.yaml"
 
 
 def test_the_newest_diagnosis_of_a_run_counts(take: Path, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from workbench.diagnose.fits import Fits
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
 from workbench.diagnose.mechanism_causes import SECTIONS
-from workbench.diagnose.rigs import Rig
+from workbench.diagnose.rig import Rig
 from workbench.diagnose.wording import Amount
 from workbench.errors import InputError
 from workbench.fit import Acts, Scope

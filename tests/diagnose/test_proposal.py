@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from tests.diagnose.hidden import DOCUMENT, SHAPE, Asked, runs_of, truth
+from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.drive_runs import propose_speed_among
-from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.facts import Trial
 from workbench.diagnose.findings import Cause, Found
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.investigation import investigate
+from workbench.diagnose.next_experiment import Proposal, minutes_of, propose, propose_among
 from workbench.diagnose.predicted import Setting
-from workbench.diagnose.proposal import Proposal, minutes_of, propose, propose_among
 from workbench.diagnose.remaining import Remaining, remaining
-from workbench.diagnose.rig import Trial
-from workbench.diagnose.rigs import HopperRig
+from workbench.diagnose.rig import HopperRig
 from workbench.diagnose.rules import RULES
 from workbench.fit import Estimator, ParameterVector
 

@@ -24,7 +24,7 @@ from workbench.diagnose import (
     load_mechanism,
     refused,
     write_answer,
-    write_page_of,
+    write_diagnosis,
 )
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.errors import DataFault, InputError
@@ -126,7 +126,7 @@ def write_report(
         next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
     write_answer(folder / f"{folder.name}.json", found, files)
     page = folder / f"{folder.name}.html"
-    return write_page_of(page, found, files, versions(), next_run, moving)
+    return write_diagnosis(page, found, files, versions(), next_run, moving)
 
 
 def _rig(

@@ -157,15 +157,15 @@ def _minutes_of(runs: Sequence[PlannedRun]) -> float:
     return minutes_of([Trial(run.mode, 0.0, run.duration, run.rest) for run in runs])
 
 
-def _proposal(one: Round[Diagnosis, _Job]) -> Following | None:
+def _proposal(one: Round[_Job]) -> Following | None:
     return None if one.proposed is None else one.proposed.following
 
 
-def _show(one: Round[Diagnosis, _Job], as_json: bool) -> None:
+def _show(one: Round[_Job], as_json: bool) -> None:
     """Print a round; its tables would stand in the way of an object on stdout."""
     people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
     if as_json:
-        people.print(f"{one.found.answer.kind}: {one.found.answer.reason}", markup=False)
+        people.print(f"{one.found.kind}: {one.found.reason}", markup=False)
     else:
         show_diagnosis(one.found)
     show_next(one.found, _proposal(one))
@@ -173,7 +173,7 @@ def _show(one: Round[Diagnosis, _Job], as_json: bool) -> None:
         people.print(f"ended: {one.ended}", markup=False)
 
 
-def _object(rounds: Sequence[Round[Diagnosis, _Job]]) -> dict[str, Any]:
+def _object(rounds: Sequence[Round[_Job]]) -> dict[str, Any]:
     """Return the last diagnosis with all rounds."""
     told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
     return told[-1] | {"rounds": told}

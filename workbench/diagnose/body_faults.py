@@ -16,7 +16,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from workbench.diagnose.rig import Fault
+from workbench.diagnose.facts import Fault
 from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR, TOP, position, seen_median
 

@@ -1,43 +1,35 @@
-"""The whole diagnosis: runs of a rig in, an answer with its proof out."""
+"""The whole diagnosis: runs of a rig in, an answer with its proof out.
+
+1. Runs that are not what they are said to be are left out (`soundness`).
+2. The base is fitted within its tolerances, and the process noise that it asks for tells whether a
+   force is missing (`fits`).
+3. One Jacobian of all candidates says what each promises; those that promise most are fitted, then
+   a second beside the best (`linear`, `fits`). The drive is judged by the rotor's angle (`drive`).
+4. The runs' seconds decide (`decide`), for robot and drive each by itself.
+5. The model is written, read back and judged on runs held out (`validate`).
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from workbench.diagnose.answer import LEAST_SIZE, Answer, decide
-from workbench.diagnose.confidence import confidence
-from workbench.diagnose.hypotheses import Refits, refit_all
-from workbench.diagnose.intervals import spread
-from workbench.diagnose.judging import Hypothesis
-from workbench.diagnose.layout import Layout
-from workbench.diagnose.noise import Noise, noise_of
-from workbench.diagnose.one_run import with_carriers
-from workbench.diagnose.problem import Problem
-from workbench.diagnose.proof import MOST, Errors, Proof, errors_of
-from workbench.diagnose.rig import Effects, Rig
-from workbench.diagnose.soundness import Soundness, soundness, told, with_faults
-from workbench.diagnose.wording import Amount, digits
+from workbench.diagnose.decide import Kind, Part, versus
+from workbench.diagnose.drive_part import drive_part
+from workbench.diagnose.findings import Cause, Refit, Rival
+from workbench.diagnose.fits import Fits, Hypothesis, Promise
+from workbench.diagnose.observer_part import observer_part
+from workbench.diagnose.rig import Rig
+from workbench.diagnose.rules import RULES, Rules
+from workbench.diagnose.soundness import soundness
+from workbench.diagnose.validate import Errors, removed
+from workbench.diagnose.wording import digits
 from workbench.progress import Progress
 
-__all__ = ["Diagnosis", "Found", "diagnose"]
-
-_SURE = ("NAMED", "DATA_FAULT")
-_WINDOWED = "hops told it in short windows that begin while the foot stands, not from rest"
-
-
-@dataclass(frozen=True)
-class Found(Amount):
-    """One quantity of a cause, SI, with its 90 % interval and its standard error."""
-
-    error: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Return value, interval and unit."""
-        return {"value": self.value, "interval90": [self.low, self.high], "unit": self.unit}
+__all__ = ["Diagnosis", "diagnose"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,120 +38,115 @@ class Diagnosis:
 
     Args:
         rig: with its runs.
-        layout: of its unknowns.
-        noise: by run.
-        answer: of the engine.
-        refits: behind it.
-        quantities: cause -> quantity -> what was found.
+        kind: of the answer.
+        causes: named, or all of a set.
+        reason: in a sentence.
+        rivals: what was not taken.
+        base: the base as fitted.
+        best: the hypothesis of the observer that holds; the base where none does.
+        tried: all that were fitted.
+        promises: of each candidate, seen from the base.
+        parts: what the observer says, and the drive, by name.
+        refit: what the fit changed of the model's own numbers.
         held_out: names of the runs that judged.
-        errors: of the base on those.
-        proof: of the extension, where there is one.
-        extended: its rig, as read back from the file.
+        errors: of the refitted base on those.
+        extended_errors: of the model that was written; those of the base where it is that.
+        extended: rig as read back from the file that was written; None where none was.
+        faults: (run, evidence) of runs that were left out.
+        rules: that decided.
         seconds: that it took.
-        seed: of its draws.
-        sound: which runs were trusted.
-        shortened: runs that were compared only for as long as the base follows them, and for how
-            long [s].
+        fits: that can fit more.
     """
 
     rig: Rig
-    layout: Layout
-    noise: Sequence[Noise]
-    answer: Answer
-    refits: Refits
-    quantities: Mapping[str, Mapping[str, Found]]
+    kind: Kind
+    causes: tuple[Cause, ...]
+    reason: str
+    rivals: tuple[Rival, ...]
+    base: Hypothesis
+    best: Hypothesis
+    tried: tuple[Hypothesis, ...]
+    promises: tuple[Promise, ...]
+    parts: Mapping[str, Part]
+    refit: tuple[Refit, ...]
     held_out: tuple[str, ...]
-    errors: Errors
-    proof: Proof | None
+    errors: Errors | None
+    extended_errors: Errors | None
     extended: Rig | None
+    faults: tuple[tuple[str, str], ...]
+    rules: Rules
     seconds: float
-    seed: int
-    sound: Soundness
-    shortened: tuple[tuple[str, float], ...]
+    fits: Fits
 
-    @property
-    def removed(self) -> float:
-        """Return the share of the removable error that the extension removes."""
-        return 0.0 if self.proof is None else self.proof.removed
-
-    @property
-    def adequate(self) -> bool | None:
-        """Tell whether the causes make up for most of the misfit; None where there is none.
-
-        Causes whose extension runs held out refuse do not.
-        """
-        if not self.answer.causes:
-            return None
-        return self.proof is not None and self.proof.adequate
+    def as_json(self) -> dict[str, Any]:
+        """Return what the command line prints."""
+        base, after = self.errors, self.extended_errors
+        return {
+            "answer": self.kind,
+            "reason": self.reason,
+            "faults": [{"run": run, "evidence": text} for run, text in self.faults],
+            "causes": [
+                {
+                    "effect": one.name,
+                    "sentence": one.sentence,
+                    "parameters": {key: q.as_json() for key, q in one.quantities.items()},
+                }
+                for one in self.causes
+            ],
+            "rivals": [{"effect": one.name, "why_not": one.why_not} for one in self.rivals],
+            "explained": {name: part.explained for name, part in self.parts.items()},
+            "missing": {name: part.lack for name, part in self.parts.items()},
+            "process_noise": {"base": dict(self.base.estimator.noise),
+                              "best": dict(self.best.estimator.noise)},
+            "refit": {one.name: one.as_json() for one in self.refit},
+            "rmse_mm": {
+                "noise_floor": None if base is None else base.noise_floor,
+                "base": None if base is None else base.rmse,
+                "extended": None if after is None else after.rmse,
+            },
+            "prediction_mm": {
+                "base": None if base is None else dict(base.ahead),
+                "extended": None if after is None else dict(after.ahead),
+            },
+            "removable_removed": self.removed,
+            "held_out_runs": list(self.held_out),
+            "extended_model": None if self.extended is None else str(self.extended.source),
+            "next_protocol": None,
+            "rules": asdict(self.rules),
+            "seconds": self.seconds,
+        }  # fmt: skip
 
     @property
     def worst_held_out(self) -> str:
         """Return the name of the run held out that the base misses most."""
-        return max(self.held_out, key=lambda name: self.errors.by_run[name])
-
-    def confidence(self, cause: str) -> float:
-        """Return how often a cause of an answer like this one was a true one, 0 to 1."""
-        return confidence(self.answer.kind, self.answer.weights.get(cause, 0.0))
+        by_run = {} if self.errors is None else self.errors.by_run
+        return max(self.held_out, key=lambda name: by_run.get(name, 0.0))
 
     @property
-    def in_part(self) -> str | None:
-        """Return in words which runs were compared in part; None where all were compared whole."""
-        if not self.shortened:
+    def removed(self) -> float | None:
+        """Return the share of the removable error that the extension removes, if it was judged."""
+        if self.errors is None or self.extended_errors is None:
             return None
-        ends = ", ".join(f"{run} for {digits(end)} s" for run, end in self.shortened)
-        return f"compared only for as long as the base follows them: {ends}"
-
-    def sentence(self, cause: str) -> str:
-        """Return a cause in words, with its numbers."""
-        return self.layout.causes[cause].sentence.format_map(self.quantities.get(cause, {}))
-
-    def as_json(self) -> dict[str, Any]:
-        """Return what the command line prints."""
-        answer = self.answer
-        extended = self.errors.rmse if self.proof is None else self.proof.extended.rmse
-        return {
-            "answer": answer.kind,
-            "reason": answer.reason,
-            "faults": told(self.sound.evidence),
-            "shortened": [{"run": run, "seconds": end} for run, end in self.shortened],
-            "causes": [
-                {
-                    "effect": name,
-                    "confidence": round(self.confidence(name), 3),
-                    "weight": round(answer.weights.get(name, 0.0), 4),
-                    "sentence": self.sentence(name),
-                    "parameters": {
-                        key: one.as_json() for key, one in self.quantities.get(name, {}).items()
-                    },
-                }
-                for name in answer.causes
-            ],
-            "rivals": [{"effect": r.name, "why_not": r.why_not} for r in answer.rivals],
-            "rmse_mm": {
-                "noise_floor": self.errors.noise_floor,
-                "base": self.errors.rmse,
-                "extended": extended,
-            },
-            "removable_removed": self.removed,
-            "adequate": self.adequate,
-            "held_out_runs": list(self.held_out),
-            "extended_model": None if self.extended is None else str(self.extended.source),
-            "next_protocol": None,
-            "seconds": self.seconds,
-        }
+        return removed(self.errors, self.extended_errors)
 
 
 def diagnose(
-    rig: Rig, out: Path, name: str = "diagnosis", tell: Progress = lambda text: None, seed: int = 0
+    rig: Rig,
+    out: Path,
+    name: str = "diagnosis",
+    tell: Progress = lambda text: None,
+    rules: Rules = RULES,
+    threads: int = 0,
 ) -> Diagnosis:
     """Find what a rig's model gets wrong.
 
     Args:
         rig: with runs to fit and runs held out.
-        out: folder that the extended model is written into.
+        out: folder that the model is written into.
         name: of the diagnosis.
         tell: is told each stage.
-        seed: of the draws; the same seed gives the same answer.
+        rules: that decide.
+        threads: of the simulation; 0 takes all cores.
 
     Raises:
         InputError: when there are too few runs to fit, none to judge by, or a channel in none.
@@ -168,154 +155,75 @@ def diagnose(
     begin = time.perf_counter()
     tell("look for faults in the runs")
     sound = soundness(rig)
-    held = sound.held_out
-    layout, noise = Layout(rig), noise_of(rig.runs, (*sound.train, *held))
-    refits = refit_all(Problem(rig, layout, noise, sound.train), tell, seed)
-    errors, answer = _judged(refits, held, tell)
-    if answer.kind not in _SURE:
-        found = _in_windows(refits, held, tell, seed)
-        refits, errors, answer = found or (refits, errors, answer)
-    whole, rig = rig, refits.problem.rig
-    answer = with_faults(answer, sound)
-    quantities = _quantities(layout, refits, answer)
-    proof, extended = None, None
-    if answer.causes:
-        values = _base_values(layout, answer.best)
-        effects = _effects(layout, answer.best, refits.doubt)
-        out.mkdir(parents=True, exist_ok=True)
-        extended = rig.extend(out / f"{name}-model", values, effects, name)
-        proof = Proof(errors, errors_of(extended, noise, held))
-        if proof.harms:
-            extended.source.unlink()
-            answer, extended, proof = _refuted(answer, proof), None, None
-        elif not proof.adequate:
-            answer = _in_part(answer, proof)
-    names = tuple(rig.runs[k].name for k in held)
+    fits = Fits(rig, rules, tell, threads, {fault.run for fault in sound.faults})
+    tell("fit the base within its tolerances")
+    base = fits.base()
+    observer = observer_part(fits, base)
+    tell("judge the drive by the rotor's angle")
+    drive = drive_part(fits, observer.best)
+    parts = {"observer": observer.part}
+    if drive is not None:
+        parts["drive"] = drive.part
+    kind, reason = _together(parts)
+    causes = [*observer.causes, *(() if drive is None else drive.causes)]
+    groups = {fits.candidates[one.name].group for one in observer.causes}
+    if causes and groups == {"sensor"} and kind == "NAMED" and len(causes) == len(observer.causes):
+        kind = "DATA_FAULT"
+    if sound.faults:
+        kind, reason = "DATA_FAULT", sound.before(kind, reason)
+    tell("write the model and judge it by the runs held out")
+    effects = {one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
+               for one in causes if one.name in _taken(parts) and one.quantities
+               and not fits.frees(one.name)}  # fmt: skip
+    values = {p.name: observer.best.values[p.name] for p in rig.base}
+    out.mkdir(parents=True, exist_ok=True)
+    extended = rig.extend(out / f"{name}-model", values, effects, name)
+    angles = (None, None) if drive is None else drive.angles
+    before = {p.name: base.values[p.name] for p in rig.base}
     return Diagnosis(
-        rig, layout, noise, answer, refits, quantities, names, errors, proof, extended,
-        time.perf_counter() - begin, seed, sound, _shortened(whole, rig),
+        rig, kind, tuple(causes), reason, _rivals(fits, parts), base, observer.best,
+        observer.tried, observer.promises, parts, observer.refit,
+        tuple(rig.names[k] for k in fits.held),
+        rig.errors(fits.held, before, angles[0], threads),
+        extended.errors(fits.held, None, angles[1], threads),
+        extended, sound.evidence, rules, time.perf_counter() - begin, fits,
     )  # fmt: skip
 
 
-def _judged(refits: Refits, held: Sequence[int], tell: Progress) -> tuple[Errors, Answer]:
-    """Return what the base errs by on the runs held out, and the answer."""
-    problem = refits.problem
-    tell("judge by the runs held out")
-    errors = errors_of(problem.rig, problem.noise, held, refits.base.fit.z)
-
-    def shown(one: Hypothesis) -> bool:
-        return _shown(refits, held, errors, one)
-
-    def adding(one: Hypothesis, pairs: Sequence[Hypothesis]) -> list[Hypothesis]:
-        return _adding(refits, held, one, pairs)
-
-    answer = decide(refits, problem.layout, shown, adding)
-    return errors, with_carriers(answer, refits, problem)
+def _taken(parts: Mapping[str, Part]) -> set[str]:
+    """Return the names of the causes that the model which is written has."""
+    return {name for part in parts.values() for name in part.best.names}
 
 
-def _shown(refits: Refits, held: Sequence[int], errors: Errors, one: Hypothesis) -> bool:
-    """Tell whether what a hypothesis explains is of practical size in runs held out."""
-    extended = errors_of(refits.problem.rig, refits.problem.noise, held, one.fit.z)
-    return Proof(errors, extended).size > LEAST_SIZE
+def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
+    """Return one answer of what robot and drive say each by itself."""
+    kinds = {part.kind for part in parts.values()}
+    reason = "; ".join(f"{name}: {part.reason}" for name, part in parts.items())
+    order: tuple[Kind, ...] = ("SET", "PARTIAL")
+    for kind in order:
+        if kind in kinds:
+            return kind, reason
+    if "NAMED" in kinds:
+        return ("PARTIAL" if "NONE" in kinds else "NAMED"), reason
+    return ("NONE" if "NONE" in kinds else "CLEAN"), reason
 
 
-def _adding(
-    refits: Refits, held: Sequence[int], one: Hypothesis, pairs: Sequence[Hypothesis]
-) -> list[Hypothesis]:
-    """Return the pairs that make up for most of what one cause leaves of the runs held out.
-
-    What they explain must be of practical size, and no run held out may speak against it.
-    """
-    rig, noise = refits.problem.rig, refits.problem.noise
-    before, added = errors_of(rig, noise, held, one.fit.z), []
-    for pair in pairs:
-        after = errors_of(rig, noise, held, pair.fit.z)
-        proof = Proof(before, after)
-        worse = any(after.by_run[name] > before.by_run[name] for name in before.by_run)
-        if proof.removed >= MOST and proof.size > LEAST_SIZE and not worse:
-            added.append(pair)
-    return added
-
-
-def _in_windows(
-    refits: Refits, held: Sequence[int], tell: Progress, seed: int
-) -> tuple[Refits, Errors, Answer] | None:
-    """Return what hops tell in windows where they name a cause; None where they do not.
-
-    How a window begins is free, which hides some of what a model gets wrong. So a name must show in
-    runs held out, which are compared from rest.
-    """
-    problem = refits.problem.in_windows(refits.base.fit.z)
-    if problem is None:
-        return None
-    tell("compare hops in windows as well")
-    again = refit_all(problem, tell, seed, refits)
-    errors, answer = _judged(again, held, tell)
-    if answer.kind not in _SURE or not _shown(again, held, errors, answer.best):
-        return None
-    return again, errors, replace(answer, reason=f"{answer.reason}; {_WINDOWED}")
-
-
-def _shortened(whole: Rig, rig: Rig) -> tuple[tuple[str, float], ...]:
-    """Return which runs were compared for a part of what they could be, and for how long [s]."""
-    pairs = zip(whole.runs, rig.runs, strict=True)
-    cut = [short for run, short in pairs if len(short.times) < len(run.times)]
-    return tuple((run.name, float(run.times[-1])) for run in cut)
-
-
-def _refuted(answer: Answer, proof: Proof) -> Answer:
-    """Return an answer that names no cause for sure: runs held out speak against its extension."""
-    unit, base = proof.base.unit, digits(proof.base.rmse)
-    reason = (
-        f"{answer.reason}; but on runs held out the extension errs by "
-        f"{digits(proof.extended.rmse)} {unit} where the base errs by {base} {unit}, so no model "
-        "is written"
-    )
-    kind = "SET" if answer.kind == "NAMED" else answer.kind
-    return replace(answer, kind=kind, reason=reason)
-
-
-def _in_part(answer: Answer, proof: Proof) -> Answer:
-    """Return an answer that tells that its causes are not all that is wrong."""
-    unit = proof.base.unit
-    reason = (
-        f"{answer.reason}; but on runs held out the extension still errs by "
-        f"{digits(proof.extended.rmse)} of {digits(proof.base.rmse)} {unit}, where noise makes "
-        f"{digits(proof.base.noise_floor)} {unit}, so something else is wrong as well, or instead"
-    )
-    return replace(answer, reason=reason)
-
-
-def _quantities(layout: Layout, refits: Refits, answer: Answer) -> dict[str, dict[str, Found]]:
-    """Return the quantities of each cause in the best hypothesis that has it."""
-    found: dict[str, dict[str, Found]] = {}
-    same = refits.with_as_many(len(answer.best.causes))
-    for cause in answer.causes:
-        holder = next(one for one in same if cause in one.causes)
-        found[cause] = _found(layout, holder, cause, refits.doubt)
-    return found
-
-
-def _found(layout: Layout, holder: Hypothesis, cause: str, doubt: float) -> dict[str, Found]:
-    found, told = {}, spread(holder, cause, doubt)
-    for i, deviation, wide in zip(layout.of_cause[cause], *told, strict=True):
-        unknown = layout.unknowns[i]
-        value, wide = layout.value(int(i), float(holder.fit.z[i])), float(wide) * unknown.tolerance
-        low, high = max(value - wide, unknown.low), min(value + wide, unknown.high)
-        error = float(deviation) * unknown.tolerance
-        found[unknown.name.split(".", 1)[1]] = Found(value, low, high, unknown.unit, error)
-    return found
-
-
-def _effects(layout: Layout, best: Hypothesis, doubt: float) -> Effects:
-    found = {cause: _found(layout, best, cause, doubt) for cause in best.causes}
-    return {
-        cause: {key: (one.value, one.error) for key, one in named.items()}
-        for cause, named in found.items()
-    }
-
-
-def _base_values(layout: Layout, best: Hypothesis) -> dict[str, float]:
-    return {
-        layout.unknowns[i].name: layout.value(int(i), float(best.fit.z[i])) for i in layout.base
-    }
+def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
+    """Return what was fitted and not taken, and why."""
+    found = []
+    for part in parts.values():
+        listed = {name for one in part.alike for name in one.names}
+        for one, told in part.compared:
+            name = " with ".join(one.names)
+            if len(one.names) > 1 or name in listed:
+                continue
+            against = "the base" if part.best.names == () else " with ".join(part.best.names)
+            behind = versus(part.best, one, fits.repeats())
+            why = (
+                f"{against} makes the same seconds likelier by {digits(behind.gain + behind.held)}"
+                if part.best.names
+                else f"worth {digits(told.gain)} in the runs fitted and {digits(told.held)} in "
+                "those held out: no more than chance, or of no practical size"
+            )
+            found.append(Rival(name, why))
+    return tuple(found)

@@ -17,8 +17,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.diagnose.facts import Fault
 from workbench.diagnose.onset import late_by
-from workbench.diagnose.rig import Fault
 from workbench.fit import MeasuredRun, commanded_angle
 from workbench.motion import ROTOR_ANGLE, TOP, position
 

@@ -15,7 +15,8 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.decide import Scored
-from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.diagnosis import Diagnosis
+from workbench.diagnose.facts import Trial
 from workbench.diagnose.findings import Cause
 from workbench.diagnose.proposed import (
     FURTHEST,
@@ -25,7 +26,6 @@ from workbench.diagnose.proposed import (
     Separation,
     minutes_of,
 )
-from workbench.diagnose.rig import Trial
 from workbench.diagnose.rules import Rules
 from workbench.motion import DRIVEN, ROTOR_ANGLE
 

@@ -7,10 +7,12 @@ from pathlib import Path
 
 from ruamel.yaml.comments import CommentedMap
 
-from workbench.diagnose.rig import Effects
 from workbench.protocol import Document, ModelFile, rounded, write_changed
 
-__all__ = ["entries", "write_extension"]
+__all__ = ["Effects", "entries", "write_extension"]
+
+Effects = Mapping[str, Mapping[str, tuple[float, float]]]
+"""Cause -> quantity -> value and standard error, SI."""
 
 
 def write_extension(

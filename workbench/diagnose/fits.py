@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.drive import DriveFits, arm_of, drive_fits
 from workbench.diagnose.linear import Linear, edges_of
-from workbench.diagnose.rigs import Rig
+from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
 from workbench.fit import (
     Estimator,

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.diagnose.rig import Trial
+from workbench.diagnose.facts import Trial
 from workbench.errors import InputError
 from workbench.fit import MeasuredRun
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode, time_zero

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
-from workbench.diagnose import engine
 from workbench.diagnose.diagnosis import Diagnosis
 
 __all__ = ["Next", "Round", "investigate"]
@@ -22,14 +21,13 @@ class Next(Protocol):
 
 
 N = TypeVar("N", bound=Next)
-D = TypeVar("D", bound=Diagnosis | engine.Diagnosis)
 
-Look = Callable[[int], tuple[D, N | None]]
+Look = Callable[[int], tuple[Diagnosis, N | None]]
 """Diagnose all runs made so far, in the round of a number, and propose what to run next."""
 
 
 @dataclass(frozen=True, eq=False)
-class Round(Generic[D, N]):
+class Round(Generic[N]):
     """One turn of the loop.
 
     Args:
@@ -42,7 +40,7 @@ class Round(Generic[D, N]):
 
     number: int
     minutes: float
-    found: D
+    found: Diagnosis
     proposed: N | None
     ended: str | None
 
@@ -54,11 +52,11 @@ class Round(Generic[D, N]):
 def investigate(
     first: N | None,
     run: Callable[[N], None],
-    look: Look[D, N],
+    look: Look[N],
     budget: float,
     number: int = 1,
     spent: float = 0.0,
-) -> Iterator[Round[D, N]]:
+) -> Iterator[Round[N]]:
     """Run and diagnose in turns, and yield each turn when its diagnosis is there.
 
     Args:
@@ -82,19 +80,18 @@ def investigate(
         number += 1
 
 
-def _ended(found: Diagnosis | engine.Diagnosis, following: Next | None, left: float) -> str | None:
+def _ended(found: Diagnosis, following: Next | None, left: float) -> str | None:
     """Return why there is no further round, None where there is one."""
-    answer = found if isinstance(found, engine.Diagnosis) else found.answer
-    if answer.kind == "DATA_FAULT":
+    if found.kind == "DATA_FAULT":
         return "the data are at fault: mend what the diagnosis tells, before more runs are made"
-    if answer.kind == "NAMED":
-        return "one cause stands" if len(answer.causes) == 1 else "one pair of causes stands"
-    if answer.kind == "NONE":
+    if found.kind == "NAMED":
+        return "one cause stands" if len(found.causes) == 1 else "one pair of causes stands"
+    if found.kind == "NONE":
         return "no known cause explains what is left; other runs do not change that"
     if following is None:
         return (
             "nothing is left to find"
-            if answer.kind == "CLEAN"
+            if found.kind == "CLEAN"
             else "no run that this bench can make tells apart what is left"
         )
     if following.minutes > left:

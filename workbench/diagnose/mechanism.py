@@ -10,6 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.extension import Effects
+from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.mechanism_causes import asked, candidates_of
 from workbench.diagnose.mechanism_errors import errors_in
 from workbench.diagnose.mechanism_files import found_in, write_extended
@@ -22,7 +24,6 @@ from workbench.diagnose.mechanism_runs import (
     repeats_of,
     run_of,
 )
-from workbench.diagnose.rigs import Effects, Facts, Fault
 from workbench.diagnose.validate import Errors
 from workbench.errors import FileFaults, InputError
 from workbench.fit import Parameter, Scope, System

@@ -8,9 +8,8 @@ from pathlib import Path
 
 from ruamel.yaml.comments import CommentedMap
 
-from workbench.diagnose.extension import entries
+from workbench.diagnose.extension import Effects, entries
 from workbench.diagnose.mechanism_causes import Asked
-from workbench.diagnose.rigs import Effects
 from workbench.errors import FileFault, FileFaults, did_you_mean
 from workbench.protocol import Document, RigFile, rounded, write_changed
 

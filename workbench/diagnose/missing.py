@@ -211,8 +211,8 @@ def _dependence(forces: Sequence[MissingForce], name: str) -> Dependence:
 def _direction(forces: Sequence[MissingForce], fitted: Array) -> tuple[Array, str]:
     """Return the direction in which a fitted force is told, (2,), and what to call it.
 
-    A path that is longer than wide tells of forces along it only: two components would share what is
-    one. Else the component is taken that is more sure.
+    A path that is longer than wide tells of forces along it only: two components would share one
+    force. Else the component is taken that is more sure.
     """
     moved = np.concatenate([
         np.column_stack([f.coordinates[f"velocity {axis}"][f.usable] for axis in _AXES])

@@ -1,46 +1,57 @@
-"""The next experiment: of all runs that a bench can make, those that tell best what still stands.
+"""The next experiment: of all runs that a bench can make, those that tell best what still remains.
 
-Each cause that stands foretells each run. As far as the others, adapting base, own numbers, their
-own quantities and all clutter within what the runs that exist allow, still miss it, the run tells
-them apart (T-optimality: Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule that judges is
-the diagnosis' own, taken in the neighbourhood of each fit, so a run is worth the chance that it
-dismisses rivals, for each minute that it takes.
+Each hypothesis that remains predicts each run, and the observer of every other judges what is
+predicted. As far as that other still misses it, its base, its own quantities and what belongs to
+the run adapted within what the runs that exist allow, the run tells them apart (T-optimality:
+Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule is the diagnosis' own, so a run is worth
+the chance that it rejects rivals, for each minute that it takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import permutations, zip_longest
+from dataclasses import replace
+from itertools import pairwise, permutations, zip_longest
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.layout import Layout
-from workbench.diagnose.noise import Noise, whitened
-from workbench.diagnose.problem import Linear, Problem
-from workbench.diagnose.proposed import TIMES, Proposal, Separation, minutes_of
-from workbench.diagnose.rig import Experimental, Observed, Rig, Trial
-from workbench.diagnose.screen import Neighbourhood
-from workbench.diagnose.solve import renewed
-from workbench.diagnose.standing import names_standing, still_standing
+from workbench.diagnose.drive_runs import propose_speed
+from workbench.diagnose.facts import Trial
+from workbench.diagnose.linear import edges_of
+from workbench.diagnose.predicted import Predicted, Setting
+from workbench.diagnose.proposed import (
+    FURTHEST,
+    LEAST_CHANCE,
+    TIMES,
+    Proposal,
+    Separation,
+    minutes_of,
+)
+from workbench.diagnose.remaining import BEYOND, MOST, Remaining, remaining
+from workbench.diagnose.rig import HopperRig
+from workbench.fit import Hopper, Scope
+from workbench.fit.estimator import ROBUST
+from workbench.fit.minimise import soft
 from workbench.progress import Progress
 
-__all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose"]
+__all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_among"]
 
+Array = NDArray[np.float64]
 
-_CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each unknown
+_CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each number
+_BEGIN_S = 3.0  # of each trial, that tells which are looked at closer
 _MOST_RUNS = 3  # in one proposal
-_LEAST_CHANCE = 0.1  # of dismissing a rival: a proposal below it is none
-_FURTHEST = 100.0  # noise deviations: farther than that no neighbourhood foretells how far
-_SILENT = 1e-9  # of the cost: what two rivals foretell alike
+_SILENT = 1e-6  # of the gain: what two rivals predict alike
+_ROUNDS = 4  # of the robust weights in one linearisation
 
 
 def propose(
     found: Diagnosis, menu: Sequence[Trial], tell: Progress = lambda text: None
 ) -> Proposal | None:
-    """Return the runs that tell best, each minute, what a diagnosis leaves standing.
+    """Return the runs that tell best, each minute, what a diagnosis leaves.
 
     Args:
         found: the diagnosis.
@@ -48,198 +59,246 @@ def propose(
         tell: is told each stage.
 
     Returns:
-        None where at most one cause stands, where the rig cannot tell what other runs would show,
-        or where no run on the menu separates what stands.
+        None where the data are at fault, where at most one hypothesis remains, where the rig cannot
+        tell what other runs would show, or where no run on the menu separates what remains.
     """
-    if not isinstance(found.rig, Experimental):
+    if found.kind == "DATA_FAULT" or not isinstance(found.rig, HopperRig) or not menu:
         return None
-    menu = _telling(found, found.rig, menu)
-    if not menu:
-        return None
-    foretold = _Foretold(found, found.rig.with_trials(menu), menu)
-    if len(foretold.standing) < 2:
-        return None
-    tell(f"foretell {len(menu)} runs by each of {len(foretold.standing)} that stand")
-    closer = foretold.promising()
-    if not closer:
-        return None
-    tell(f"let the rivals adapt in {len(closer)} of them")
-    return _Judged(foretold, closer).best()
+    if found.parts["observer"].kind != "SET":  # a set of the drive is asked about first
+        return propose_speed(found, menu) or _of_observer(found, found.rig, menu, tell)
+    return _of_observer(found, found.rig, menu, tell) or propose_speed(found, menu)
 
 
-def _telling(found: Diagnosis, rig: Experimental, menu: Sequence[Trial]) -> list[Trial]:
+def _of_observer(
+    found: Diagnosis, rig: HopperRig, menu: Sequence[Trial], tell: Progress
+) -> Proposal | None:
+    """Return the runs that tell best what the observer leaves; None where none does."""
+    part, fits = found.parts["observer"], found.fits
+    strict = BEYOND if part.kind in ("NAMED", "PARTIAL") else 1.0
+    wide = rig.with_modes({trial.mode for trial in menu})
+    setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)
+    left = remaining(found, wide)
+    menu = _telling(left, rig, menu)
+    if len(left) > MOST:
+        tell(f"see which of {len(left) - 1} causes other runs could show")
+        left = _shown(left, setting, menu)
+    return propose_among(left, setting, menu, tell)
+
+
+def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -> list[Remaining]:
+    """Return the base and the hidden causes that the greatest run of some mode shows most."""
+    greatest = {one.mode: one for one in sorted(menu, key=lambda one: one.amount)}
+    predicted = Predicted(left, setting, list(greatest.values()), _BEGIN_S)
+    if not predicted.menu:
+        return []
+    gains = np.max(predicted.apart([(i, 0) for i in range(1, len(left))]), axis=0)
+    most = np.argsort(-gains, kind="stable")[: MOST - 1]
+    return [left[0], *(replace(left[1 + k], weight=1 / len(most)) for k in most)]
+
+
+def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:
     """Return the trials of modes that can tell.
 
-    A mode that brings numbers nobody has fitted yet, as the ground does, is dear to simulate and
-    says little of what other modes show as well; it counts where a cause shows in no other.
+    A mode that brings numbers nobody has fitted yet, as the ground does, is expensive to simulate
+    and says little of what other modes show as well; it counts where a cause shows in no other.
     """
-    modes = {trial.mode: trial for trial in menu}
-    every = rig.with_trials(list(modes.values()))
-    names = names_standing(found, Layout(every))
-    standing = [cause for cause in every.causes if cause.name in names]
+    modes = {trial.mode for trial in menu}
+    names = {name for one in left for name in one.names}
     shown = {
-        mode: {one.name for one in standing if not one.shows_in or mode in one.shows_in}
+        mode: {one.name for one in rig.with_modes(modes).candidates
+               if one.name in names and mode in one.shows_in}
         for mode in modes
-    }
-    plain = {m for m, trial in modes.items() if len(rig.with_trials([trial]).base) == len(rig.base)}
+    }  # fmt: skip
+    plain = {mode for mode in modes if len(rig.with_modes({mode}).base) == len(rig.base)}
     plainly = {name for mode in plain for name in shown[mode]}
     telling = {mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)}
     return [trial for trial in menu if trial.mode in telling]
 
 
-class _Foretold:
-    """What each that stands foretells of each trial."""
-
-    def __init__(self, found: Diagnosis, rig: Rig, menu: Sequence[Trial]) -> None:
-        self.rig, self.menu, self.layout = rig, menu, Layout(rig)
-        self.first = len(found.rig.runs)
-        self.noise = [*found.noise, *_noise_of_trials(found, rig.runs[self.first :])]
-        self.standing = still_standing(found, self.layout)
-        self.pairs = [
-            (i, j)
-            for i, j in permutations(range(len(self.standing)), 2)
-            if self.standing[i].weight > 0 and not self.standing[j].unseen
-        ]
-
-    def problem(self, trials: Sequence[int]) -> Problem:
-        """Return the problem of some trials, as if they had been measured as zero."""
-        runs = [self.first + t for t in trials]
-        return Problem(self.rig, self.layout, self.noise, runs)
-
-    def promising(self) -> list[int]:
-        """Return the trials that may tell most each minute, of each mode in turn.
-
-        Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
-        tell at best.
-        """
-        apart = self._apart()
-        worth = {
-            t: (min(row) / minutes_of([self.menu[t]]), float(np.median(row)))
-            for t, row in enumerate(apart)
-            if max(row) > _SILENT
-        }
-        order = sorted(worth, key=lambda t: worth[t], reverse=True)
-        modes = list(dict.fromkeys(self.menu[t].mode for t in order))
-        queues = [[t for t in order if self.menu[t].mode == mode] for mode in modes]
-        turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
-        return turns[:_CLOSER]
-
-    def _apart(self) -> list[list[float]]:
-        """Return half the squared distance of each pair's predictions, by trial; one batch."""
-        asked = [
-            (self.first + t, self.layout.values(one.z, self.first + t))
-            for t in range(len(self.menu))
-            for one in self.standing
-        ]
-        paths = iter(self.rig.predict(asked))
-        found: list[list[float]] = []
-        for t in range(len(self.menu)):
-            run, noise = self.rig.runs[self.first + t], self.noise[self.first + t]
-            told = [whitened(next(paths), run.valid, noise) for _ in self.standing]
-            found.append([float(np.sum((told[i] - told[j]) ** 2)) / 2 for i, j in self.pairs])
-        return found
-
-
-class _Judged:
-    """Trials under the diagnosis' own rule: all that stand refitted, in the neighbourhood of each.
+def propose_among(
+    left: Sequence[Remaining],
+    setting: Setting,
+    menu: Sequence[Trial],
+    tell: Progress = lambda text: None,
+) -> Proposal | None:
+    """Return the runs that tell best which of some hypotheses is true; None where none does.
 
     Args:
-        foretold: with all that stand.
-        trials: that are looked at closer.
+        left: the hypotheses that remain.
+        setting: rig and rules.
+        menu: the runs that the bench can make.
+        tell: is told each stage.
+    """
+    pairs = [
+        (i, j)
+        for i, j in permutations(range(len(left)), 2)
+        if left[i].weight > 0 and not left[j].hidden
+        and not _already(left[i], left[j], setting)
+    ]  # fmt: skip
+    if not pairs or not menu:
+        return None
+    tell(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
+    closer = _promising(Predicted(left, setting, menu, _BEGIN_S), pairs)
+    if not closer:
+        return None
+    tell(f"let the rivals adapt in {len(closer)} of them")
+    return _Adapted(Predicted(left, setting, closer), pairs).best()
+
+
+def _already(truth: Remaining, rival: Remaining, setting: Setting) -> bool:
+    """Tell whether the runs that exist reject a rival if another hypothesis is true."""
+    total, seconds = rival.behind(truth)
+    return total / setting.repeats > _least(truth, rival, setting, seconds, 0, 0.0)
+
+
+def _least(
+    truth: Remaining, rival: Remaining, setting: Setting, seconds: Array, more: int, gain: float
+) -> float:
+    """Return the gain that rejects a rival, in all runs, as `decide` has it.
+
+    Args:
+        truth: what is taken as true.
+        rival: that is to be rejected.
+        setting: with the rules.
+        seconds: (b,) gains of all seconds.
+        more: samples that the runs would add.
+        gain: expected of those; it scatters by twice its root.
+    """
+    rules = setting.rules
+    if not truth.names:
+        return -rules.suspected  # a cause always fits better than none; it must be worth little
+    each = seconds / setting.repeats
+    scatter = float(np.sqrt(np.var(each) * len(each) + 4 * gain))
+    if not rival.names:
+        size = rules.size * (setting.samples + more) / setting.repeats
+        return max(rules.worth, size, rules.sure * scatter)
+    return setting.strict * max(rules.suspected, rules.apart * scatter)
+
+
+def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[Trial]:
+    """Return the trials that may tell most each minute, of each mode in turn.
+
+    Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
+    tell at best.
+    """
+    if not predicted.menu:
+        return []
+    menu, apart = predicted.menu, predicted.apart(pairs)
+    worth = {
+        t: (min(row) / minutes_of([menu[t]]), float(np.median(row)))
+        for t, row in enumerate(apart)
+        if max(row) > _SILENT
+    }
+    order = sorted(worth, key=lambda t: worth[t], reverse=True)
+    modes = list(dict.fromkeys(menu[t].mode for t in order))
+    queues = [[t for t in order if menu[t].mode == mode] for mode in modes]
+    turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
+    return [menu[t] for t in turns[:_CLOSER]]
+
+
+class _Adapted:
+    """Trials under the diagnosis' own rule, what remains adapted to them in one linearisation.
+
+    Args:
+        predicted: the trials that are looked at closer.
+        pairs: numbers of what is taken as true and of its rival.
     """
 
-    def __init__(self, foretold: _Foretold, trials: Sequence[int]) -> None:
-        self.foretold, self.trials = foretold, list(trials)
-        self.near = self._neighbourhoods()
+    def __init__(self, predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> None:
+        self.predicted, self.pairs = predicted, list(pairs)
+        self.setting, self.left = predicted.setting, predicted.left
+        self.slopes: dict[int, Array] = {}
+        self.residuals: dict[tuple[int, int], list[Array]] = {}
+        for i, j in dict.fromkeys([*((i, i) for i, _ in pairs), *pairs]):
+            estimator, x = predicted.estimator(j, i)
+            left = estimator.residuals(x)
+            self.residuals[i, j] = predicted.parts(left, predicted.systems[i])
+            if j not in self.slopes:
+                own, x = predicted.estimator(j, j)
+                self.slopes[j] = own.jacobian(x)
+        self.vectors = {j: predicted.estimator(j, j)[0].vector for j in self.slopes}
 
     def best(self) -> Proposal | None:
-        """Return the trials that dismiss most each minute; more are added while that pays."""
+        """Return the trials that reject most each minute; more are added while that pays."""
         chosen: list[int] = []
         worth, found = 0.0, None
-        while len(chosen) < min(_MOST_RUNS, len(self.trials)):
-            options = [self._proposal([*chosen, k]) for k in range(len(self.trials))
-                       if k not in chosen]  # fmt: skip
-            best, k = max(((p.chance / p.minutes, -n) for n, (p, _) in enumerate(options)))
-            if best <= worth:
+        count = len(self.predicted.menu)
+        while len(chosen) < min(_MOST_RUNS, count):
+            options = {k: self._proposal([*chosen, k]) for k in range(count) if k not in chosen}
+            best = max(options, key=lambda k: (options[k].chance / options[k].minutes, -k))
+            value = options[best].chance / options[best].minutes
+            if value <= worth:
                 break
-            found, added = options[-k]
-            chosen.append(added)
-            worth = best
-        return found if found is not None and found.chance >= _LEAST_CHANCE else None
+            found, worth = options[best], value
+            chosen.append(best)
+        return found if found is not None and found.chance >= LEAST_CHANCE else None
 
-    def _neighbourhoods(self) -> list[Linear]:
-        """Return the trials around each that stands; only its own quantities' columns are anew."""
-        foretold, layout = self.foretold, self.foretold.layout
-        problem = foretold.problem(self.trials)
-        own = [layout.own(foretold.first + t) for t in self.trials]
-        columns = np.concatenate([layout.shared, *own])
-        first = problem.linear(foretold.standing[0].z, columns)
-        rest = [
-            renewed(problem, one.z, layout.quantities(one.causes), np.inf, first)
-            for one in foretold.standing[1:]
-        ]
-        return [first, *rest]
-
-    def _proposal(self, chosen: list[int]) -> tuple[Proposal, int]:
-        """Return what some of the trials are expected to tell, and the last of them."""
-        standing = self.foretold.standing
-        separations, shares = [], np.zeros(len(standing))
-        costs = {i: self._cost(i, i, chosen) for i in {first for first, _ in self.foretold.pairs}}
-        for i, j in self.foretold.pairs:
-            truth, rival = standing[i], standing[j]
-            own, other = costs[i], self._cost(i, j, chosen)
-            gained = max(other - own - (rival.cost - truth.cost), _SILENT)
-            margin = other - own - rival.beaten_by(truth)
-            chance = float(scipy.stats.norm.cdf(margin / np.sqrt(2 * gained)))
-            separations.append(
-                Separation(
-                    truth.name, rival.name, min(float(np.sqrt(2 * gained)), _FURTHEST), chance
-                )
-            )
-            shares[i] += chance / sum(first == i for first, _ in self.foretold.pairs)
-        trials = tuple(self.foretold.menu[self.trials[k]] for k in chosen)
+    def _proposal(self, chosen: list[int]) -> Proposal:
+        """Return what some of the trials are expected to tell."""
+        separations, shares = [], np.zeros(len(self.left))
+        own = {i: self._cost(i, i, chosen) for i in {first for first, _ in self.pairs}}
+        for i, j in self.pairs:
+            truth, rival = self.left[i], self.left[j]
+            gain, chance = self._chance(i, j, chosen, own[i])
+            distance = min(float(np.sqrt(gain)), FURTHEST)
+            separations.append(Separation(truth.name, rival.name, distance, chance))
+            shares[i] += chance / sum(first == i for first, _ in self.pairs)
+        trials = tuple(self.predicted.menu[k] for k in chosen)
         separations.sort(key=lambda one: one.distance)
-        chance = float(shares @ [one.weight for one in standing])
-        minutes = minutes_of(TIMES * trials)
-        return Proposal(trials, minutes, tuple(separations), chance), chosen[-1]
+        chance = float(shares @ [one.weight for one in self.left])
+        return Proposal(trials, minutes_of(TIMES * trials), tuple(separations), chance)
 
-    def _cost(self, i: int, j: int, chosen: list[int]) -> float:
-        """Return the lowest cost of one that stands once trials showed what another foretells."""
-        rival = self.foretold.standing[j]
-        here, there = self.near[j], self.near[i]
-        slopes = (rival.known.slopes[0], *(here.slopes[k] for k in chosen))
-        residuals = [
-            rival.known.residuals[0],
-            *(here.residuals[k] - there.residuals[k] for k in chosen),
-        ]
-        runs = (-1, *(self.trials[k] for k in chosen))
-        samples = rival.samples + sum(len(here.residuals[k]) for k in chosen)
-        linear = Linear(rival.z, runs, residuals, slopes)
-        return Neighbourhood(self.foretold.layout, linear, samples).lowest(rival.causes)
+    def _chance(
+        self, i: int, j: int, chosen: list[int], own: tuple[float, Array]
+    ) -> tuple[float, float]:
+        """Return the gain that trials are expected to bring, and the chance that a rival falls.
 
+        Of a gain that noise without misfit makes zero, r' r with residuals r of unit noise, the
+        variance is four times itself.
+        """
+        setting, truth, rival = self.setting, self.left[i], self.left[j]
+        cost, seconds = self._cost(i, j, chosen)
+        gain = max(cost - own[0], _SILENT) / setting.repeats
+        before, every = rival.behind(truth)
+        every = np.concatenate([every, *([seconds - own[1]] * TIMES)])
+        more = TIMES * sum(self.residuals[i, i][k].size for k in chosen)
+        least = _least(truth, rival, setting, every, more, gain)
+        margin = before / setting.repeats + gain - least
+        return gain, float(scipy.stats.norm.cdf(margin / np.sqrt(4 * gain)))
 
-def _noise_of_trials(found: Diagnosis, trials: Sequence[Observed]) -> list[Noise]:
-    """Return the noise that runs will have: that of each channel, or of the worst in its unit.
+    def _cost(self, i: int, j: int, chosen: list[int]) -> tuple[float, Array]:
+        """Return by how much a hypothesis j costs more once trials show what i predicts.
 
-    A channel of a unit that no run has seen says nothing: nobody knows its noise.
-    """
-    known: dict[str, tuple[float, float]] = {}
-    worst: dict[str, tuple[float, float]] = {}
-    for run, noise in zip(found.rig.runs, found.noise, strict=True):
-        rows = zip(run.channels, run.units, noise.sigma, noise.memory, strict=True)
-        for channel, unit, sigma, memory in rows:
-            known[channel] = (float(sigma), float(memory))
-            worst[unit] = max(worst.get(unit, known[channel]), known[channel])
-    return [_noise_of_trial(trial, known, worst) for trial in trials]
+        Its numbers move within what the runs that exist allow, those of a run within their priors.
 
-
-def _noise_of_trial(
-    trial: Observed,
-    known: dict[str, tuple[float, float]],
-    worst: dict[str, tuple[float, float]],
-) -> Noise:
-    pairs: list[tuple[float, float]] = []
-    for channel, unit in zip(trial.channels, trial.units, strict=True):
-        pairs.append(known.get(channel) or worst.get(unit, (np.inf, 0.0)))
-    found: NDArray[np.float64] = np.array(pairs)
-    return Noise(found[:, 0], found[:, 1])
+        Returns:
+            The cost of all `TIMES` runs of each trial, and that of each second of one, (b,).
+        """
+        vector, sample_s = self.vectors[j], Hopper.sample_s
+        shared = [p for p in vector.parameters if p.scope is not Scope.RUN]
+        columns = [
+            k for k, p in enumerate(vector.parameters)
+            if p.scope is not Scope.RUN or p.run in chosen
+        ]  # fmt: skip
+        parts = self.residuals[i, j]
+        ends = np.cumsum([0, *(part.size for part in parts)])
+        rows = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in chosen])
+        slopes = self.slopes[j][rows][:, columns]
+        before = np.concatenate([parts[k].ravel() for k in chosen])
+        allowed = np.eye(len(columns)) * TIMES
+        allowed[: len(shared), : len(shared)] = self.left[j].within(shared)
+        move, now = np.zeros(len(columns)), before
+        for _ in range(_ROUNDS):
+            weights = TIMES / np.sqrt(1 + (now / ROBUST) ** 2)
+            curvature = slopes.T @ (slopes * weights[:, None]) + allowed
+            move = -np.linalg.solve(curvature, slopes.T @ (weights * before))
+            now = before + slopes @ move
+        seconds, begin = list[float](), 0
+        for k in chosen:
+            left = now[begin : begin + parts[k].size].reshape(parts[k].shape)
+            begin += parts[k].size
+            costs = soft(left, ROBUST).sum(axis=1)
+            edges = edges_of(len(costs), sample_s)
+            seconds += [float(costs[a:b].sum()) for a, b in pairwise(edges)]
+        cost = TIMES * sum(seconds) + float(move @ allowed @ move)
+        return cost, np.array(seconds)

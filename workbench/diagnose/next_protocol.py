@@ -10,12 +10,10 @@ from pathlib import Path
 
 from workbench.bench import make_bench
 from workbench.bundle import Bundle
-from workbench.diagnose import engine
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.next_experiment import propose as propose_on_paths
-from workbench.diagnose.proposal import propose
+from workbench.diagnose.facts import Trial
+from workbench.diagnose.next_experiment import propose
 from workbench.diagnose.proposed import TIMES, Proposal
-from workbench.diagnose.rig import Trial
 from workbench.errors import FileFaults, InputError
 from workbench.progress import Progress
 from workbench.protocol import (
@@ -93,7 +91,7 @@ class Following:
 
 
 def following(
-    found: Diagnosis | engine.Diagnosis,
+    found: Diagnosis,
     bundles: Sequence[Bundle],
     out: Path,
     name: str,
@@ -114,11 +112,7 @@ def following(
     Raises:
         InputError: when the file exists.
     """
-    menu = menu_of(bench_of(bundles))
-    if isinstance(found, engine.Diagnosis):
-        proposal = propose(found, menu, tell)
-    else:
-        proposal = propose_on_paths(found, menu, tell)
+    proposal = propose(found, menu_of(bench_of(bundles)), tell)
     if proposal is None:
         return None
     first = bundles[0]

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.diagnose.facts import Trial
 from workbench.diagnose.hypothetical import hypothetical_runs
 from workbench.diagnose.remaining import Remaining
-from workbench.diagnose.rig import Trial
-from workbench.diagnose.rigs import HopperRig
+from workbench.diagnose.rig import HopperRig
 from workbench.diagnose.rules import Rules
 from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector
 from workbench.fit.estimator import ROBUST

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.diagnose.rig import Trial
+from workbench.diagnose.facts import Trial
 
 __all__ = ["FURTHEST", "LEAST_CHANCE", "TIMES", "Proposal", "Separation", "minutes_of"]
 

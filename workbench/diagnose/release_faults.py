@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.body_faults import Expected
+from workbench.diagnose.facts import Fault
 from workbench.diagnose.onset import late_by
-from workbench.diagnose.rig import Fault
 from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, RELEASED, ROTOR_ANGLE, TOP, position, seen_median
 

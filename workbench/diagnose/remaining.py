@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, versus
-from workbench.diagnose.engine import Diagnosis
+from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.linear import Linear
-from workbench.diagnose.rigs import Rig
+from workbench.diagnose.rig import Rig
 from workbench.fit import Parameter, Scope
 from workbench.fit.estimator import ROBUST
 

@@ -1,37 +1,36 @@
-"""The report of a diagnosis: one page that says what is wrong, how surely, and what is gained."""
+"""The page of a diagnosis: what is wrong, how surely, what is still missing, and what to do."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 from markupsafe import Markup
 
 from workbench.bundle import sha256
-from workbench.diagnose.answer import Kind, negligible
+from workbench.diagnose.decide import Kind, Part
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.figures import label, score_figure, spectrum_figure, trace_figure
-from workbench.diagnose.hopper import HopperRig
-from workbench.diagnose.hops import hop_table
-from workbench.diagnose.leftover import RunLeft, density, left_by_run, worst_traces
-from workbench.diagnose.proof import HARM
+from workbench.diagnose.figures import Bar, coordinate_figure, force_figure, worth_figure
+from workbench.diagnose.missing import ABSENT, missing_force
+from workbench.diagnose.report_tables import causes, drive, errors, refit
+from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
-from workbench.review.page import code, figure, heat_table, picture, table, warning_list, write_page
+from workbench.review.page import code, figure, picture, table, warning_list, write_page
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["write_diagnosis"]
 
-_MOST_CHANNELS = 2  # that are drawn; the table has all
+_HARM = 0.02  # of an error: thousands of samples do not err by so much more by chance
 _DOUBTFUL = 2.0  # times the noise: a run held out that errs more is not understood
-_HOTTEST = 10.0  # noise deviations that get the deepest colour
 _HEADLINES: dict[Kind, str] = {
     "NAMED": "Found: {causes}",
     "SET": "Possible: {causes}",
+    "PARTIAL": "Found, but not all of it: {causes}",
     "NONE": "No known cause explains the misfit",
     "CLEAN": "Nothing is wrong above the noise",
     "DATA_FAULT": "The data are at fault: {causes}",
@@ -40,16 +39,15 @@ _ADVICE: dict[Kind, str] = {
     "NAMED": "Look for the cause at the machine. Where it is to stay, go on with the extended "
     "model; where it is mended, measure again.",
     "SET": "Do not mend anything yet: these runs cannot decide. Measure runs that differ more.",
-    "NONE": "Look at the machine where and when most is left, change one thing at a time, measure "
-    "again. The model stays as it is.",
+    "PARTIAL": "Something else is wrong as well. Mend what was found, measure again, and look at "
+    "the machine where the missing force is greatest.",
+    "NONE": "Look at the machine where and when the missing force is greatest, change one thing at "
+    "a time, measure again.",
     "CLEAN": "Nothing: the model is as good as these runs can tell. Only runs of other modes, or "
     "with larger motion, would ask more of it.",
     "DATA_FAULT": "Put the measurement right and measure again before anything of the machine is "
     "changed.",
 }
-_NOT_ALL = ", but not all of it:"  # in a headline, where most of the misfit is left
-_ELSE = "Something else is wrong as well, or instead. Look at the machine where most is left."
-_ROLES = {"train": "fitted", "held_out": "held out"}
 
 
 def write_diagnosis(
@@ -68,243 +66,192 @@ def write_diagnosis(
         files: what it was made from, by what each is to it.
         versions: of what it was made with, by name.
         next_run: in a sentence, what to measure next; None where nothing was proposed.
-        moving: JPEG of the viewer with `found.worst_held_out` and its twins; None without one.
+        moving: JPEG of the viewer with the run held out that the base misses most and its twins;
+            None without one.
     """
-    words = found.as_json()
-    fitted, held = len(found.refits.base.fit.linear.runs), len(found.held_out)
-    about = f"{words['answer']}: {found.rig.name}, {fitted} runs fitted, {held} held out"
-    sizes = "Size of the causes" if len(words["causes"]) > 1 else "Size of the cause"
+    fitted = len(found.base.blocks)
+    about = f"{found.kind}: {found.rig.name}, {fitted} runs fitted, {len(found.held_out)} held out"
     sections = [
         ("Warnings", warning_list(_warnings(found))),
-        ("Error on the runs held out", _errors(found, words)),
-        (sizes, _causes(found, words)),
-        ("The misfit", _misfit(found)),
-        ("Later hops", hop_table(found)),
-        ("What each cause is worth", _scores(found)),
-        ("Rivals, and why they fell", _rivals(found, words)),
-        ("Not shown by these runs", _silent(found)),
-        ("Still unexplained", _unexplained(found)),
+        ("Error on the runs held out", errors(found)),
+        ("Size of the causes" if len(found.causes) > 1 else "Size of the cause", causes(found)),
+        ("What the refit changed", refit(found)),
+        ("The missing force", _missing(found)),
+        ("What each candidate is worth", _worth(found)),
+        ("Rivals, and why not", _rivals(found)),
+        ("The drive", drive(found)),
+        ("Rules", _rules(found)),
         ("Recording", _recording(found, moving)),
         ("What to do next", _list(_next_steps(found, next_run))),
         ("Made from", _provenance(found, files, versions)),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_page(path, _headline(words), about, _verdict(found, words), sections)
+    write_page(path, _headline(found), about, _verdict(found), sections)
     return path
 
 
-def _headline(words: Mapping[str, Any]) -> str:
-    causes = " and ".join(_spoken(cause["effect"]) for cause in words["causes"])
-    if words["answer"] == "SET":
-        causes = causes.replace(" and ", " or ")
-    headline = _HEADLINES[words["answer"]].format(causes=causes).removesuffix(": ")
-    return headline if words["adequate"] is not False else headline.replace(":", _NOT_ALL, 1)
+def _headline(found: Diagnosis) -> str:
+    *others, last = [_spoken(one.name) for one in found.causes] or [""]
+    names = f"{', '.join(others)} {'or' if found.kind == 'SET' else 'and'} " if others else ""
+    names += last
+    if found.kind == "DATA_FAULT" and found.faults:
+        names = ", ".join(run for run, _ in found.faults)
+    return _HEADLINES[found.kind].format(causes=names).removesuffix(": ")
 
 
-def _verdict(found: Diagnosis, words: Mapping[str, Any]) -> str:
+def _verdict(found: Diagnosis) -> str:
     """Return the causes in sentences, or the reason for none, and the errors."""
-    sentences = [_spoken(words["reason"])]
-    if _is_sure(words):
-        sentences = [cause["sentence"] for cause in words["causes"]]
-    rmse, unit = words["rmse_mm"], found.errors.unit
-    gain = f"On runs that no fit has seen, the model errs by {digits(rmse['base'])} {unit}"
-    if found.proof is not None:
-        gain += f" and the extended one by {digits(rmse['extended'])} {unit}"
-    floor = f"noise alone makes {digits(rmse['noise_floor'])} {unit}"
-    return " ".join(f"{_sentence(one)}." for one in (*sentences, f"{gain}; {floor}"))
-
-
-def _is_sure(words: Mapping[str, Any]) -> bool:
-    """Tell whether the causes are named; else the reason stands in the verdict."""
-    return bool(words["causes"]) and words["answer"] != "SET"
+    sure = found.causes and found.kind != "SET"
+    sentences = [one.sentence for one in found.causes] if sure else []
+    if not sure or found.kind in ("PARTIAL", "DATA_FAULT"):
+        sentences.append(_spoken(found.reason))
+    base, after = found.errors, found.extended_errors
+    if base is not None:
+        gain = f"On runs that no fit has seen, the model errs by {digits(base.rmse)} {base.unit}"
+        if after is not None:
+            gain += f" and the extended one by {digits(after.rmse)} {after.unit}"
+        sentences.append(f"{gain}; noise alone makes {digits(base.noise_floor)} {base.unit}")
+    return " ".join(f"{_sentence(one)}." for one in sentences)
 
 
 def _warnings(found: Diagnosis) -> Iterator[str]:
-    """Yield which runs count in part or not at all, and where those held out speak against it."""
-    for run, evidence in found.sound.evidence:
+    """Yield which runs do not count, and where those held out speak against the answer."""
+    for run, evidence in found.faults:
         yield f"{run} is left out: {evidence}"
-    if found.in_part is not None:
-        yield found.in_part
-    base, unit = found.errors, found.errors.unit
-    last = base if found.proof is None else found.proof.extended
-    for name in found.held_out if found.answer.kind != "NONE" else ():
-        before, after = base.by_run[name], last.by_run[name]
-        if after > max((1 + HARM) * before, base.noise_floor):
+    base, after = found.errors, found.extended_errors
+    if base is None or after is None:
+        yield "no run was held out: nothing but the fitted runs speaks for the answer"
+        return
+    for name, error in after.by_run.items():
+        before = base.by_run.get(name, error)
+        if error > max((1 + _HARM) * before, base.noise_floor):
             yield (
-                f"{name} speaks against the answer: the extension errs by {digits(after)} {unit} "
-                f"where the base errs by {digits(before)} {unit}"
+                f"{name} speaks against the answer: the extension errs by {digits(error)} "
+                f"{base.unit} where the base errs by {digits(before)} {base.unit}"
             )
-        elif after > _DOUBTFUL * base.noise_floor:
+        elif error > _DOUBTFUL * base.noise_floor:
             yield (
-                f"{name} is not understood: {digits(after)} {unit} are left of it where noise "
-                f"makes {digits(base.noise_floor)} {unit}"
+                f"{name} is not understood: the extension errs by {digits(error)} {base.unit} "
+                f"where noise makes {digits(base.noise_floor)} {base.unit}"
             )
 
 
-def _errors(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
-    unit, rmse = found.errors.unit, words["rmse_mm"]
-    models = {"Base": (found.errors, rmse["base"])}
-    if found.proof is not None:
-        models["Extended"] = (found.proof.extended, rmse["extended"])
-    rows = [
-        (name, *(digits(errors.by_run[name]) for errors, _ in models.values()))
-        for name in found.held_out
+def _missing(found: Diagnosis) -> Markup:
+    """Return what force the refitted base lacks, and what it depends on."""
+    missing = missing_force(found.base, found.rules)
+    if missing is None:
+        return Markup()
+    told = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
+    words = "What the refitted base would need at T to do as the robot did, means over 0.05 s."
+    if missing.sentence == ABSENT:
+        size = f"{digits(missing.power)} times the power that the cameras' noise alone makes of it"
+        return told + Markup("<p>{}</p>").format(f"The smoothed force at T has {size}.")
+    best = missing.dependences[0]
+    rows = [(one.name, f"{100 * one.share:.0f} %", one.law) for one in missing.dependences]
+    return (
+        told
+        + _drawn(force_figure(missing), "force", (
+            f"{words} The run that lacks most; the band is twice what noise alone makes. The force "
+            "is drawn towards zero by as much as the cameras leave open."
+        ))
+        + _drawn(coordinate_figure(missing), "coordinate", (
+            f"The same force in all fitted runs against what explains most of it, {best.name}."
+        ))
+        + table(rows, ("Coordinate", "Share explained", "Law"), css="facts")
+        + Markup("<p>{}</p>").format(
+            "Share of what is missing beyond the noise, each coordinate alone, in pieces of the "
+            "runs that the regression has not seen. A law is told where one term explains nearly "
+            "as much as all of its coordinate."
+        )
+    )  # fmt: skip
+
+
+def _worth(found: Diagnosis) -> Markup:
+    """Return what each candidate promised and was worth."""
+    repeats = found.fits.repeats()
+    listed = {one.name for one in found.causes}
+    promised = {(one.name,): one.gain / repeats for one in found.promises}
+    fitted = {
+        names: gain for part in found.parts.values() for names, gain in _gains(part, found.rules)
+    }
+    bars = [
+        Bar(names, promised.get(names), fitted.get(names), set(names) <= listed)
+        for names in {**promised, **fitted}
     ]
-    if len(rows) > 1:
-        rows.append(("all of them", *(digits(error) for _, error in models.values())))
-    rows.append(("noise alone", *(digits(rmse["noise_floor"]) for _ in models)))
-    errors = table(rows, ("Run", *(f"{name} [{unit}]" for name in models)))
-    if found.proof is None:
-        return errors
-    share = f"{100 * words['removable_removed']:.0f} %"
-    return errors + Markup(
-        "<p>Root mean square. The extension removes {} of what exceeds the noise.</p>"
-    ).format(share)
-
-
-def _causes(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
-    heads = ("Cause", "Confidence", "Quantity", "Value", "90 % interval", "Unit")
-    rows = [
-        (_spoken(cause["effect"]), f"{100 * cause['confidence']:.0f} %", quantity,
-         digits(value), f"{digits(low)} to {digits(high)}", unit)
-        for cause in words["causes"]
-        for quantity, one in found.quantities[cause["effect"]].items()
-        for value, low, high, unit in (one.told,)
-    ]  # fmt: skip
-    several = words["causes"] if words["answer"] == "SET" else []
-    sentences = _list(_sentence(cause["sentence"]) + "." for cause in several)
-    return table(rows, heads) + sentences if rows else sentences
-
-
-def _misfit(found: Diagnosis) -> Markup:
-    """Return traces, spectra and the table of what is left."""
-    drawn = Markup()
-    traces = worst_traces(found, _MOST_CHANNELS)
-    if traces:
-        drawn = _drawn(trace_figure(traces), "traces", (
-            "The run held out that the base misses most, above where it misses it most. Below: "
-            "measured less predicted; grey is what is shown above. Bands: twice the noise."
-        )) + _drawn(spectrum_figure(traces, [density(trace) for trace in traces]), "spectra", (
-            "What is left of the same run over frequency. Well above the grey it is no noise."
-        ))  # fmt: skip
-    return drawn + _heat(left_by_run(found))
-
-
-def _heat(rows: list[RunLeft]) -> Markup:
-    channels = list(dict.fromkeys(name for row in rows for name in row.before))
-    sides = ("before", "after") if any(row.after for row in rows) else ("left",)
-    groups = [(label(name), len(sides)) for name in channels]
-    numbers = [
-        (f"{row.run} ({row.mode}, {_ROLES[row.role]})", [
-            side.get(name, np.nan)
-            for name in channels
-            for side in (row.before, row.after)[: len(sides)]
-        ])
-        for row in rows
-    ]  # fmt: skip
-    words = Markup(
-        "<p>Root mean square of what is left, in noise deviations; 1 is noise alone.</p>"
-    )
-    return words + heat_table(numbers, ("Run", *sides * len(channels)), groups, _HOTTEST)
-
-
-def _scores(found: Diagnosis) -> Markup:
-    if not found.refits.scores:
+    if not bars:
         return Markup()
     caption = (
-        "Bars: what a cause promises beside small errors of all others. Diamonds: what it, or two "
-        "together, reached when all fitted runs were simulated with it. Green: taken. Less than "
-        "the threshold may be chance."
+        "Bars: what a candidate promised near the refitted base, before it was fitted. Diamonds: "
+        "what it gained when it was fitted; two together where they gain clearly more than one. "
+        "Green: in the answer. Less than the threshold may be chance."
     )
-    return _drawn(score_figure(found), "scores", caption)
+    return _drawn(worth_figure(bars, found.rules.worth), "worth", caption)
 
 
-def _rivals(found: Diagnosis, words: Mapping[str, Any]) -> Markup:
-    silent = found.refits.base.near.silent
-    told = Markup()
-    if _is_sure(words):
-        told = Markup("<p>{}.</p>").format(_sentence(_spoken(words["reason"])))
+def _gains(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Yield what hypotheses gained; of two causes together only where that is more than of one."""
+    single = {one.names[0]: told.gain for one, told in part.compared if len(one.names) == 1}
+    for one, told in part.compared:
+        alone = max((single.get(name, 0.0) for name in one.names), default=0.0)
+        if len(one.names) == 1 or one.names == part.best.names or told.gain > alone + rules.worth:
+            yield one.names, told.gain
+
+
+def _rivals(found: Diagnosis) -> Markup:
+    reason = Markup("<p>{}.</p>").format(_sentence(_spoken(found.reason)))
+    rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.rivals]
+    return reason + table(rows, css="facts") if rows else Markup()
+
+
+def _rules(found: Diagnosis) -> Markup:
+    """Return all thresholds, with what each is of."""
+    doc = type(found.rules).__doc__ or ""
+    what = {
+        name.strip(): words.strip()
+        for name, _, words in (line.partition(":") for line in doc.splitlines())
+        if words
+    }
     rows = [
-        (_spoken(rival["effect"]), _spoken(rival["why_not"]))
-        for rival in words["rivals"]
-        if rival["effect"] not in silent
+        (one.name, f"{getattr(found.rules, one.name):g}", what.get(one.name, ""))
+        for one in fields(found.rules)
     ]
-    return told + table(rows, css="facts") if rows else told
-
-
-def _silent(found: Diagnosis) -> Markup:
-    """Return the causes that these runs do not show, by the modes of runs that would."""
-    by_modes: dict[str, list[str]] = {}
-    for name in found.refits.base.near.silent:
-        modes = ", ".join(found.layout.causes[name].shows_in) or "no run of these modes"
-        by_modes.setdefault(modes, []).append(_spoken(name))
-    rows = [(modes, ", ".join(names)) for modes, names in by_modes.items()]
-    return table(rows, ("Shows in", "Causes"), css="facts") if rows else Markup()
-
-
-def _unexplained(found: Diagnosis) -> Markup:
-    base, best, limit = found.refits.base, found.answer.best, negligible(found.refits)
-    left = f"{digits(base.left)} noise deviations of the runs fitted hang together in time; "
-    if best.causes:
-        left += f"{' with '.join(map(_spoken, best.causes))} leaves {digits(best.left)} of them; "
-    left += f"small errors of all causes together leave {digits(best.beyond)}. "
-    left += (
-        f"Chance leaves {digits(limit)} at most: something else is at work."
-        if best.beyond > limit
-        else f"Chance may leave {digits(limit)}: these runs tell nothing more."
-    )
-    return _list([left, *_where_left(found)])
-
-
-def _where_left(found: Diagnosis) -> Iterator[str]:
-    """Yield in which run, channel and frequency most is left."""
-    sizes = [
-        (size, row.run, label(channel))
-        for row in left_by_run(found)
-        for channel, size in (row.after or row.before).items()
-        if np.isfinite(size)
-    ]
-    if sizes:
-        size, run, channel = max(sizes)
-        yield f"Most is left of {channel} in {run}: {digits(size)} noise deviations (1 is noise)."
-    for trace in worst_traces(found, 1):
-        hz = density(trace).peak_hz
-        if hz is not None:
-            yield f"{label(trace.channel)} of {trace.run} exceeds its noise most at {digits(hz)} Hz"
+    return table(rows, ("Rule", "Value", "Of what"), css="runs")
 
 
 def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     """Yield what to do now, most urgent first."""
     if next_run is not None:
         yield next_run
-    yield _ADVICE[found.answer.kind]
-    if found.adequate is False:
-        yield _ELSE
-    for name in found.answer.causes:
-        how = found.layout.causes[name].separated_by
-        if how:
-            yield f"What shows whether it is {_spoken(name)}: {how}."
+    yield _ADVICE[found.kind]
+    for cause in found.causes:
+        candidate = found.fits.candidates.get(cause.name)
+        if candidate is not None and candidate.separated_by:
+            yield f"What shows whether it is {_spoken(cause.name)}: {candidate.separated_by}."
     if found.extended is not None:
         yield f"The extended model: {found.extended.source}"
 
 
 def _recording(found: Diagnosis, moving: bytes | None) -> Markup:
-    """Return the run that the base misses most in the viewer, and what opens it there."""
-    if not isinstance(found.rig, HopperRig):
+    """Return the run held out that the base misses most in the viewer, and what opens it there."""
+    if found.errors is None or moving is None:
         return Markup()
-    extended = found.extended
-    named = "" if extended is None else f" --model {extended.source}"
-    who = "robot and twin" if extended is None else "robot, twin and extended twin"
-    caption = f"{found.worst_held_out}, the run held out that the base misses most: {who}."
-    return picture(moving, caption) + code(f"workbench review {found.worst_held_out}{named}")
+    by_run = found.errors.by_run
+    worst = max(by_run, key=lambda name: by_run[name])
+    named = "" if found.extended is None else f" --model {found.extended.source}"
+    who = "robot and twin" if found.extended is None else "robot, twin and extended twin"
+    caption = f"{worst}, the run held out that the base misses most: {who}."
+    return picture(moving, caption) + code(f"workbench review {worst}{named}")
 
 
 def _provenance(found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]) -> Markup:
     every = {"model": found.rig.source, **files}
     if found.extended is not None:
         every["extended model"] = found.extended.source
-    rows = [(what, f"{path}, sha256 {sha256(path)}") for what, path in every.items()]
-    rows.append(("seed", str(found.seed)))
+    rows = [
+        (what, f"{path}, sha256 {sha256(path)}" if path.is_file() else str(path))
+        for what, path in every.items()
+    ]
+    rows.append(("seconds", digits(found.seconds)))
     rows.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
     return table(rows, css="facts")
 

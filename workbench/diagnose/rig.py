@@ -1,184 +1,38 @@
-"""The rig contract: what a diagnosis needs to know about a mechanical system.
+"""What a diagnosis asks of a mechanical system, and the hopping robot as one.
 
-A rig tells what was observed in each run, which numbers of its model may be other than stated, by
-which causes the model may be extended, and predicts what would have been observed. The engine knows
-nothing else: the hopping robot is one rig, any MJCF file with measured channels another.
+A rig knows its runs, the numbers of its model that may be off within their tolerance, and the
+candidates. It offers some of its runs as a system that can be fitted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Asked",
-    "Cause",
-    "Effects",
-    "Experimental",
-    "Fault",
-    "Forgetful",
-    "Observed",
-    "Rig",
-    "Trial",
-    "Unknown",
-    "Windowed",
-]
+from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
+from workbench.diagnose.extension import Effects, write_extension
+from workbench.diagnose.facts import Facts, Fault
+from workbench.diagnose.hopper_faults import hopper_faults
+from workbench.diagnose.validate import Errors, errors_of
+from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
+from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
+from workbench.sim import make_robot
 
-Effects = Mapping[str, Mapping[str, tuple[float, float]]]
-"""Cause -> quantity -> value and standard error, SI."""
+__all__ = ["HopperRig", "Rig"]
 
-Asked = tuple[int, Mapping[str, float]]
-"""Run, and the values of its unknowns by name; what is not named is as stated."""
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """One number that may be other than stated.
-
-    Args:
-        name: unique among base and causes (`effect.quantity` for a cause's); those of a run are
-            unique within the run.
-        unit: SI.
-        stated: what the model says; zero for a quantity of a cause.
-        tolerance: how far the truth may lie from it, in the same unit. A number of the base
-            stays near it; one of a run has it as its standard deviation; one of a cause may be
-            larger, but is expected to be of this size.
-        low: least that is physically possible.
-        high: greatest that is.
-        step: of a finite difference.
-        exact: whether derivatives by it need the steps that runs are compared in.
-    """
-
-    name: str
-    unit: str
-    stated: float
-    tolerance: float
-    low: float
-    high: float
-    step: float
-    exact: bool = False
-
-    @property
-    def positive(self) -> bool:
-        """Tell whether it is a positive number, which a fit changes by shares."""
-        return self.stated > 0 and self.low >= 0
-
-
-@dataclass(frozen=True)
-class Cause:
-    """One way to extend the model.
-
-    Args:
-        name: canonical.
-        group: kind of cause; `sensor` ones mean that the data are at fault, `numerics` the step or
-            the mesh of the simulation.
-        sentence: for people; `{quantity}` stands for its value with unit, `{quantity:size}` for how
-            large it is, and `{quantity:heavier|lighter}` for the word that its sign asks for.
-        unknowns: its quantities, all stated zero.
-        shows_in: modes of runs in which it shows; empty means all.
-        confused_with: names of causes that look alike.
-        separated_by: what tells it from those.
-        replaces: base numbers that this cause is the release of: `hinge_stiffness` as a cause is
-            the base's hinge stiffness beyond its tolerance. Its one quantity is what the numbers
-            exceed their stated values by: a share where its unit is 1, else in their unit.
-        dear: whether it takes several times as long to simulate a model that has it.
-    """
-
-    name: str
-    group: str
-    sentence: str
-    unknowns: tuple[Unknown, ...]
-    shows_in: tuple[str, ...] = ()
-    confused_with: tuple[str, ...] = ()
-    separated_by: str = ""
-    replaces: tuple[str, ...] = ()
-    dear: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Observed:
-    """What was observed in one run.
-
-    Args:
-        name: of the run.
-        mode: what was done; runs of one mode are compared with each other.
-        role: `train` runs are fitted; `held_out` ones only judge.
-        times: (n,) [s], evenly spaced.
-        values: (n, c) unfiltered.
-        valid: (n, c) True where it was really seen.
-        channels: c names.
-        units: c units, `m` or `rad` and so on.
-        rest: (r, c) samples while nothing moved, NaN where not seen; the noise is taken from them.
-        forgets: whether its later seconds tell more of chance than of its start, as those of a hop.
-    """
-
-    name: str
-    mode: str
-    role: Literal["train", "held_out"]
-    times: NDArray[np.float64]
-    values: NDArray[np.float64]
-    valid: NDArray[np.bool_]
-    channels: tuple[str, ...]
-    units: tuple[str, ...]
-    rest: NDArray[np.float64]
-    forgets: bool = False
-
-    def until(self, end: float) -> Observed:
-        """Return the same for a shorter time [s]."""
-        keep = self.times <= end
-        return replace(
-            self, times=self.times[keep], values=self.values[keep], valid=self.valid[keep]
-        )
-
-    def also(
-        self, times: NDArray[np.float64], values: NDArray[np.float64], valid: NDArray[np.bool_]
-    ) -> Observed:
-        """Return the same with more samples, later ones: (m,), (m, c), (m, c)."""
-        return replace(
-            self,
-            times=np.concatenate([self.times, times]),
-            values=np.concatenate([self.values, values]),
-            valid=np.concatenate([self.valid, valid]),
-        )
-
-
-@dataclass(frozen=True)
-class Fault:
-    """What shows, before any fit, that a run is not what it is said to be.
-
-    Args:
-        run: its index.
-        evidence: in a sentence, with what was said, what was measured and where to look.
-    """
-
-    run: int
-    evidence: str
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A run that nobody has made yet.
-
-    Args:
-        mode: what would be done.
-        amount: how much of it: a speed [rad/s], a pull [N] or a height [m], by the mode.
-        duration: how long the system would move [s].
-        rest: still time before [s].
-    """
-
-    mode: str
-    amount: float
-    duration: float
-    rest: float
+Array = NDArray[np.float64]
+_WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
+_LEAST_REST = 30  # samples that tell of the noise's memory
+_MOST_MEMORY = 0.95
 
 
 class Rig(Protocol):
-    """A mechanical system with its runs."""
+    """A mechanical system, its runs, and what may be other than its model says."""
 
     @property
     def name(self) -> str:
@@ -186,98 +40,209 @@ class Rig(Protocol):
         ...
 
     @property
-    def runs(self) -> Sequence[Observed]:
-        """Return what was observed."""
+    def source(self) -> Path:
+        """Return the file of the model."""
         ...
 
     @property
-    def base(self) -> Sequence[Unknown]:
-        """Return the numbers of the model that are refitted within their tolerances."""
+    def facts(self) -> Sequence[Facts]:
+        """Return what was measured of each run."""
         ...
 
     @property
-    def causes(self) -> Sequence[Cause]:
-        """Return the ways to extend the model."""
+    def names(self) -> Sequence[str]:
+        """Return the names of the runs."""
         ...
 
-    def own(self, run: int) -> Sequence[Unknown]:
-        """Return what only one run knows: its start, its markers' places."""
+    @property
+    def roles(self) -> Sequence[str]:
+        """Return the role of each run."""
+        ...
+
+    @property
+    def base(self) -> Sequence[Parameter]:
+        """Return the numbers of the model with their tolerances."""
+        ...
+
+    @property
+    def candidates(self) -> Sequence[Candidate]:
+        """Return what may explain a misfit."""
         ...
 
     def faults(self) -> Sequence[Fault]:
-        """Return which runs are not what they are said to be, as far as no fit is needed for it."""
+        """Return the runs that are not what they are said to be."""
         ...
 
-    def predict(
-        self, asked: Sequence[Asked], until: float = np.inf, coarse: bool = False
-    ) -> list[NDArray[np.float64]]:
-        """Return what would have been observed, (n, c) for each of those asked.
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another; 1 where it is white.
 
         Args:
-            asked: run and values; all of them are simulated in one batch.
-            until: only samples up to this time are needed [s]; the result has as many rows.
-            coarse: whether larger steps will do, as they do for derivatives.
+            channel: of the runs; all that are observed where left out.
+        """
+        ...
 
-        A simulation that ends early repeats its last sample.
+    def system(
+        self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None
+    ) -> System:
+        """Return some runs as a system.
+
+        Args:
+            runs: their numbers.
+            parameters: of the model and of candidates that are fitted.
+            like: a system of the same runs whose inputs are taken over.
         """
         ...
 
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
     ) -> Rig:
-        """Write the extended model and return the rig of the file as read back, with the same runs.
+        """Write the model with other values and more effects, and return what is read back of it.
 
         Args:
             path: of the new file, without its ending.
-            values: of the base as refitted beside the effects.
-            effects: cause -> quantity (without the cause's name) -> value and standard error.
-            diagnosis: name of what it came from.
+            values: of the model's own numbers, SI.
+            effects: that were found.
+            diagnosis: name of what they came from.
         """
         ...
+
+    def errors(
+        self, runs: Sequence[int], values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None, threads: int = 0,
+    ) -> Errors | None:  # fmt: skip
+        """Return how far some runs are from what the model predicts; None of none.
+
+        Args:
+            runs: their numbers.
+            values: of the model's own numbers, where they are not those of its file.
+            angles: of each run, how its drive turns [rad]; as it was seen where left out.
+            threads: 0 takes all cores.
+        """
+        ...
+
+
+class HopperRig:
+    """The robot of one model and shape with some runs of it.
+
+    Args:
+        runs: measured, of one robot.
+        document: the model file; its effects stay as they are.
+        shape: of the beam.
+        modes: of runs that may be made, besides those of the runs.
+    """
+
+    def __init__(
+        self,
+        runs: Sequence[MeasuredRun],
+        document: Document[ModelFile],
+        shape: ShapeFile,
+        modes: Collection[str] = (),
+    ) -> None:
+        self.name = "hopping robot"
+        self.document, self.shape = document, shape
+        model = document.content
+        self.measured = tuple(paced(run) for run in runs)
+        self.robot = make_robot(model.values(), shape, model.increments, model.quantities())
+        self._modes = {run.mode for run in runs} | set(modes)
+        self.base = hopper_base(model, self._modes)
+        self.candidates = hopper_candidates(self._modes, self.base, self.robot.effects)
+        self._quantities: Mapping[str, tuple[str, str]] = {
+            parameter.name: (one.name, quantity)
+            for one in self.candidates
+            for quantity, parameter in one.quantities.items()
+        }
 
     @property
     def source(self) -> Path:
-        """Return the file that the model stands in."""
-        ...
+        """Return the model file."""
+        return self.document.path
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the runs."""
+        return tuple(run.name for run in self.measured)
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """Return the role of each run."""
+        return tuple(run.role for run in self.measured)
+
+    @property
+    def facts(self) -> tuple[Facts, ...]:
+        """Return what was measured of each run."""
+        return tuple(self._facts(run) for run in self.measured)
+
+    def faults(self) -> list[Fault]:
+        """Return the runs that are not what they are said to be, as drive and bodies show."""
+        return hopper_faults(replace(self.robot, planar=True), self.measured)
+
+    def repeats(self, channel: str = "") -> float:
+        """Return how often samples of noise repeat one another; of `Rig`."""
+        found = []
+        for run in self.measured:
+            rest = run.motion.between(-np.inf, 0.0)
+            for name in (channel,) if channel else run.places:
+                if (
+                    name in rest
+                    and (memory := _memory(rest[name], rest.validity(name))) is not None
+                ):
+                    found.append(memory)
+        memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
+        return (1 + memory) / (1 - memory)
+
+    def system(
+        self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None
+    ) -> Hopper:
+        """Return some runs as a system; of `Rig`."""
+        own = [one for one in parameters if one.name not in self._quantities]
+        more = {one: self._quantities[one.name] for one in parameters
+                if one.name in self._quantities}  # fmt: skip
+        turned = like.turned if isinstance(like, Hopper) else ()
+        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH)
+
+    def with_runs(self, runs: Sequence[MeasuredRun]) -> HopperRig:
+        """Return the rig with more runs after its own; it may still fit what its modes feel."""
+        return HopperRig((*self.measured, *runs), self.document, self.shape, self._modes)
+
+    def with_modes(self, modes: Collection[str]) -> HopperRig:
+        """Return the rig with base and candidates of more modes than its runs have."""
+        return HopperRig(self.measured, self.document, self.shape, {*self._modes, *modes})
+
+    def extend(
+        self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str
+    ) -> HopperRig:
+        """Write the model with other values and more effects; of `Rig`."""
+        own = {name: value for name, value in values.items() if name in UNITS}
+        file = path.with_name(f"{path.name}.yaml")
+        written = write_extension(file, self.document, own, effects, diagnosis)
+        return HopperRig(self.measured, written, self.shape)
+
+    def errors(
+        self, runs: Sequence[int], values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None, threads: int = 0,
+    ) -> Errors | None:  # fmt: skip
+        """Return how far some runs are from what the model predicts; of `Rig`."""
+        if not runs:
+            return None
+        robot = replace(self.robot, values={**self.robot.values, **(values or {})})
+        turned = angles or [None] * len(runs)
+        return errors_of(robot, [self.measured[k] for k in runs], turned, threads)
+
+    @staticmethod
+    def _facts(run: MeasuredRun) -> Facts:
+        part = run.motion.select(run.channels)
+        values = np.where(part.valid, part.values, np.nan)
+        return Facts(run.name, run.mode, run.role, run.channels, values)
 
 
-@runtime_checkable
-class Forgetful(Rig, Protocol):
-    """A rig some of whose runs forget how they began."""
-
-    def shortened(self, ends: Mapping[int, float]) -> Rig:
-        """Return the rig with some runs compared for a shorter time, also once it is extended.
-
-        Args:
-            ends: by run [s].
-        """
-        ...
-
-
-@runtime_checkable
-class Windowed(Rig, Protocol):
-    """A rig whose runs that forget can be taken up again in between."""
-
-    def in_windows(self, values: Mapping[int, Mapping[str, float]]) -> Rig | None:
-        """Return the rig with some runs compared in short windows too, whose starts are free.
-
-        Args:
-            values: of the unknowns of each of these runs, near what is true.
-
-        Returns:
-            None where there are none.
-        """
-        ...
-
-
-@runtime_checkable
-class Experimental(Rig, Protocol):
-    """A rig that can tell what runs would show that nobody has made yet."""
-
-    def with_trials(self, trials: Sequence[Trial]) -> Rig:
-        """Return the rig with more runs after its own: one a trial, all of it seen, values zero.
-
-        They have no samples at rest. Base and causes are those of all runs together, so they may
-        be more than before.
-        """
-        ...
+def _memory(values: Array, valid: NDArray[np.bool_]) -> float | None:
+    """Return the correlation of neighbouring samples at rest; None where too few were seen."""
+    seen = np.where(valid, values, np.nan)
+    seen = seen - np.nanmedian(seen) if np.isfinite(seen).any() else seen
+    pairs = np.isfinite(seen[:-1]) & np.isfinite(seen[1:])
+    if pairs.sum() < _LEAST_REST:
+        return None
+    size = 1.4826 * float(np.median(np.abs(seen[np.isfinite(seen)])))
+    pairs &= (np.abs(seen[:-1]) < 5 * size) & (np.abs(seen[1:]) < 5 * size)
+    here, after = seen[:-1][pairs], seen[1:][pairs]
+    return float(here @ after / max(float(here @ here), 1e-300))

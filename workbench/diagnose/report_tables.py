@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
+from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.drive import DRIVE
-from workbench.diagnose.engine import Diagnosis
 from workbench.diagnose.wording import Amount, digits
 from workbench.review.page import table
 from workbench.sim import EFFECTS
