@@ -11,6 +11,7 @@ from workbench.diagnose.body_faults import Expected, body_faults
 from workbench.diagnose.drive_faults import drive_faults
 from workbench.diagnose.facts import Fault
 from workbench.diagnose.release_faults import release_faults
+from workbench.errors import InputError
 from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, position
 from workbench.sim import Condition, Robot, sample_times, simulate_all, staircase
@@ -18,6 +19,7 @@ from workbench.sim.simulate import at_rest
 
 __all__ = ["hopper_faults"]
 
+_WEAK_N = 0.1
 _HOPPED_S = 1.0  # of a hop, until a foot that is free has moved
 
 
@@ -42,9 +44,18 @@ def hopper_faults(robot: Robot, runs: Sequence[MeasuredRun]) -> list[Fault]:
 
 
 def _top(robot: Robot, run: MeasuredRun, pull: float) -> NDArray[np.float64]:
-    """Return where T is before time zero, from the foot, (2,) [m]."""
+    """Return where T is before time zero, from the foot, (2,) [m].
+
+    A pull that no model of this robot can bear is taken in proportion to a weak one.
+    """
     still = Condition(run.mode, np.zeros(2), run.start_angle, pull=pull, height=run.height)
-    _, data = at_rest(robot, still)
+    try:
+        _, data = at_rest(robot, still)
+    except InputError:
+        if pull <= _WEAK_N:
+            raise
+        free, weak = (_top(robot, run, part) for part in (0.0, _WEAK_N))
+        return free + (weak - free) * pull / _WEAK_N
     return np.asarray((data.body("top").xpos - data.body("foot").xpos)[[0, 2]])
 
 
