@@ -68,7 +68,7 @@ SEED ?= 1
 CASES ?= 40
 
 bank: install
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[bank]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	$(BIN)/python -m benchmarks.bank --seed $(SEED) --cases $(CASES)
 
 fuzz: install

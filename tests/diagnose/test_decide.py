@@ -83,3 +83,14 @@ def test_noise_that_repeats_itself_counts_less() -> None:
     one = scored("a", gain=800)
     assert versus(one, BASE, 9.0).gain == pytest.approx(versus(one, BASE).gain / 9)
     assert versus(one, BASE, 9.0).sure == pytest.approx(versus(one, BASE).sure)
+
+
+def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
+    one = scored("a", gain=800)
+    base = Scored((), 0.0, BASE.blocks, BASE.held, BASE.lack, {"first": 0.0, "second": 0.0})
+    lonely = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -798.0, "second": -2.0})
+    found = decide(base, [lonely], SAMPLES, RULES)
+    assert found.kind == "SET"
+    assert found.reason == "a may be there, but first alone supports it; repeat that run"
+    shared = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -700.0, "second": -100.0})
+    assert decide(base, [shared], SAMPLES, RULES).kind == "NAMED"

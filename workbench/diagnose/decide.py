@@ -9,8 +9,8 @@ same seconds prefer it to every other; those that are not behind are a set with 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -34,6 +34,7 @@ class Scored:
         blocks: (b,) cost of each second of the fitted runs.
         held: of each run held out, the cost of its seconds.
         lack: process noise that it asks for, over what the noise of cameras alone asks for.
+        by_run: fitted run -> its cost.
     """
 
     names: tuple[str, ...]
@@ -41,6 +42,7 @@ class Scored:
     blocks: Array
     held: tuple[Array, ...]
     lack: float
+    by_run: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def cost(self) -> float:
@@ -155,6 +157,10 @@ def decide(
     if rest > 1 and explained < rules.explained:
         reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"
         return Part("PARTIAL", best, alike, rest, explained, reason, told)
+    alone = _carrier(best, base, rules, repeats)
+    if alone is not None:
+        reason = f"{words} may be there, but {alone} alone supports it; repeat that run"
+        return Part("SET", best, alike, rest, explained, reason, told)
     reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as well"
     return Part("NAMED", best, alike, rest, explained, reason, told)
 
@@ -170,6 +176,14 @@ def _holds(
         and found.held > 0
         and found.runs >= 0.5
     )
+
+
+def _carrier(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
+    """Return the run without which all others together do not speak for a hypothesis."""
+    gains = {run: (base.by_run[run] - cost) / repeats for run, cost in one.by_run.items()}
+    whole = sum(gains.values())
+    carried = [run for run, gain in gains.items() if whole - gain < rules.suspected]
+    return carried[0] if carried and len(gains) > 1 else None
 
 
 def _alike(

@@ -53,7 +53,9 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
         own = found.cost - float(found.blocks.sum())
         lack = float(np.sqrt(found.blocks.sum() / samples)) / fits.rules.whole
         judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
-        return Scored(names, own, found.blocks, judged, lack)
+        runs = zip(fitted.runs, fitted.by_run(found), strict=True)
+        by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
+        return Scored(names, own, found.blocks, judged, lack, by_run)
 
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules, fits.repeats(ROTOR_ANGLE))

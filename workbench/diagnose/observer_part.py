@@ -97,7 +97,9 @@ def _weighed(fits: Fits, base: Hypothesis, found: Sequence[Hypothesis]) -> list[
 def _scored(fits: Fits, one: Hypothesis) -> Scored:
     blocks = np.concatenate(one.blocks)
     prior = one.prior + _beyond(one)
-    return Scored(one.names, prior, blocks, fits.judged(one), fits.lack(one))
+    names = one.estimator.system.names
+    by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
+    return Scored(one.names, prior, blocks, fits.judged(one), fits.lack(one), by_run)
 
 
 def _beyond(one: Hypothesis) -> float:
