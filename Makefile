@@ -56,7 +56,6 @@ bench: install
 	$(BIN)/python benchmarks/fit.py
 	$(BIN)/python benchmarks/identify.py
 	$(BIN)/python benchmarks/replay.py
-	$(BIN)/python benchmarks/hop_windows.py
 	$(BIN)/python -m benchmarks.kills
 	$(BIN)/python benchmarks/search.py
 	$(BIN)/python benchmarks/optimize.py --only speed
@@ -68,7 +67,6 @@ SEED ?= 1
 CASES ?= 40
 
 bank: install
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	$(BIN)/python -m benchmarks.bank --seed $(SEED) --cases $(CASES)
 
 fuzz: install

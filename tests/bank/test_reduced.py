@@ -23,7 +23,7 @@ from workbench.diagnose.rig import HopperRig
 from workbench.protocol import load_model, load_shape
 
 REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
-BUDGET_S: dict[Block, float] = {"single": 60.0, "null": 30.0, "pair": 120.0, "outside": 240.0}
+BUDGET_S: dict[Block, float] = dict.fromkeys(("single", "null", "pair", "outside"), 60.0)
 """Processor time that a diagnosis may take in the first tier [s]."""
 COUNT = {"single": 4, "pair": 1, "null": 2, "outside": 1}
 

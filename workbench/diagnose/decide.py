@@ -217,7 +217,7 @@ def _without(
     if left > 1:
         reason = f"{_lacking(left)}, and no known cause explains it"
         return Part("NONE", base, (), left, 0.0, reason, compared)
-    reason = "no force is missing above what the cameras' noise accounts for"
+    reason = "nothing is missing above what the cameras' noise accounts for"
     return Part("CLEAN", base, (), left, 0.0, reason, compared)
 
 

@@ -198,7 +198,9 @@ def _taken(parts: Mapping[str, Part]) -> set[str]:
 def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
     """Return one answer of what robot and drive say each by itself."""
     kinds = {part.kind for part in parts.values()}
-    reason = "; ".join(f"{name}: {part.reason}" for name, part in parts.items())
+    one = len(parts) == 1
+    told = [part.reason if one else f"{name}: {part.reason}" for name, part in parts.items()]
+    reason = "; ".join(told)
     order: tuple[Kind, ...] = ("SET", "PARTIAL")
     for kind in order:
         if kind in kinds:

@@ -200,7 +200,7 @@ class Fits:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
 
         Only the end is simulated in full steps; on the way what coarse ones do otherwise is taken
-        to be what it is at the neighbour.
+        to be what it is at the neighbour, and derivatives are those there, brought up to date.
         """
         estimator, x = self._estimator(near, self._released(names))
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
@@ -212,7 +212,7 @@ class Fits:
         best: Minimum | None = None
         for start in (goal, x):
             found = minimum(
-                cheap.residuals, cheap.jacobian, np.clip(start, low + _OFF, high - _OFF),
+                cheap.residuals, lambda _: slopes, np.clip(start, low + _OFF, high - _OFF),
                 (low, high), ROBUST, _STEPS, ROUGH, slopes,
             )  # fmt: skip
             if best is None or found.cost < best.cost:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 from numpy.typing import NDArray
-from pyarrow import csv, parquet
 
 from workbench.errors import InputError
 
@@ -28,6 +26,9 @@ class Table:
     """
 
     def __init__(self, path: Path) -> None:
+        import pyarrow as pa
+        from pyarrow import csv, parquet
+
         self.path = path
         try:
             self._table = (
@@ -47,6 +48,8 @@ class Table:
         Raises:
             InputError: with the line of a cell that is no number.
         """
+        import pyarrow as pa
+
         column = self._table.column(name)
         if pa.types.is_null(column.type):
             return np.full(len(column), np.nan)
