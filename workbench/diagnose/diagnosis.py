@@ -159,7 +159,6 @@ def diagnose(
     tell("fit the base within its tolerances")
     base = fits.base()
     observer = observer_part(fits, base)
-    tell("judge the drive by the rotor's angle")
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
     if drive is not None:

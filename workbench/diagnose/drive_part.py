@@ -42,6 +42,7 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     regressions = fits.drive(best)
     if regressions is None:
         return None
+    fits.tell("judge the drive by the rotor's angle")
     fitted, held = regressions
     names = [name for name in DRIVE if name in fitted.quantities]
     every = [(), *((name,) for name in names), *combinations(names, 2)]
