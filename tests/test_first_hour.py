@@ -91,7 +91,7 @@ def test_from_a_clone_to_a_diagnosis_and_a_template(beginner: Beginner) -> None:
     for quoted in [*start, *hour]:
         beginner.types(quoted)
     (page,) = beginner.clone.glob("diagnoses/*/*.html")
-    assert "rubs dry with 0.00150 N m" in page.read_text("utf-8")
+    assert "frictionloss = 0.00150 N m" in page.read_text("utf-8")
     (pdf,) = beginner.clone.glob("templates/*.pdf")
     told = _poppler("pdfinfo", pdf)
     assert re.search(r"Pages:\s+3\n", told)
