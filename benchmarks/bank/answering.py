@@ -84,8 +84,8 @@ def behind(found: Diagnosis) -> dict[str, Any]:
         name: {
             "missing": part.lack,
             "compared": [
-                [*one.names, round(told.gain, 2), round(told.held, 2), round(told.sure, 2)]
-                for one, told in part.compared[:_FEW]
+                [*one.names, round(gains.gain, 2), round(gains.held, 2), round(gains.sure, 2)]
+                for one, gains in part.compared[:_FEW]
             ],
         }
         for name, part in found.parts.items()

@@ -26,9 +26,9 @@ def plain_answers(found: Diagnosis) -> dict[str, dict[str, object]]:
 def single(found: Diagnosis) -> dict[str, object]:
     """Name the cause whose release lowers the cost of the training runs most."""
     gains = {
-        one.names[0]: told.gain
+        one.names[0]: gains.gain
         for part in found.parts.values()
-        for one, told in part.compared
+        for one, gains in part.compared
         if len(one.names) == 1
     }
     return _named([max(gains, key=lambda name: gains[name])] if gains else [])
@@ -40,8 +40,8 @@ def bic(found: Diagnosis) -> dict[str, object]:
     count = np.log(found.fits.samples())
     for part in found.parts.values():
         least, names = 0.0, tuple[str, ...]()
-        for one, told in part.compared:
-            criterion = len(one.names) * count - told.gain
+        for one, gains in part.compared:
+            criterion = len(one.names) * count - gains.gain
             if criterion < least:
                 least, names = criterion, one.names
         chosen += names

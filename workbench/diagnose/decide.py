@@ -128,7 +128,7 @@ def decide(
     )
     best = base
     for one, _ in compared:
-        if len(one.names) == 1 and _holds(one, base, samples, rules, repeats, rules.sure):
+        if len(one.names) == 1 and _holds(one, base, samples, rules, repeats):
             best = one
             break
     if best is not base:
@@ -136,7 +136,7 @@ def decide(
             one for one, _ in compared if len(one.names) == 2 and set(best.names) < set(one.names)
         ]
         for pair in pairs:
-            if _holds(pair, best, samples, rules, repeats, rules.sure):
+            if _holds(pair, best, samples, rules, repeats):
                 best = pair
                 break
     rest, explained = best.lack, 1 - (best.lack / base.lack) ** 2
@@ -165,16 +165,14 @@ def decide(
     return Part("NAMED", best, alike, rest, explained, reason, told)
 
 
-def _holds(
-    one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float, sure: float
-) -> bool:
+def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
     """Tell whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
     found = versus(one, simpler, repeats)
     return (
         found.gain > max(rules.worth, rules.size * samples / repeats)
-        and found.sure > sure
+        and found.sure > rules.sure
         and found.held > 0
-        and found.runs >= 0.5
+        and found.runs >= rules.agree
     )
 
 

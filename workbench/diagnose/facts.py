@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Facts", "Fault", "Trial"]
+__all__ = ["Facts", "Fault", "Trial", "repeats_from"]
+
+_MOST_MEMORY = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,3 +60,13 @@ class Trial:
     amount: float
     duration: float
     rest: float
+
+
+def repeats_from(memories: Sequence[float]) -> float:
+    """Return how often samples of noise repeat one another; 1 where nothing is known.
+
+    Args:
+        memories: correlations of neighbouring samples at rest.
+    """
+    memory = min(max(float(np.median(memories)), 0.0), _MOST_MEMORY) if memories else 0.0
+    return (1 + memory) / (1 - memory)

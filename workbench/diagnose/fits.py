@@ -7,8 +7,9 @@ the forces that are no longer missing.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -25,10 +26,11 @@ from workbench.fit import (
     Parameter,
     ParameterVector,
     Scope,
+    System,
     fit_system,
     minimised,
 )
-from workbench.fit.estimator import REFUSED, ROBUST, reaches
+from workbench.fit.estimator import ROBUST, counted, reaches
 from workbench.fit.fitting import refined
 from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.process import likeliest
@@ -121,9 +123,14 @@ class Fits:
         self._held: Estimator | None = None
         self._deviations: dict[tuple[str, ...], dict[str, float]] = {}
 
+    @cached_property
+    def _nominal(self) -> System:
+        """Return the fitted runs with the base alone."""
+        return self.rig.system(self.train, self.rig.base)
+
     def base(self) -> Hypothesis:
         """Fit the base within its tolerances."""
-        system = self.rig.system(self.train, self.rig.base)
+        system = self._nominal
         fit = fit_system(
             system,
             ParameterVector(system.parameters),
@@ -143,8 +150,8 @@ class Fits:
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
-        system = self.rig.system(self.train, self.rig.base)
-        return sum(int(np.isfinite(system.seen(k)).sum()) for k in range(len(self.train)))
+        seen = self._nominal.seen
+        return sum(int(np.isfinite(seen(k)).sum()) for k in range(len(self.train)))
 
     def frees(self, name: str) -> bool:
         """Tell whether a candidate frees numbers of the model, and adds none."""
@@ -206,7 +213,7 @@ class Fits:
         exact = estimator.residuals_of(near.estimator.innovations(near.x, keep=True), x)
         coarse = replace(estimator, defect=np.zeros(0))
         cheap = replace(estimator, defect=exact - coarse.residuals(x))
-        low, high = (end for end in estimator.vector.bounds)
+        low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
         slopes = _columns(promise.near, estimator.vector)
         best: Minimum | None = None
@@ -252,8 +259,7 @@ class Fits:
         before = near.estimator
         system = self.rig.system(self.train, parameters, before.system)
         vector = ParameterVector(system.parameters)
-        values = near.values
-        x = np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
+        x = _numbers(vector, near.values)
         estimator = Estimator.of(system, vector, before.noise, before.masks, self.threads)
         return estimator, x
 
@@ -273,8 +279,7 @@ class Fits:
         arm = arm_of(system.runs, system.turned, [system.first(k) for k in range(len(system.runs))])
         found = [drive_fits(system, _turns(system, at.estimator.innovations(at.x, keep=True)), arm)]
         if held is not None and isinstance(held.system, Hopper):
-            values = at.values
-            x = np.array([p.number(values.get(p.name, p.nominal)) for p in held.vector.parameters])
+            x = _numbers(held.vector, at.values)
             turns = _turns(held.system, held.innovations(x, keep=True))
             found.append(drive_fits(held.system, turns, arm))
         return found[0], found[-1]
@@ -283,13 +288,12 @@ class Fits:
         """Return -2 ln L of each second of the runs held out; what is theirs alone is fitted."""
         if not self.held:
             return ()
-        fitted, x = one.estimator, one.x
+        fitted = one.estimator
         shared = [p for p in fitted.vector.parameters if p.scope is not Scope.RUN]
         like = None if self._held is None else self._held.system
         system = self.rig.system(self.held, shared, like)
         vector = ParameterVector(system.parameters)
-        values = {p.name: v for p, v in fitted.vector.values(x).items()}
-        numbers = np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
+        numbers = _numbers(vector, one.values)
         masks = () if self._held is None else self._held.masks
         estimator = Estimator.of(system, vector, fitted.noise, masks, self.threads)
         if self._held is None:
@@ -299,6 +303,11 @@ class Fits:
         return tuple(
             _blocks(one, system.sample_s) for one in estimator.innovations(found.x, keep=True)
         )
+
+
+def _numbers(vector: ParameterVector, values: Mapping[str, float]) -> Array:
+    """Return the numbers (p,) of values by name; a parameter that is not given is nominal."""
+    return np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
 
 
 def _columns(near: Linear, vector: ParameterVector) -> Array:
@@ -328,8 +337,6 @@ def _neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: A
 
 
 def _blocks(one: Innovations, sample_s: float) -> Array:
-    white = one.white.copy()
-    white[one.sane :] = REFUSED
-    costs = soft(np.nan_to_num(white, nan=REFUSED), ROBUST).sum(axis=1) + one.information
+    costs = soft(counted(one), ROBUST).sum(axis=1) + one.information
     edges = edges_of(len(costs), sample_s)
     return np.array([float(costs[a:b].sum()) for a, b in pairwise(edges)])

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.diagnose.facts import repeats_from
 from workbench.diagnose.mechanism_table import Table, require_even
 from workbench.errors import FileFaults, InputError, did_you_mean
 from workbench.fit.systems.mjcf_parameters import Edit
@@ -31,7 +32,6 @@ _AT_ZERO = 1e-6  # of a sample
 _LEAST_REST = 30  # samples that tell of the noise's memory
 _GLITCH = 3.0  # deviations beyond which a difference of rest counts no more
 _RESTS = 3.0  # sigma that a scatter of rest may have
-_MOST_MEMORY = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +160,7 @@ def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:
             if pairs.sum() >= _LEAST_REST and 0 < np.nanstd(rest) < _RESTS * noise:
                 here, after = rest[:-1][pairs], rest[1:][pairs]
                 found.append(float(here @ after / (here @ here)))
-    memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
-    return (1 + memory) / (1 - memory)
+    return repeats_from(found)
 
 
 def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:

@@ -15,8 +15,6 @@ from workbench.fit import Scope
 
 __all__ = ["ObserverPart", "observer_part"]
 
-_T90 = 1.645
-
 
 @dataclass(frozen=True, eq=False)
 class ObserverPart:
@@ -45,8 +43,8 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     tell("see what each candidate promises")
     promises = fits.promises(base)
     little = rules.promised * rules.size * fits.samples()
-    best = promises[0].gain if promises else 0.0
-    least = max(rules.promising * best, rules.suspected, little)
+    most = promises[0].gain if promises else 0.0
+    least = max(rules.promising * most, rules.suspected, little)
     short = [one for one in promises if one.gain >= least][: rules.shortlist]
     singles = []
     for one in short:
@@ -54,12 +52,10 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
         singles.append(fits.refit((one.name,), base, one))
     singles = _weighed(fits, base, singles)
     pairs: list[Hypothesis] = []
-    near = promises
     if singles and base.cost - singles[0].cost > rules.worth:
         first = singles[0]
         tell(f"see what each candidate promises beside {first.names[0]}")
-        near = fits.promises(first)
-        added = [one for one in near if one.gain > rules.worth][: rules.seconds]
+        added = [one for one in fits.promises(first) if one.gain > rules.worth][: rules.seconds]
         for one in added:
             tell(f"fit {first.names[0]} with {one.name}")
             pairs.append(fits.refit((*first.names, one.name), first, one))
@@ -132,10 +128,9 @@ def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:
 
 def _refit(fits: Fits, best: Hypothesis) -> tuple[Refit, ...]:
     """Return what the fit changed of the model's own numbers."""
-    errors, values = fits.deviations(best), best.values
-    return tuple(
-        Refit(p.name, p.nominal, values[p.name], values[p.name] - _T90 * errors[p.name],
-              values[p.name] + _T90 * errors[p.name], p.unit,
-              (values[p.name] - p.nominal) / p.deviation)
-        for p in fits.rig.base
-    )  # fmt: skip
+    errors, values, changed = fits.deviations(best), best.values, list[Refit]()
+    for p in fits.rig.base:
+        now = found_of(values[p.name], errors[p.name], -np.inf, np.inf, p.unit)
+        share = (now.value - p.nominal) / p.deviation
+        changed.append(Refit(p.name, p.nominal, now.value, now.low, now.high, p.unit, share))
+    return tuple(changed)

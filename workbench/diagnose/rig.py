@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
-from workbench.diagnose.facts import Facts, Fault
+from workbench.diagnose.facts import Facts, Fault, repeats_from
 from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
@@ -28,7 +28,6 @@ __all__ = ["HopperRig", "Rig"]
 Array = NDArray[np.float64]
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
 _LEAST_REST = 30  # samples that tell of the noise's memory
-_MOST_MEMORY = 0.95
 
 
 class Rig(Protocol):
@@ -187,8 +186,7 @@ class HopperRig:
                     and (memory := _memory(rest[name], rest.validity(name))) is not None
                 ):
                     found.append(memory)
-        memory = min(max(float(np.median(found)), 0.0), _MOST_MEMORY) if found else 0.0
-        return (1 + memory) / (1 - memory)
+        return repeats_from(found)
 
     def system(
         self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None

@@ -25,6 +25,7 @@ class Rules:
         suspected: gain of one that may well be there.
         size: gain for each sample and channel, of a practical size: (0.12 noise deviations)^2.
         sure: gain over its scatter, of a cause against none.
+        agree: share of the runs held out that must prefer it.
         apart: gain over its scatter, of a cause against another.
         material: share of what is missing that a cause must explain to be listed, where more is
             left than a whole model may lack.
@@ -42,6 +43,7 @@ class Rules:
     suspected: float = 8.0
     size: float = 0.0144
     sure: float = 2.0
+    agree: float = 0.5
     apart: float = 1.64
     material: float = 0.2
     explained: float = 0.5

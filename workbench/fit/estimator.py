@@ -32,7 +32,7 @@ from workbench.fit.observer import Innovations, Job, observe
 from workbench.fit.parameters import ParameterVector
 from workbench.fit.system import System
 
-__all__ = ["FARTHEST", "REFUSED", "ROBUST", "Estimator", "reaches"]
+__all__ = ["FARTHEST", "REFUSED", "ROBUST", "Estimator", "counted", "reaches"]
 
 Array = NDArray[np.float64]
 
@@ -113,8 +113,7 @@ class Estimator:
         """
         total = 0.0
         for one in self.innovations(x, keep=True):
-            white = _flat(one)
-            total += float(np.sum(soft(white, ROBUST))) + float(np.sum(one.information))
+            total += float(np.sum(soft(counted(one), ROBUST))) + float(np.sum(one.information))
         return -total / 2
 
     def job(self, run: int, x: Array, coarse: bool = False) -> Job:
@@ -177,7 +176,7 @@ class Estimator:
 
     def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
         """Return the residuals, (m,), of innovations that were observed at parameters (p,)."""
-        return np.concatenate([*(_flat(one) for one in found), x[self.vector.weighted]])
+        return np.concatenate([*(counted(one).ravel() for one in found), x[self.vector.weighted]])
 
     def jacobian(
         self,
@@ -209,7 +208,7 @@ class Estimator:
                 moved[i] = end[i]
                 jobs.append(self.job(k, moved, coarse=True))
         jobs += [] if central else [self.job(k, x, coarse=True) for k in runs]
-        found = [_flat(one) for one in observe(jobs, self.threads)]
+        found = [counted(one).ravel() for one in observe(jobs, self.threads)]
         if central:
             changes = [a - b for a, b in zip(found[::2], found[1::2], strict=True)]
         else:
@@ -242,7 +241,8 @@ def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -
     )
 
 
-def _flat(one: Innovations) -> Array:
+def counted(one: Innovations) -> Array:
+    """Return the whitened innovations as they count, (n, c): a run that blew up is refused."""
     white = one.white.copy()
     white[one.sane :] = REFUSED
-    return np.nan_to_num(white, nan=REFUSED).ravel()
+    return np.nan_to_num(white, nan=REFUSED)
