@@ -50,7 +50,7 @@ def test_a_gain_of_one_second_alone_is_no_cause() -> None:
     one = scored("a", scatter=0.0)
     blocks = one.blocks.copy()
     blocks[3] = -800.0
-    lucky = Scored(("a",), 0.0, blocks, one.held, 0.1)
+    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1)
     assert versus(lucky, BASE).sure < RULES.sure
     assert decide(BASE, [lucky], SAMPLES, RULES).kind == "NONE"
 
