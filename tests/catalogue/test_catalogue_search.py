@@ -18,7 +18,8 @@ import pytest
 from tests.bundles import NOW, make_bundle, remarked
 from workbench.bundle import add_remark
 from workbench.catalogue import Query, Window, period, rebuild, search, window
-from workbench.catalogue.index import INDEX
+from workbench.catalogue.entry import COLUMNS
+from workbench.catalogue.index import _STAMPED, _VERSION, INDEX, _opened
 from workbench.errors import InputError
 
 
@@ -240,6 +241,23 @@ def test_lists_and_rebuilds_at_once_all_see_every_run(root: Path) -> None:
 
     with ThreadPoolExecutor(4) as pool:
         assert set("".join(pool.map(several, range(4))).split()) == {"2"}
+
+
+def test_an_index_that_another_program_made_while_we_waited_is_kept(root: Path) -> None:
+    (root / INDEX).unlink()
+    with closing(sqlite3.connect(root / INDEX, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")  # it found no index either, and comes first
+        with ThreadPoolExecutor(1) as pool:
+            second = pool.submit(lambda: _opened(str(root / INDEX), silent).close())
+            with pytest.raises(TimeoutError):
+                second.result(0.2)  # it has read that there is no index, and waits
+            for table, columns in (("runs", COLUMNS), ("stamps", _STAMPED)):
+                other.execute(f"CREATE TABLE {table} ({', '.join(columns)}, PRIMARY KEY (name))")
+            other.execute("INSERT INTO runs (name) VALUES ('made meanwhile')")
+            other.execute(f"PRAGMA user_version = {_VERSION}")
+            other.execute("COMMIT")
+            second.result(10.0)
+        assert other.execute("SELECT name FROM runs").fetchall() == [("made meanwhile",)]
 
 
 def test_windows_are_closed() -> None:

@@ -146,10 +146,12 @@ def _opened(file: str, tell: Tell, uri: bool = False) -> sqlite3.Connection:
     if version:
         tell(f"{file}: of another version of the workbench; made again from the bundles")
     base.execute("BEGIN IMMEDIATE")
-    for table, columns in (("runs", COLUMNS), ("stamps", _STAMPED)):
-        base.execute(f"DROP TABLE IF EXISTS {table}")
-        base.execute(f"CREATE TABLE {table} ({', '.join(columns)}, PRIMARY KEY (name))")
-    base.execute(f"PRAGMA user_version = {_VERSION}")
+    # While we waited for the lock, another program may have made and filled it.
+    if base.execute("PRAGMA user_version").fetchone() == (version,):
+        for table, columns in (("runs", COLUMNS), ("stamps", _STAMPED)):
+            base.execute(f"DROP TABLE IF EXISTS {table}")
+            base.execute(f"CREATE TABLE {table} ({', '.join(columns)}, PRIMARY KEY (name))")
+        base.execute(f"PRAGMA user_version = {_VERSION}")
     base.execute("COMMIT")
     return base
 
