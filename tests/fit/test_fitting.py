@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -24,7 +25,8 @@ from workbench.fit import (
     intervals,
     undetermined,
 )
-from workbench.fit.fitting import _glitches
+from workbench.fit.estimator import Estimator
+from workbench.fit.fitting import _glitches, refined
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_parameters import Free
 from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun
@@ -117,8 +119,27 @@ def test_an_unknown_parameter_is_named_with_those_that_exist() -> None:
 
 def test_glitches_are_left_out_and_lasting_errors_are_not() -> None:
     error = np.random.default_rng(0).normal(0, 1.0, (400, 2))
-    error[50, 0] = 40.0
-    error[200:260, 1] = 40.0
-    wild = _glitches(error)
+    seen = error.copy()
+    error[50, 0] = np.nan  # left out by the gate
+    error[200:203, 1], error[203:260, 1] = np.nan, 40.0  # and what lasts is let in
+    seen[90], error[90] = np.nan, np.nan
+    wild = _glitches(error, seen, np.array([7.0, 7.0]))
     assert wild[50, 0]
     assert wild.sum() == 1
+
+
+def test_a_glitch_does_not_hide_the_one_that_follows() -> None:
+    course = Course("clamped", 6.0, ramp(8.5))
+    run = measured(twin_motion(course), course)
+    rng = np.random.default_rng(5)
+    at = np.sort(rng.choice(np.arange(200, len(run.motion) - 20, 20), 8, replace=False))
+    values = run.motion.values.copy()
+    columns = [run.motion.names.index(name) for name in run.places]
+    values[np.ix_(at, columns)] += rng.choice([-0.012, 0.012], (len(at), 2))
+    run = replace(run, motion=replace(run.motion, values=values))
+    system = Hopper(ROBOT, [run])
+    vector = ParameterVector(system.parameters)
+    estimator = Estimator.of(system, vector, system.strong)
+    (mask,) = refined(estimator, np.zeros(len(vector))).masks
+    assert set(np.flatnonzero(mask.all(axis=1)) + system.first(0)) >= set(at)
+    assert mask.sum() <= 2 * len(at) + 4

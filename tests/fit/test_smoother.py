@@ -33,27 +33,31 @@ FIGURE = Figure(VALUES["foot_length"], 0.1, SHAPE.length, VALUES["beam_root"], 0
 class Linear:
     """Two modes seen in two channels, observed with the stationary gain."""
 
-    def __init__(self, count: int, seed: int = 0) -> None:
+    def __init__(self, count: int, seed: int = 0, memory: float = 0.0) -> None:
         rng = np.random.default_rng(seed)
         slopes = np.array([[2.0, 0.5], [-0.7, 1.5]])
         self.modes = Modes(np.eye(2), np.diag([90.0, 900.0]), 0.4 * np.eye(2), slopes)
         self.process, self.sigma = np.array([0.02, 0.05]), np.array([2e-4, 3e-4])
-        self.gain = stationary(self.modes, self.process, self.sigma, DT)
-        self.step, self.kicks = self.modes.transition(DT), self.modes.kicks(self.process, DT)
-        wide = np.hstack([slopes, np.zeros((2, 2))])
-        self.seen_by = wide
-        kick = np.linalg.cholesky(self.kicks)
-        self.truth = np.empty((count, 4))
-        self.truth[0] = np.linalg.cholesky(self.gain.covariance) @ rng.standard_normal(4)
-        self.kicked = (kick @ rng.standard_normal((4, count))).T
+        both = np.array([memory, memory])
+        self.gain = stationary(self.modes, self.process, self.sigma, DT, both)
+        self.step, self.kicks, self.seen_by = self.gain.with_noises(
+            self.modes.transition(DT),
+            self.modes.kicks(self.process, DT),
+            np.hstack([slopes, np.zeros((2, 2))]),
+        )
+        size, kick = len(self.step), np.linalg.cholesky(self.kicks)
+        self.white = np.sqrt(self.gain.noise)
+        self.truth = np.empty((count, size))
+        self.truth[0] = np.linalg.cholesky(self.gain.covariance) @ rng.standard_normal(size)
+        self.kicked = (kick @ rng.standard_normal((size, count))).T
         for k in range(count - 1):
             self.truth[k + 1] = self.step @ self.truth[k] + self.kicked[k]
-        self.seen = self.truth @ wide.T + self.sigma * rng.standard_normal((count, 2))
+        self.seen = self.truth @ self.seen_by.T + self.white * rng.standard_normal((count, 2))
         self.run, self.predicted = self.observe()
 
     def observe(self) -> tuple[Innovations, np.ndarray]:
         before, wide = self.gain.covariance, self.seen_by
-        spread = wide @ before @ wide.T + np.diag(self.sigma**2)
+        spread = wide @ before @ wide.T + np.diag(self.white**2)
         gain = before @ wide.T @ np.linalg.inv(spread)
         predicted, error = np.zeros_like(self.truth), np.zeros_like(self.seen)
         for k in range(len(self.seen)):
@@ -64,7 +68,7 @@ class Linear:
         slopes = np.tile(self.modes.slopes, (count, 1, 1))
         empty = np.zeros((count, 2))
         found = Innovations(error, empty, empty[:, 0], slopes, 0 * self.modes.slopes,
-                            predicted[:, :2], predicted[:, 2:], count)  # fmt: skip
+                            predicted[:, :2], predicted[:, 2:4], count)  # fmt: skip
         return found, predicted
 
     def smoothed(self) -> Smoothed:
@@ -72,44 +76,48 @@ class Linear:
 
     def dense(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Mean and covariance of first state and kicks given all samples; the map to states."""
-        count = len(self.seen)
-        prior = np.zeros((4 * count, 4 * count))
-        prior[:4, :4] = self.gain.covariance
+        count, n = len(self.seen), len(self.step)
+        prior = np.zeros((n * count, n * count))
+        prior[:n, :n] = self.gain.covariance
         for k in range(1, count):
-            prior[4 * k : 4 * k + 4, 4 * k : 4 * k + 4] = self.kicks
-        states = np.zeros((4 * count, 4 * count))
+            prior[n * k : n * k + n, n * k : n * k + n] = self.kicks
+        states = np.zeros((n * count, n * count))
         for k in range(count):
             for j in range(k + 1):
                 power = np.linalg.matrix_power(self.step, k - j)
-                states[4 * k : 4 * k + 4, 4 * j : 4 * j + 4] = power
+                states[n * k : n * k + n, n * j : n * j + n] = power
         seen = np.kron(np.eye(count), self.seen_by) @ states
-        spread = seen @ prior @ seen.T + np.diag(np.tile(self.sigma**2, count))
+        spread = seen @ prior @ seen.T + np.diag(np.tile(self.white**2, count))
         gain = prior @ seen.T @ np.linalg.inv(spread)
         return gain @ self.seen.ravel(), prior - gain @ seen @ prior, states
 
 
-def test_smoothed_states_and_forces_are_those_of_dense_conditioning() -> None:
-    linear = Linear(40)
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_smoothed_states_and_forces_are_those_of_dense_conditioning(memory: float) -> None:
+    linear = Linear(40, memory=memory)
     found = linear.smoothed()
     mean, covariance, states = linear.dense()
-    np.testing.assert_allclose((linear.predicted + found.change).ravel(), states @ mean, atol=1e-10)
+    n = len(linear.step)
+    dense = (states @ mean).reshape(40, n)[:, :4]
+    np.testing.assert_allclose(linear.predicted[:, :4] + found.change, dense, atol=1e-10)
     whole = states @ covariance @ states.T
     for k in (0, 17, 39):
-        block = whole[4 * k : 4 * k + 4, 4 * k : 4 * k + 4]
+        block = whole[n * k : n * k + 4, n * k : n * k + 4]
         np.testing.assert_allclose(found.covariance[k], block, atol=1e-6 * np.abs(block).max())
     for k in (5, 20, 30):
         pick = np.zeros((2, len(mean)))
         for sample in range(k - WINDOW // 2 + 1, k + WINDOW // 2 + 1):
-            pick[:, 4 * sample + 2 : 4 * sample + 4] = np.eye(2) / (WINDOW * DT)
+            pick[:, n * sample + 2 : n * sample + 4] = np.eye(2) / (WINDOW * DT)
         np.testing.assert_allclose(found.force[k], pick @ mean, rtol=1e-6, atol=1e-9)
         spread = pick @ covariance @ pick.T
         np.testing.assert_allclose(found.force_covariance[k], spread, rtol=1e-5)
 
 
-def test_the_truth_lies_within_the_stated_deviations() -> None:
-    linear = Linear(1200, seed=3)
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_the_truth_lies_within_the_stated_deviations(memory: float) -> None:
+    linear = Linear(1200, seed=3, memory=memory)
     found = linear.smoothed()
-    wrong = linear.predicted + found.change - linear.truth
+    wrong = (linear.predicted - linear.truth)[:, :4] + found.change
     share = wrong / np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
     assert np.sqrt(np.mean(share**2)) == pytest.approx(1.0, abs=0.1)
 

@@ -33,7 +33,7 @@ class Scored:
         prior: part of the cost that is no run's.
         blocks: (b,) cost of each second of the fitted runs.
         held: of each run held out, the cost of its seconds.
-        lack: process noise that it asks for, over what the noise of cameras alone asks for.
+        lack: how much less likely the runs are if nothing is missing, over what counts.
         by_run: fitted run -> its cost.
     """
 
@@ -96,8 +96,9 @@ class Part:
         kind: NAMED, SET, PARTIAL, NONE or CLEAN.
         best: the hypothesis that holds; the base where none does.
         alike: hypotheses that explain the same, the best first.
-        lack: process noise that the best asks for, over what noise of cameras alone asks for.
-        explained: share of the power of the missing force that the best explains.
+        lack: how much less likely the runs are if nothing but the best is missing, over what
+            counts.
+        explained: share of what the base lacks that the best explains.
         reason: in a sentence.
         compared: of every hypothesis with the base, best first.
     """
@@ -139,11 +140,11 @@ def decide(
             if _holds(pair, best, samples, rules, repeats):
                 best = pair
                 break
-    rest, explained = best.lack, 1 - (best.lack / base.lack) ** 2
+    rest, explained = best.lack, 1 - best.lack / base.lack if base.lack else 1.0
     alike = _alike(best, [one for one, _ in compared], rules, repeats)
     told = tuple(compared)
     if best is base:
-        return _without(base, told, samples, rules)
+        return _without(base, told, samples / repeats, rules)
     words = " with ".join(best.names)
     if rest > 1 and explained < rules.material:
         reason = (
@@ -199,7 +200,7 @@ def _alike(
 
 
 def _without(
-    base: Scored, compared: tuple[tuple[Scored, Versus], ...], samples: int, rules: Rules
+    base: Scored, compared: tuple[tuple[Scored, Versus], ...], samples: float, rules: Rules
 ) -> Part:
     suspects = [
         (one, found) for one, found in compared

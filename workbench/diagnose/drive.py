@@ -9,6 +9,7 @@ w the commanded speed, p the rotor's angle in the world, the torque that which t
 takes about T. All of it is linear in what is asked for, so each cause is a column of angles, and
 every set of causes is one regression. Each run has a start angle, a lag, a delay and a small share
 of its own. The point taken for T may sit off T: the rotor's arm, which is rigid, tells where it is.
+Glitches are left out, and noise with a memory is whitened: r[k] - memory r[k-1] counts.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.linear import Linear, Solved, edges_of
 from workbench.fit import Hopper, MeasuredRun, commanded_angle
-from workbench.fit.drive import fit_drive
+from workbench.fit.drive import calm, fit_drive
 from workbench.motion import ROTOR, TOP, position
 from workbench.sim import EFFECTS
 
@@ -181,7 +182,7 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     for k in driven:
         seen, usual, made = _columns(system, k, turns[k], arm)
         angles.append(usual)
-        residuals.append((seen - usual) / _sigma(system.runs[k]))
+        residuals.append(_counted(system, k, seen - usual))
         columns.append({
             (f"{key} of run {k}" if key in _OWN else key): scale[key] * column
             for key, column in made.items()
@@ -192,14 +193,15 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     names = (*shared, *own)
     jacobian, begin = np.zeros((edges[-1], len(names))), 0
     for k, residual, made in zip(driven, residuals, columns, strict=True):
-        seen = np.isfinite(residual)
+        rows = slice(begin, begin + len(residual))
         for j, key in enumerate(names):
             if key in made:
-                part = jacobian[begin : begin + len(residual), j]
-                part[seen] = -made[key][seen] / _sigma(system.runs[k])
+                column = np.where(np.isfinite(residual), made[key], np.nan)
+                jacobian[rows, j] = -_whitened(system, k, column)
         begin += len(residual)
     alone = np.array([False] * len(shared) + [True] * len(own))
-    left = np.nan_to_num(np.concatenate([np.zeros(0), *residuals]))
+    white = [_whitened(system, k, one) for k, one in zip(driven, residuals, strict=True)]
+    left = np.concatenate([np.zeros(0), *white])
     linear = Linear(names, alone, np.zeros(len(names)), left, jacobian, np.array(edges))
     return DriveFits(linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles),
                      tuple(columns))  # fmt: skip
@@ -212,7 +214,7 @@ def _columns(
     run, times, step = system.runs[k], system.times(k), system.sample_s
     world = system.world_angle(k)
     seen = world - (turn - turn[0])
-    motor = fit_drive(times, seen, run.steps, _sigma(run), smooth=False)
+    motor = fit_drive(times, seen, run.steps, system.rotor_noise(k).sigma, smooth=False)
     lag, delay = motor.lag, motor.delay
 
     def angle(late: float, slow: float) -> Array:
@@ -257,6 +259,7 @@ def _torque(system: Hopper, k: int, angle: Array) -> Array:
     filled = np.column_stack([
         np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T
     ])  # fmt: skip
+    filled = scipy.ndimage.median_filter(filled, (3, 1), mode="nearest")  # single glitches
     width = 2 * round(_SMOOTH_S / step / 2) + 1
     x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T
     turning = scipy.signal.savgol_filter(angle, width, 3, deriv=2, delta=step)
@@ -270,5 +273,14 @@ def _integral(rate: Array, step: float) -> Array:
     return np.asarray(scipy.integrate.cumulative_trapezoid(rate, dx=step, initial=0.0))
 
 
-def _sigma(run: MeasuredRun) -> float:
-    return float(run.noise()[-1])
+def _counted(system: Hopper, k: int, left: Array) -> Array:
+    """Return a run's remainder, (n,) [rad], NaN where not seen or wild."""
+    return np.where(calm(left, system.rotor_noise(k).sigma), left, np.nan)
+
+
+def _whitened(system: Hopper, k: int, rest: Array) -> Array:
+    """Return a run's angles, (n,) [rad], over white noise; zero where not seen (NaN)."""
+    sigma, memory = system.rotor_noise(k)
+    before = np.append(np.nan, rest[:-1])
+    fresh = (rest - memory * before) / np.sqrt(1 - memory**2)
+    return np.asarray(np.nan_to_num(np.where(np.isfinite(before), fresh, rest)) / sigma)

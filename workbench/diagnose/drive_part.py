@@ -13,7 +13,6 @@ from workbench.diagnose.drive import DRIVE, DriveFits
 from workbench.diagnose.findings import Cause, found_of
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import Solved
-from workbench.motion import ROTOR_ANGLE
 from workbench.sim import EFFECTS
 
 __all__ = ["DrivePart", "drive_part"]
@@ -52,14 +51,14 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     def scored(names: tuple[str, ...]) -> Scored:
         found = solved[names]
         own = found.cost - float(found.blocks.sum())
-        lack = float(np.sqrt(found.blocks.sum() / samples)) / fits.rules.whole
+        lack = float(found.blocks.sum()) / samples / fits.rules.whole**2
         judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
         runs = zip(fitted.runs, fitted.by_run(found), strict=True)
         by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
         return Scored(names, own, found.blocks, judged, lack, by_run)
 
     tried = [scored(one) for one in every if one]
-    part = decide(scored(()), tried, samples, fits.rules, fits.repeats(ROTOR_ANGLE))
+    part = decide(scored(()), tried, samples, fits.rules)
     causes: dict[str, Cause] = {}
     for alike in part.alike:
         for name in alike.names:

@@ -27,7 +27,7 @@ from workbench.diagnose.proposed import (
     minutes_of,
 )
 from workbench.diagnose.rules import Rules
-from workbench.motion import DRIVEN, ROTOR_ANGLE
+from workbench.motion import DRIVEN
 
 __all__ = ["propose_speed", "propose_speed_among"]
 
@@ -54,7 +54,7 @@ def propose_speed(found: Diagnosis, menu: Sequence[Trial]) -> Proposal | None:
         return None
     causes = {one.name: one for one in found.causes}
     alike = [one for one in part.alike if len(one.names) == 1 and one.names[0] in causes]
-    weights = _weights(alike, found.fits.repeats(ROTOR_ANGLE))
+    weights = _weights(alike)
     return propose_speed_among([causes[one.names[0]] for one in alike], weights, menu, found.rules)
 
 
@@ -109,6 +109,6 @@ def _chance(gain: float, rules: Rules) -> float:
     return float(scipy.stats.norm.cdf((gain - least) / spread))
 
 
-def _weights(alike: Sequence[Scored], repeats: float) -> list[float]:
+def _weights(alike: Sequence[Scored]) -> list[float]:
     costs: NDArray[np.float64] = np.array([one.cost for one in alike])
-    return [float(w) for w in scipy.special.softmax(-costs / 2 / repeats)] if alike else []
+    return [float(w) for w in scipy.special.softmax(-costs / 2)] if alike else []

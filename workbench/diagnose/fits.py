@@ -141,12 +141,19 @@ class Fits:
         return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
 
     def lack(self, one: Hypothesis) -> float:
-        """Return the process noise that a hypothesis asks for, over what a whole model may."""
+        """Return how much less likely the runs are at the process noise a whole model may have.
+
+        In units of a gain of practical size; 0 where the hypothesis asks for no more.
+        """
         estimator, strong = one.estimator, one.estimator.system.strong
-        return max(
-            (q / (self.rules.lack * strong[group]) for group, q in estimator.noise.items()
-             if estimator.depends_on(group)), default=0.0,
-        )  # fmt: skip
+        whole = {group: min(q, self.rules.lack * strong[group])
+                 for group, q in estimator.noise.items()}  # fmt: skip
+        if whole == estimator.noise:
+            return 0.0
+        found = estimator.with_noise(whole).innovations(one.x)
+        cost = sum(_blocks(run, estimator.system.sample_s).sum() for run in found)
+        least = max(self.rules.worth, self.rules.size * self.samples() / self.repeats())
+        return max(0.0, float(cost + one.prior - one.cost) / self.repeats() / least)
 
     def samples(self) -> int:
         """Return how many samples the fitted runs have, of all channels."""
@@ -157,15 +164,12 @@ class Fits:
         """Tell whether a candidate frees numbers of the model, and adds none."""
         return name in self.candidates and bool(self.candidates[name].frees)
 
-    def repeats(self, channel: str = "") -> float:
-        """Return how often samples of noise repeat one another, from those at rest; 1 if white.
+    def repeats(self) -> float:
+        """Return how often innovations repeat one another; 1 where they are white.
 
         With a memory m of one sample that is (1 + m) / (1 - m): what a sum scatters more.
-
-        Args:
-            channel: of the runs; all that are observed where left out.
         """
-        return self.rig.repeats(channel)
+        return self.rig.repeats()
 
     def deviations(self, one: Hypothesis) -> dict[str, float]:
         """Return the standard error of each parameter, scatter from second to second counted."""

@@ -110,14 +110,11 @@ class MechanismRig:
         """Return nothing: what a mechanism that nobody knows should do, only a fit tells."""
         return ()
 
-    def repeats(self, channel: str = "") -> float:
-        """Return how often samples of noise repeat one another; of `Rig`."""
-        sigma = {
-            c: float(one.sigma or 0.0)
-            for c, one in enumerate(self.channels)
-            if channel in ("", one.name)
-        }
-        return repeats_of(self.measured, sigma)
+    def repeats(self) -> float:
+        """Return how often samples of noise repeat one another at rest; of `Rig`."""
+        return repeats_of(
+            self.measured, {c: one.sigma or 0.0 for c, one in enumerate(self.channels)}
+        )
 
     @property
     def files(self) -> dict[str, Path]:

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
-from workbench.diagnose.facts import Facts, Fault, repeats_from
+from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.validate import Errors, errors_of
 from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
+from workbench.fit.noise import coloured_noise
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
@@ -27,7 +28,6 @@ __all__ = ["HopperRig", "Rig"]
 
 Array = NDArray[np.float64]
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
-_LEAST_REST = 30  # samples that tell of the noise's memory
 
 
 class Rig(Protocol):
@@ -72,12 +72,8 @@ class Rig(Protocol):
         """Return the runs that are not what they are said to be."""
         ...
 
-    def repeats(self, channel: str = "") -> float:
-        """Return how often samples of noise repeat one another; 1 where it is white.
-
-        Args:
-            channel: of the runs; all that are observed where left out.
-        """
+    def repeats(self) -> float:
+        """Return how often innovations repeat one another; 1 where they are white."""
         ...
 
     def system(
@@ -142,6 +138,7 @@ class HopperRig:
         model = document.content
         self.measured = tuple(paced(run) for run in runs)
         self.robot = make_robot(model.values(), shape, model.increments, model.quantities())
+        self.coloured = coloured_noise(self.measured)
         self._modes = {run.mode for run in runs} | set(modes)
         self.base = hopper_base(model, self._modes)
         self.candidates = hopper_candidates(self._modes, self.base, self.robot.effects)
@@ -175,18 +172,9 @@ class HopperRig:
         """Return the runs that are not what they are said to be, as drive and bodies show."""
         return hopper_faults(replace(self.robot, planar=True), self.measured)
 
-    def repeats(self, channel: str = "") -> float:
-        """Return how often samples of noise repeat one another; of `Rig`."""
-        found = []
-        for run in self.measured:
-            rest = run.motion.between(-np.inf, 0.0)
-            for name in (channel,) if channel else run.places:
-                if (
-                    name in rest
-                    and (memory := _memory(rest[name], rest.validity(name))) is not None
-                ):
-                    found.append(memory)
-        return repeats_from(found)
+    def repeats(self) -> float:
+        """Return 1: observer and drive know the memory of the noise; of `Rig`."""
+        return 1.0
 
     def system(
         self, runs: Sequence[int], parameters: Sequence[Parameter], like: System | None = None
@@ -196,7 +184,8 @@ class HopperRig:
         more = {one: self._quantities[one.name] for one in parameters
                 if one.name in self._quantities}  # fmt: skip
         turned = like.turned if isinstance(like, Hopper) else ()
-        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH)
+        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH,
+                      self.coloured)  # fmt: skip
 
     def with_runs(self, runs: Sequence[MeasuredRun]) -> HopperRig:
         """Return the rig with more runs after its own; it may still fit what its modes feel."""
@@ -231,16 +220,3 @@ class HopperRig:
         part = run.motion.select(run.channels)
         values = np.where(part.valid, part.values, np.nan)
         return Facts(run.name, run.mode, run.role, run.channels, values)
-
-
-def _memory(values: Array, valid: NDArray[np.bool_]) -> float | None:
-    """Return the correlation of neighbouring samples at rest; None where too few were seen."""
-    seen = np.where(valid, values, np.nan)
-    seen = seen - np.nanmedian(seen) if np.isfinite(seen).any() else seen
-    pairs = np.isfinite(seen[:-1]) & np.isfinite(seen[1:])
-    if pairs.sum() < _LEAST_REST:
-        return None
-    size = 1.4826 * float(np.median(np.abs(seen[np.isfinite(seen)])))
-    pairs &= (np.abs(seen[:-1]) < 5 * size) & (np.abs(seen[1:]) < 5 * size)
-    here, after = seen[:-1][pairs], seen[1:][pairs]
-    return float(here @ after / max(float(here @ here), 1e-300))

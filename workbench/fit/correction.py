@@ -3,10 +3,13 @@
 For every simulation, with H = dy/dz at its present pose, z = (c, c') the coordinates of the lowest
 modes (q = basis c) and P their covariance before the sample:
 
-    e = y - h(q, q'),   S = H P H' + R,   z += P H' S^-1 e
+    e = y - h(q, q') - v,   S = H P H' + R,   z += P H' S^-1 e
 
-A sample that was not seen in a channel (NaN) leaves that channel out. Written in scalars: an array
-made here would be an allocation in every sample.
+v is what the noise before tells of this sample's, where it has a memory; it is corrected with z.
+A sample that was not seen in a channel (NaN) leaves that channel out, and so does one that is
+farther off than a gate: a glitch would kick the state, and every sample after it would be off as
+well. What is off for longer than a glitch lasts is let in. Written in scalars: an array made here
+would be an allocation in every sample.
 """
 
 from __future__ import annotations
@@ -15,9 +18,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["correct", "predicted", "translations"]
+__all__ = ["LONGEST", "correct", "predicted", "translations"]
 
 Array = NDArray[np.float64]
+
+LONGEST = 3
+"""Samples of a glitch; what lasts longer is not one."""
 
 
 @numba.njit(cache=True, nogil=True)
@@ -80,9 +86,10 @@ def translations(
 
 @numba.njit(cache=True, nogil=True)
 def correct(
-    seen: Array, points: Array, jacobian: Array,
+    seen: Array, gate: Array, streak: NDArray[np.int64], points: Array, jacobian: Array,
     mix: Array, pick: Array, pick_rate: Array, bias: Array, delay: Array,
-    basis: Array, covariance: Array, noise: Array, follow: NDArray[np.int64],
+    basis: Array, covariance: Array, noise: Array, memory: Array, coloured: Array,
+    follow: NDArray[np.int64],
     qpos: Array, qvel: Array, userdata: Array,
     innovation: Array, white: Array, information: Array, slopes: Array,
 ) -> None:  # fmt: skip
@@ -90,6 +97,8 @@ def correct(
 
     Args:
         seen: (s, c) measured channels; NaN where not seen.
+        gate: (s, c) innovation beyond which a sample is left out, as long as a glitch may last.
+        streak: (s, c) samples in a row beyond the gate so far, counted on.
         points: (s, p, 3) predicted places [m].
         jacobian: (s, 3 p, nv) of the points.
         mix: (s, c, 3 p) from points to channels.
@@ -98,13 +107,15 @@ def correct(
         bias: (s, c) added to the channels.
         delay: (s, c) by which the channels show places late [s].
         basis: (s, nv, m) modes.
-        covariance: (s, 2 m, 2 m) before the sample.
-        noise: (s, c) variance of the channels.
+        covariance: (s, 2 m + v, 2 m + v) before the sample; v = c where noise has a memory, or 0.
+        noise: (s, c) variance of what is white of the channels' noise.
+        memory: (s, c) correlation of a channel's noise with that of the sample before.
+        coloured: (s, c) noise with a memory, expected, corrected and taken on in place.
         follow: entries of userdata that move with the first degree of freedom.
         qpos: (s, nq) corrected in place.
         qvel: (s, nv) corrected in place.
         userdata: (s, nuserdata) corrected in place.
-        innovation: (s, c) written: measured less predicted, NaN where not seen.
+        innovation: (s, c) written: measured less predicted, NaN where not seen or left out.
         white: (s, c) written: L^-1 e with L L' = S, zero where not seen.
         information: (s,) written: log det S of the channels seen.
         slopes: (s, c, m) written: H of the coordinates; that of their rates is pick_rate basis
@@ -112,7 +123,8 @@ def correct(
     """
     count, channels = seen.shape
     modes = basis.shape[2]
-    width, dofs, spots = 2 * modes, basis.shape[1], mix.shape[2]
+    width, dofs, spots = covariance.shape[1], basis.shape[1], mix.shape[2]
+    noisy = width > 2 * modes
     factor, spread = np.empty((channels, channels)), np.empty((channels, width))
     solved, change = np.empty(channels), np.empty(width)
     row, rates = np.empty(dofs), np.empty((channels, modes))
@@ -134,7 +146,13 @@ def correct(
                         row[d] += weight * jacobian[s, i, d]
             for d in range(dofs):
                 value -= delay[s, c] * row[d] * qvel[s, d]
-            innovation[s, c] = seen[s, c] - value
+            innovation[s, c] = seen[s, c] - value - coloured[s, c]
+            if abs(innovation[s, c]) > gate[s, c]:
+                streak[s, c] += 1
+                if streak[s, c] <= LONGEST:
+                    innovation[s, c] = np.nan
+            elif not np.isnan(innovation[s, c]):
+                streak[s, c] = 0
             for m in range(modes):
                 total, rate = 0.0, 0.0
                 for d in range(dofs):
@@ -147,6 +165,8 @@ def correct(
                 for m in range(modes):
                     total += slopes[s, c, m] * covariance[s, m, a]
                     total += rates[c, m] * covariance[s, modes + m, a]
+                if noisy:
+                    total += covariance[s, 2 * modes + c, a]
                 spread[c, a] = total
         information[s] = 0.0
         for c in range(channels):  # Cholesky's factor of S, and L^-1 e on the way
@@ -159,6 +179,8 @@ def correct(
                 for m in range(modes):
                     total += spread[c, m] * slopes[s, b, m]
                     total += spread[c, modes + m] * rates[b, m]
+                if noisy:
+                    total += spread[c, 2 * modes + b]
                 for i in range(b):
                     total -= factor[c, i] * factor[b, i]
                 factor[c, b] = np.sqrt(total) if b == c else total / factor[b, b]
@@ -182,6 +204,9 @@ def correct(
             for c in range(channels):
                 total += spread[c, a] * solved[c]
             change[a] = total
+        if noisy:
+            for c in range(channels):
+                coloured[s, c] = memory[s, c] * (coloured[s, c] + change[2 * modes + c])
         moved = 0.0
         for d in range(dofs):
             place, rate = 0.0, 0.0

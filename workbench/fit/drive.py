@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["DriveFit", "commanded_angle", "commanded_speed", "fit_drive"]
+__all__ = ["DriveFit", "calm", "commanded_angle", "commanded_speed", "fit_drive"]
 
 Array = NDArray[np.float64]
 Steps = Sequence[tuple[float, float]]
@@ -80,8 +80,9 @@ def commanded_speed(times: Array, steps: Steps, gain: float, lag: float) -> Arra
 
 
 def fit_drive(
-    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True
-) -> DriveFit:
+    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True,
+    memory: float = 0.0,
+) -> DriveFit:  # fmt: skip
     """Return what the motor did.
 
     Args:
@@ -90,7 +91,8 @@ def fit_drive(
         steps: as commanded.
         sigma: standard deviation of the angle's noise [rad].
         smooth: whether what the regression leaves is kept, smoothed (a smoothing spline, its
-            strength by generalised cross-validation); else it is taken for the turn of T.
+            strength by maximum likelihood); else it is taken for the turn of T.
+        memory: correlation of the angle's noise with that of the sample before.
     """
     seen = np.isfinite(angle)
     t, a = times[seen], angle[seen]
@@ -109,34 +111,60 @@ def fit_drive(
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
     rest = 0.0
     if smooth:
-        more = _smoothed(times, angle - smoothed, sigma)
+        more = _smoothed(angle - smoothed, sigma, memory)
         smoothed, rest = smoothed + more, float(np.std(more))
     return DriveFit(float(gain), float(lag), float(delay), np.sqrt(np.diag(covariance))[:3], rest,
                     smoothed)  # fmt: skip
 
 
-def _smoothed(times: Array, left: Array, sigma: float) -> Array:
+def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
+    """Tell which samples of a remainder, (n,), were seen and are no glitches.
+
+    Args:
+        left: remainder of an angle [rad], NaN where not seen.
+        sigma: standard deviation of its noise [rad].
+    """
+    usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="nearest")
+    return np.asarray(np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma))
+
+
+def _smoothed(left: Array, sigma: float, memory: float) -> Array:
     """Return what is smooth in a remainder of even samples, (n,); glitches and gaps do not count.
 
     The discrete smoothing spline of Whittaker: least squares with second differences D penalised by
-    a strength s, chosen by generalised cross-validation. The trace of the smoother is that without
-    gaps, from the eigenvalues of D'D (Garcia, Comput. Stat. Data Anal. 54, 2010, eq. 8).
+    a strength s, chosen by restricted maximum likelihood, which rarely takes noise for smooth
+    where cross-validation often does (Wood, J. R. Stat. Soc. B 73, 2011, 3). Residuals are
+    whitened: with a memory m of the noise, r[k] - m r[k-1] counts. Determinants are those without
+    gaps, from the eigenvalues of D'D and of the whitening.
     """
-    usual = scipy.ndimage.median_filter(np.nan_to_num(left), _NEIGHBOURS, mode="nearest")
-    kept = np.isfinite(left) & (np.abs(left - usual) < _WILD * sigma)
-    count, values = len(times), np.where(kept, left, 0.0)
+    kept = calm(left, sigma)
+    count, values = len(left), np.where(kept, left, 0.0)
+    after = kept & np.append(False, kept[:-1])
+    own = np.where(after, 1.0, np.where(kept, np.sqrt(1 - memory**2), 0.0))
+    before = np.where(after, -memory, 0.0)  # weights of sample k and of k - 1 in residual k
+
+    def whitened(rest: Array) -> Array:
+        return own * rest + before * np.append(0.0, rest[:-1])
+
+    def transposed(rest: Array) -> Array:
+        return own * rest + np.append((before * rest)[1:], 0.0)
+
     bands, difference = np.zeros((3, count)), (1.0, -2.0, 1.0)
     for i in range(3):
         for j in range(i, 3):
             bands[2 + i - j, j : count - 2 + j] += difference[i] * difference[j]
-    squares = (2 - 2 * np.cos(np.pi * np.arange(count) / count)) ** 2
+    turn = np.pi * np.arange(count) / count
+    squares = (2 - 2 * np.cos(turn)) ** 2 / (1 + memory**2 - 2 * memory * np.cos(turn))
+    rough = squares[2:]  # without what is straight, which no strength penalises
+    goal = transposed(whitened(values))
     best, least = values, np.inf
     for strength in _STRENGTHS:
         whole = strength * bands
-        whole[2] += kept
-        smooth = scipy.linalg.solveh_banded(whole, values)
-        freedom = np.sum(1 / (1 + strength * squares))
-        score = np.sum((left - smooth)[kept] ** 2) / (1 - freedom / count) ** 2
+        whole[2] += own**2 + np.append(before[1:] ** 2, 0.0)
+        whole[1] += own * before
+        smooth = scipy.linalg.solveh_banded(whole, goal)
+        power = float(values @ transposed(whitened(values - smooth)))
+        score = len(rough) * np.log(power) + float(np.sum(np.log1p(1 / (strength * rough))))
         if score < least:
             best, least = smooth, score
     return np.asarray(best, dtype=np.float64)

@@ -99,7 +99,13 @@ class Estimator:
 
     def uncorrected(self) -> Estimator:
         """Return the estimator without correction: its innovations are simulation errors."""
-        return self.with_noise(dict.fromkeys(self.system.groups, 0.0))
+        system, runs = self.system, range(len(self.modes))
+        nothing = dict.fromkeys(system.groups, 0.0)
+        gains = tuple(
+            stationary(self.modes[k], system.process(k, nothing), system.sigma(k), system.sample_s)
+            for k in runs
+        )
+        return replace(self, noise=nothing, gains=gains)
 
     def depends_on(self, group: str) -> bool:
         """Tell whether a group's process noise acts in any run."""
@@ -116,15 +122,22 @@ class Estimator:
             total += float(np.sum(soft(counted(one), ROBUST))) + float(np.sum(one.information))
         return -total / 2
 
-    def job(self, run: int, x: Array, coarse: bool = False) -> Job:
+    def job(self, run: int, x: Array, coarse: bool = False, gate: Array | None = None) -> Job:
         """Return the observer's job of a run at parameters (p,).
+
+        Args:
+            run: its number.
+            x: (p,) parameters.
+            coarse: whether the steps may be coarser than the model's own.
+            gate: of `Job`; every sample is looked at where one is given.
 
         Raises:
             InputError: when they cannot be simulated.
         """
         start = self.system.start(run, self.vector.values(x), coarse)
-        seen = np.where(self.masks[run], np.nan, self.system.seen(run))[: self.samples(run)]
-        return Job.of(start, seen, self.gains[run])
+        left_out = self.masks[run] if gate is None else False
+        seen = np.where(left_out, np.nan, self.system.seen(run))[: self.samples(run)]
+        return Job.of(start, seen, self.gains[run], gate)
 
     def _felt(self, run: int) -> list[int]:
         parameters = self.vector.parameters
@@ -236,7 +249,9 @@ def reaches(jacobian: Array) -> Array:
 
 def _gains(system: System, modes: Sequence[Modes], noise: Mapping[str, float]) -> tuple[Gain, ...]:
     return tuple(
-        stationary(one, system.process(k, noise), system.sigma(k), system.sample_s)
+        stationary(
+            one, system.process(k, noise), system.sigma(k), system.sample_s, system.memory(k)
+        )
         for k, one in enumerate(modes)
     )
 

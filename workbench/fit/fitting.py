@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.fit.correction import LONGEST
 from workbench.fit.estimator import FARTHEST, ROBUST, Estimator, reaches
 from workbench.fit.minimise import CLOSE, ROUGH, Minimum, minimum
 from workbench.fit.observer import Innovations, observe
@@ -31,7 +32,7 @@ Array = NDArray[np.float64]
 _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
-_LONGEST = 3  # samples of a glitch; what lasts longer is not one
+_MAD = 1.4826  # standard deviation of normal noise over its median absolute one
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
@@ -263,14 +264,25 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
     system = estimator.system
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)
     runs = range(len(system.names))
-    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads, keep=True)
-    masks = tuple(_glitches(one.error) for one in found)
+    found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads)
+    gates = [_GLITCH * _MAD * np.nanmedian(np.abs(one.error), axis=0) for one in found]
+    jobs = [whole.job(k, x, coarse=True, gate=gate) for k, gate in enumerate(gates)]
+    found = observe(jobs, whole.threads, keep=True)
+    masks = tuple(
+        _glitches(one.error, job.seen, job.gates) for one, job in zip(found, jobs, strict=True)
+    )
     return replace(estimator, system=system.refined([one.qpos for one in found]), masks=masks)
 
 
-def _glitches(error: Array) -> NDArray[np.bool_]:
-    """Return the samples, (n, c), that stand out of their channel for a moment."""
-    size = 1.4826 * np.nanmedian(np.abs(error), axis=0)
-    wild = np.nan_to_num(np.abs(error)) > _GLITCH * size
-    lasting = scipy.ndimage.binary_opening(wild, np.ones((_LONGEST + 1, 1)))
-    return wild & ~lasting
+def _glitches(error: Array, seen: Array, gate: Array) -> NDArray[np.bool_]:
+    """Return the samples, (n, c), that a gate left out and that did not last.
+
+    Args:
+        error: (n, c) innovations, NaN where not seen or left out.
+        seen: (n, c) what was measured, NaN where not seen.
+        gate: (c,) beyond which a sample is left out, as long as a glitch may last.
+    """
+    left_out = np.isnan(error) & np.isfinite(seen)
+    wild = left_out | (np.nan_to_num(np.abs(error)) > gate)
+    lasting = scipy.ndimage.binary_opening(wild, np.ones((LONGEST + 1, 1)))
+    return np.asarray(left_out & ~lasting)

@@ -12,7 +12,7 @@ correction acts in the span of these modes only: one of all joints would kick mo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -22,6 +22,7 @@ __all__ = ["Gain", "Modes", "stationary"]
 
 Array = NDArray[np.float64]
 
+_WHITE = 1e-3  # share of noise with a memory that is white: the equation needs some
 _SLOWEST = 1e-3  # [rad/s] a mode without a spring gets this one, or the equation has no solution
 
 
@@ -66,16 +67,40 @@ class Gain:
 
     Args:
         basis: (nv, m).
-        covariance: (2 m, 2 m) of z before a sample.
-        noise: (c,) variance of the channels.
+        covariance: (2 m + v, 2 m + v) of z, and of the v = c noises with a memory if any has one,
+            before a sample.
+        noise: (c,) variance of what is white of the channels' noise.
+        memory: (c,) correlation of a channel's noise with that of the sample before.
+        fresh: (c,) variance of what is new in noise with a memory; zeros where none has one.
     """
 
     basis: Array
     covariance: Array
     noise: Array
+    memory: Array
+    fresh: Array
+
+    def with_noises(self, transition: Array, kicks: Array, slopes: Array) -> tuple[Array, ...]:
+        """Return A, Q and H of the modes with those of noises with a memory, if any has one.
+
+        Args:
+            transition: (2 m, 2 m).
+            kicks: (2 m, 2 m).
+            slopes: (..., c, 2 m).
+        """
+        if not self.fresh.any():
+            return transition, kicks, slopes
+        alone = np.broadcast_to(np.eye(len(self.memory)), (*slopes.shape[:-1], len(self.memory)))
+        return (
+            scipy.linalg.block_diag(transition, np.diag(self.memory)),
+            scipy.linalg.block_diag(kicks, np.diag(self.fresh)),
+            np.concatenate([slopes, alone], axis=-1),
+        )
 
 
-def stationary(modes: Modes, process: Array, sigma: Array, seconds: float) -> Gain:
+def stationary(
+    modes: Modes, process: Array, sigma: Array, seconds: float, memory: Array | None = None
+) -> Gain:
     """Return the stationary gain.
 
     Args:
@@ -83,13 +108,22 @@ def stationary(modes: Modes, process: Array, sigma: Array, seconds: float) -> Ga
         process: (nv,) process noise of each degree of freedom; zero everywhere makes no correction.
         sigma: (c,) standard deviation of the channels' noise.
         seconds: from one sample to the next.
+        memory: (c,) of the noise; None where it is white.
     """
     size = 2 * modes.basis.shape[1]
-    if not process.any():
-        return Gain(modes.basis, np.zeros((size, size)), sigma**2)
+    begin = Gain(modes.basis, np.zeros((size, size)), sigma**2, 0 * sigma, 0 * sigma)
+    if memory is not None and memory.any():
+        fresh = (1 - memory**2) * (1 - _WHITE) * sigma**2
+        begin = replace(begin, noise=_WHITE * sigma**2, memory=memory, fresh=fresh)
+    elif not process.any():
+        return begin
     rates = np.zeros_like(modes.slopes) if modes.rates is None else modes.rates
-    slopes = np.hstack([modes.slopes, rates])
-    covariance = scipy.linalg.solve_discrete_are(
-        modes.transition(seconds).T, slopes.T, modes.kicks(process, seconds), np.diag(sigma**2)
+    step, kicks, slopes = begin.with_noises(
+        modes.transition(seconds), modes.kicks(process, seconds), np.hstack([modes.slopes, rates])
     )
-    return Gain(modes.basis, (covariance + covariance.T) / 2, sigma**2)
+    moving = slice(0 if process.any() else size, None)  # without process noise z is known
+    covariance = np.zeros_like(step)
+    covariance[moving, moving] = scipy.linalg.solve_discrete_are(
+        step[moving, moving].T, slopes[:, moving].T, kicks[moving, moving], np.diag(begin.noise)
+    )
+    return replace(begin, covariance=(covariance + covariance.T) / 2)

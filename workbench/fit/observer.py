@@ -104,23 +104,31 @@ class Job(Start):
     Args:
         seen: (n, c) measured channels, NaN where not seen.
         gain: of the correction.
+        gate: (c,) innovation beyond which a sample is taken for a glitch and left out; None takes
+            every sample.
     """
 
     seen: Array
     gain: Gain
+    gate: Array | None = None
 
     @classmethod
-    def of(cls, start: Start, seen: Array, gain: Gain) -> Job:
+    def of(cls, start: Start, seen: Array, gain: Gain, gate: Array | None = None) -> Job:
         """Return the job of the first samples of a start, as many as were measured."""
         given: dict[str, Any] = vars(start) | {"control": start.control[: len(seen)]}
-        return cls(**given, seen=seen, gain=gain)
+        return cls(**given, seen=seen, gain=gain, gate=gate)
+
+    @property
+    def gates(self) -> Array:
+        """Return gate, infinite where every sample is taken, (c,)."""
+        return np.full(self.seen.shape[1], np.inf) if self.gate is None else self.gate
 
     @property
     def layout(self) -> tuple[object, ...]:
         """Return what jobs must share to be stepped together."""
         model = self.model
         sizes = (model.nq, model.nv, model.nu, model.na, model.nbody, len(self.state))
-        shapes = (self.seen.shape[1], self.gain.basis.shape[1])
+        shapes = (self.seen.shape[1], self.gain.basis.shape[1], len(self.gain.covariance))
         return (*sizes, *shapes, tuple(self.observation.bodies), self.steps, self.follow)
 
 
@@ -129,7 +137,8 @@ class Innovations:
     """What a run shows that was not predicted.
 
     Args:
-        error: (n, c) measured less predicted, NaN where not seen.
+        error: (n, c) measured less predicted, NaN where not seen or left out. Noise with a memory
+            is predicted as well.
         white: (n, c) L^-1 error with L L' = S; zero where not seen.
         information: (n,) log det S.
         slopes: (n, c, m) derivative of the channels by the modes' coordinates.
@@ -190,10 +199,11 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
         np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
         for name in ("offsets", "mix", "pick", "rates", "bias", "delays")
     )
-    basis, covariance, noise = (
+    basis, covariance, noise, memory = (
         np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
-        for name in ("basis", "covariance", "noise")
+        for name in ("basis", "covariance", "noise", "memory")
     )
+    coloured = np.zeros_like(memory)
     follow = np.array(jobs[0].follow, dtype=np.int64)
     qpos, qvel, userdata = (batch.bind(name) for name in ("qpos", "qvel", "userdata"))
     places, axes, command = batch.bind("xpos"), batch.bind("xmat"), batch.bind("ctrl")
@@ -206,6 +216,8 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     slopes = np.zeros((length, count, channels, modes))
     kept = [np.zeros((length if keep else 0, *part.shape)) for part in (qpos, qvel)]
     sane = np.full(count, length)
+    gate = np.ascontiguousarray([job.gates for job in jobs])
+    streak = np.zeros(gate.shape, dtype=np.int64)
     for k in range(length):
         if k:
             command[:] = control[:, k - 1]
@@ -218,8 +230,9 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
         if keep:
             kept[0][k], kept[1][k] = qpos, qvel
         correct(
-            seen[:, k], points, jacobian, mix, pick, pick_rate, bias, delay, basis, covariance,
-            noise, follow, qpos, qvel, userdata, error[k], white[k], information[k], slopes[k],
+            seen[:, k], gate, streak, points, jacobian, mix, pick, pick_rate, bias, delay, basis,
+            covariance, noise, memory, coloured, follow, qpos, qvel, userdata, error[k], white[k],
+            information[k], slopes[k],
         )  # fmt: skip
     return [
         Innovations(

@@ -68,11 +68,15 @@ def smoothed(
         process: (nv,) process noise of each degree of freedom.
         seconds: from one sample to the next.
     """
-    transition, kicks = modes.transition(seconds), modes.kicks(process, seconds)
     missed = ~np.isfinite(run.error)
     error = np.where(missed, 0.0, run.error)
     rates = np.broadcast_to(run.rates, run.slopes.shape)
-    slopes = np.concatenate([run.slopes, rates], axis=2)
+    transition, kicks, slopes = gain.with_noises(
+        modes.transition(seconds),
+        modes.kicks(process, seconds),
+        np.concatenate([run.slopes, rates], axis=2),
+    )
+    size = 2 * run.slopes.shape[2]
     slopes[missed] = 0.0
     spread = slopes @ gain.covariance @ slopes.swapaxes(1, 2) + np.diag(gain.noise)
     weighed = np.linalg.solve(spread, error[:, :, None])
@@ -86,11 +90,12 @@ def smoothed(
     def moved(by: Array) -> Array:
         return state + np.einsum("kab,kb->ka", before, by)
 
+    covariance = before - before @ information @ before
     return Smoothed(
-        moved(pull),
-        moved(adjoint),
-        before - before @ information @ before,
-        *_missing(adjoint, information, loops, kicks, seconds),
+        moved(pull)[:, :size],
+        moved(adjoint)[:, :size],
+        covariance[:, :size, :size],
+        *_missing(adjoint, information, loops, kicks, size, seconds),
     )
 
 
@@ -145,23 +150,24 @@ def _backwards(pull: Array, known: Array, loops: Array) -> tuple[Array, Array]:
 
 
 def _missing(
-    adjoint: Array, information: Array, loops: Array, kicks: Array, seconds: float
+    adjoint: Array, information: Array, loops: Array, kicks: Array, size: int, seconds: float
 ) -> tuple[Array, Array]:
     """Return the mean missing force around each sample, (n, m), and its covariance, (n, m, m).
 
     The kick into sample i is Q a[i]; for i < j the adjoints' covariance is L[i]' ... L[j-1]' B[j]
     (de Jong, eq. 2.15). Beyond the run's ends there is nothing but the prior.
     """
-    count, half, wide = len(adjoint), len(kicks) // 2, ((WINDOW // 2,) * 2, (0, 0), (0, 0))
+    count, forces = len(adjoint), slice(size // 2, size)
+    wide = ((WINDOW // 2,) * 2, (0, 0), (0, 0))
     inner, chain = np.pad(information[1:], wide), np.pad(loops[1:], wide).swapaxes(1, 2)
     rows = np.pad(adjoint[1:], wide[:2])
-    total, known = np.zeros((count, 2 * half)), np.zeros((count, 2 * half, 2 * half))
+    total, known = np.zeros_like(adjoint), np.zeros_like(information)
     later = np.zeros_like(known)
     for i in range(WINDOW - 1, -1, -1):
         here = slice(i, i + count)
         total += rows[here]
         known += inner[here] + later + later.swapaxes(1, 2)
         later = chain[i - 1 : i - 1 + count] @ (inner[here] + later) if i else later
-    mean = (total @ kicks)[:, half:] / (WINDOW * seconds)
+    mean = (total @ kicks)[:, forces] / (WINDOW * seconds)
     spread = WINDOW * kicks - kicks @ known @ kicks
-    return mean, spread[:, half:, half:] / (WINDOW * seconds) ** 2
+    return mean, spread[:, forces, forces] / (WINDOW * seconds) ** 2

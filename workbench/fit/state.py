@@ -129,7 +129,7 @@ def observed(
         InputError: when the run cannot be observed.
     """
     modes, process = system.modes(run), system.process(run, noise or system.strong)
-    gain = stationary(modes, process, system.sigma(run), system.sample_s)
+    gain = stationary(modes, process, system.sigma(run), system.sample_s, system.memory(run))
 
     def job(coarse: bool) -> Job:
         start = system.start(run, values or {}, coarse)

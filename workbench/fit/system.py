@@ -65,6 +65,10 @@ class System(Protocol):
         """Return the standard deviation of their noise, (c,)."""
         ...
 
+    def memory(self, run: int) -> Array:
+        """Return the correlation of their noise with that of the sample before, (c,)."""
+        ...
+
     def modes(self, run: int) -> Modes:
         """Return the lowest modes about the rest of the nominal system."""
         ...

@@ -20,6 +20,7 @@ from workbench.errors import InputError
 from workbench.fit.drive import fit_drive
 from workbench.fit.gain import Modes
 from workbench.fit.measured import MeasuredRun
+from workbench.fit.noise import Coloured, coloured_noise
 from workbench.fit.observer import Observation, Start
 from workbench.fit.parameters import Parameter
 from workbench.fit.soundness import clock_words, rate_words
@@ -63,6 +64,7 @@ class _Seen:
     first: int
     seen: Array
     sigma: Array
+    memory: Array
     rest: Array
 
 
@@ -78,6 +80,7 @@ class Hopper:
             nothing drives it.
         warmth: share by which the beam's stiffness may differ from run to run, a standard
             deviation: a strip warms, and a clamp sits anew.
+        coloured: channel -> its noise, where that has a memory; None takes what the runs show.
     """
 
     groups = (BEAM, FOOT)
@@ -92,10 +95,12 @@ class Hopper:
         candidates: Mapping[Parameter, tuple[str, str]] = MappingProxyType({}),
         turned: Sequence[Array | None] = (),
         warmth: float = 0.0,
+        coloured: Mapping[str, Coloured] | None = None,
     ) -> None:
         self.robot, self.runs, self.free = replace(robot, planar=True), tuple(runs), tuple(free)
         self.candidates, self.warmth = dict(candidates), warmth
-        self._seen = [_seen(run) for run in runs]
+        self.coloured = coloured_noise(runs) if coloured is None else coloured
+        self._seen = [_seen(run, self.coloured) for run in runs]
         self.turned = tuple(turned) or tuple(self._guessed(k) for k in range(len(runs)))
         self._stood = self._rest_of_top()
         self.own = tuple(self._own(k) for k in range(len(runs)))
@@ -112,7 +117,8 @@ class Hopper:
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
-        return Hopper(self.robot, self.runs, self.free, self.candidates, turned, self.warmth)
+        return Hopper(self.robot, self.runs, self.free, self.candidates, turned, self.warmth,
+                      self.coloured)  # fmt: skip
 
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
@@ -154,6 +160,10 @@ class Hopper:
     def sigma(self, run: int) -> Array:
         """Return the standard deviation of their noise, (c,)."""
         return self._seen[run].sigma
+
+    def memory(self, run: int) -> Array:
+        """Return the correlation of their noise with that of the sample before, (c,)."""
+        return self._seen[run].memory
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise of each degree of freedom, (nv,); that of the rotor is zero."""
@@ -299,9 +309,11 @@ class Hopper:
             hold_top(model, data, *(place - point[[0, 2]]))
 
     def _own(self, run: int) -> Own:
-        first, seen = self.times(run)[0], self._seen[run].seen
+        first, count = float(self.times(run)[0]), len(self._seen[run].seen)
+        sigma, memory = self.rotor_noise(run)
+        phase = sigma * float(np.sqrt((1 + memory) / (1 - memory) / count))
         stood = self._stood is not None
-        return own_of(self.runs[run], run, float(first), len(seen), self.warmth, stood)
+        return own_of(self.runs[run], run, first, phase, self.warmth, stood)
 
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.
@@ -330,7 +342,13 @@ class Hopper:
         if not one.driven:
             return None
         angle = self.world_angle(run) - self.turn_of_top(run, qpos)
-        return fit_drive(self.times(run), angle, one.steps, float(one.noise()[-1])).angle
+        sigma, memory = self.rotor_noise(run)
+        return fit_drive(self.times(run), angle, one.steps, sigma, memory=memory).angle
+
+    def rotor_noise(self, run: int) -> Coloured:
+        """Return the noise of the rotor's angle."""
+        sigma = float(self.runs[run].noise()[-1])
+        return self.coloured.get(ROTOR_ANGLE, Coloured(sigma, 0.0))
 
     def refined(self, qpos: Sequence[Array]) -> Hopper:
         """Return the system with rotor angles against T whose turn was estimated.
@@ -341,7 +359,7 @@ class Hopper:
         return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
 
 
-def _seen(run: MeasuredRun) -> _Seen:
+def _seen(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> _Seen:
     if wrong := rate_words(run.name, run.motion.times, 1 / SAMPLE_RATE_HZ):
         raise InputError("; ".join(wrong))
     channels = [*run.places, *([PITCH] if not _clamped(run) and PITCH in run.motion else [])]
@@ -356,8 +374,12 @@ def _seen(run: MeasuredRun) -> _Seen:
             f"{run.name}: {', '.join(missing)} was not seen before time zero; a run needs some "
             "rest before its first motion"
         )
-    sigma = run.noise(channels)
-    return _Seen(tuple(channels), first, values[first:], sigma, np.nanmedian(still, axis=0))
+    sigma, memory = run.noise(channels), np.zeros(len(channels))
+    for c, name in enumerate(channels):
+        if name in coloured:
+            sigma[c], memory[c] = coloured[name].sigma, coloured[name].memory
+    rest = np.nanmedian(still, axis=0)
+    return _Seen(tuple(channels), first, values[first:], sigma, memory, rest)
 
 
 def _clamped(run: MeasuredRun) -> bool:

@@ -44,7 +44,7 @@ class Own:
 
 
 def own_of(
-    run: MeasuredRun, k: int, first_s: float, samples: int, warmth: float, stood: bool
+    run: MeasuredRun, k: int, first_s: float, phase_rad: float, warmth: float, stood: bool
 ) -> Own:
     """Return what a run alone knows.
 
@@ -52,7 +52,7 @@ def own_of(
         run: as measured.
         k: its number.
         first_s: time of its first observed sample [s].
-        samples: that are observed.
+        phase_rad: standard deviation of the mean of the rotor's angle.
         warmth: standard deviation of `Own.stiffer`; zero leaves it out.
         stood: whether other runs show where T rests without a pull.
     """
@@ -66,10 +66,9 @@ def own_of(
         stiffer = Parameter(f"stiffness of {name}", "1", 0.0, warmth, -0.1, 0.1, Scope.RUN,
                             Acts.MODEL, k)  # fmt: skip
     if run.driven:
-        error = float(run.noise()[-1]) / np.sqrt(samples)
         phase = (
-            one("rotor ahead in", "rad", error, Acts.DRIVE),
-            one("rotor gains in", "rad", float(np.sqrt(3)) * error, Acts.DRIVE),
+            one("rotor ahead in", "rad", phase_rad, Acts.DRIVE),
+            one("rotor gains in", "rad", float(np.sqrt(3)) * phase_rad, Acts.DRIVE),
         )
         return Own(stiffer, phase=phase)
     latest = first_s - _LEAST_LEAD_S

@@ -193,6 +193,10 @@ class MjcfSystem:
         """Return the standard deviation of their noise, (c,), the same in all runs."""
         return self._sigma
 
+    def memory(self, run: int) -> Array:
+        """Return zeros, (c,): the noise of its channels is taken for white."""
+        return np.zeros(len(self.channels))
+
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise of each degree of freedom, (nv,)."""
         return np.array([noise[self._group(j)] for j in self.model.dof_jntid])
