@@ -55,3 +55,16 @@ def test_a_jacobian_is_asked_for_seldom_where_residuals_are_almost_straight() ->
     assert found.converged
     assert found.x == pytest.approx(target, abs=0.05)
     assert len(asked) <= 2
+
+
+def test_a_kink_that_no_shorter_step_passes_ends_the_search() -> None:
+    count = []
+
+    def kinked(x: Array) -> Array:
+        count.append(x)
+        return np.array([5.0, 5.0]) if len(count) == 1 else np.array([6.0, 6.0])
+
+    found = minimum(kinked, lambda x: np.eye(2), np.zeros(2), OPEN, 1e6, 30)
+    assert not found.converged
+    assert found.x.tolist() == [0.0, 0.0]
+    assert len(count) == 3

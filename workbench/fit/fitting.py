@@ -132,6 +132,8 @@ def _rounds(
 ) -> Fit:
     """Fit whole runs and weigh the process noise in turn, until it stays."""
     before = found._replace(jacobian=np.zeros((0, len(found.x))))
+    progress("weigh correction against noise")
+    estimator = likeliest(estimator, found.x)
     estimator, found, count, same = _weighed(estimator, before, progress, count)
     progress("fit whole runs")
     found = _minimum(estimator, found.x, None, _MOST, CLOSE, found.jacobian, same)

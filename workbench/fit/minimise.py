@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 _RADIUS = 1.0  # prior deviations
 _GOOD, _POOR = 0.75, 0.25  # share of the predicted decrease that came
+_KINKED = 2  # shorter and shorter steps with a fresh Jacobian that raise the cost: it has a kink
 _EDGE = 0.9  # of the radius: a longer step was held back by it
 
 CLOSE = 0.1
@@ -85,20 +86,21 @@ def minimum(
         jacobian: near the start, where one is known.
         radius: of the first region, in prior deviations.
     """
-    x, fresh = start.copy(), jacobian is None
+    x, fresh, failed = start.copy(), jacobian is None, 0
     r = residuals(x)
     cost, count = float(np.sum(soft(r, scale))), 1
     slopes = derivative(x) if jacobian is None else jacobian
     while True:
         converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
         step, predicted = _step(x, r, slopes, bounds, scale, radius)
-        if converged or count >= most or predicted < near:
+        if converged or count >= most or predicted < near or failed == _KINKED:
             return Minimum(x, r, slopes, count, converged, cost)
         tried = residuals(x + step)
         value = float(np.sum(soft(tried, scale)))
         count += 1
         share = (cost - value) / predicted
         length = float(np.linalg.norm(step))
+        failed = failed + 1 if fresh and share <= 0 else 0
         if share > _GOOD and length > _EDGE * radius:
             radius *= 2
         elif share < _POOR and fresh:
