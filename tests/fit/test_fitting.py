@@ -135,7 +135,7 @@ def test_a_glitch_does_not_hide_the_one_that_follows() -> None:
     at = np.sort(rng.choice(np.arange(200, len(run.motion) - 20, 20), 8, replace=False))
     values = run.motion.values.copy()
     columns = [run.motion.names.index(name) for name in run.places]
-    values[np.ix_(at, columns)] += rng.choice([-0.012, 0.012], (len(at), 2))
+    values[at[:, None], columns] += rng.choice([-0.012, 0.012], (len(at), 2))
     run = replace(run, motion=replace(run.motion, values=values))
     system = Hopper(ROBOT, [run])
     vector = ParameterVector(system.parameters)

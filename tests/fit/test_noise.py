@@ -71,7 +71,7 @@ def test_a_rotor_that_turns_as_commanded_is_not_given_its_noise() -> None:
         left = []
         for seed in range(5):
             white = np.random.default_rng(seed).standard_normal(len(times))
-            noise = 0.017 * lfilter([0.6], [1, -0.8], white)
+            noise = 0.017 * np.asarray(lfilter([0.6], [1, -0.8], white))
             left.append(fit_drive(times, true + noise, steps, 0.017, memory=memory).angle - true)
         wrong[memory] = float(np.sqrt(np.mean(np.square(left))))
     assert wrong[0.8] < 0.004
