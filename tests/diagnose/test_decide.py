@@ -20,7 +20,8 @@ def scored(
     blocks = np.full(SECONDS, -gain / SECONDS) + scatter * rng.normal(size=SECONDS)
     blocks += (-gain - blocks.sum()) / SECONDS
     there = gain / 4 if held is None else held
-    return Scored(names, 0.0, blocks, (np.full(10, -there / 10), np.full(10, -there / 10)), lack)
+    runs = (np.full(10, -there / 10), np.full(10, -there / 10))
+    return Scored(names, 0.0, blocks, runs, lack, lack**2)
 
 
 BASE = scored(lack=20.0, scatter=0.0)
@@ -29,7 +30,7 @@ BASE = scored(lack=20.0, scatter=0.0)
 def test_a_cause_that_all_seconds_prefer_is_named() -> None:
     found = decide(BASE, [scored("a", gain=800), scored("b", gain=300, lack=20)], SAMPLES, RULES)
     assert (found.kind, found.best.names) == ("NAMED", ("a",))
-    assert found.explained == pytest.approx(1 - 0.1 / 20)
+    assert found.explained == pytest.approx(1 - (0.1 / 20) ** 2)
     assert found.reason.startswith("a: every other cause leaves clearly more unexplained")
 
 
@@ -50,7 +51,7 @@ def test_a_gain_of_one_second_alone_is_no_cause() -> None:
     one = scored("a", scatter=0.0)
     blocks = one.blocks.copy()
     blocks[3] = -800.0
-    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1)
+    lucky = Scored(("a",), 0.0, blocks, scored("a", gain=40).held, 0.1, 0.01)
     assert versus(lucky, BASE).sure < RULES.sure
     assert decide(BASE, [lucky], SAMPLES, RULES).kind == "NONE"
 
@@ -63,7 +64,7 @@ def test_a_gain_too_small_for_so_many_samples_leaves_a_whole_model_clean() -> No
 
 
 def test_what_is_left_beside_a_cause_is_told() -> None:
-    part = decide(BASE, [scored("a", gain=800, lack=12.8)], SAMPLES, RULES)
+    part = decide(BASE, [scored("a", gain=800, lack=16)], SAMPLES, RULES)
     assert part.kind == "PARTIAL"
     assert "explains 36 % of what the model misses" in part.reason
     none = decide(BASE, [scored("a", gain=800, lack=19)], SAMPLES, RULES)
@@ -87,10 +88,16 @@ def test_noise_that_repeats_itself_counts_less() -> None:
 
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
     one = scored("a", gain=800)
-    base = Scored((), 0.0, BASE.blocks, BASE.held, BASE.lack, {"first": 0.0, "second": 0.0})
-    lonely = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -798.0, "second": -2.0})
+    base = Scored(
+        (), 0.0, BASE.blocks, BASE.held, BASE.lack, BASE.power, {"first": 0.0, "second": 0.0}
+    )
+    lonely = Scored(
+        one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -798.0, "second": -2.0}
+    )
     found = decide(base, [lonely], SAMPLES, RULES)
     assert found.kind == "SET"
     assert found.reason == "a may be there, but first alone supports it; repeat that run"
-    shared = Scored(one.names, 0.0, one.blocks, one.held, 0.1, {"first": -700.0, "second": -100.0})
+    shared = Scored(
+        one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -700.0, "second": -100.0}
+    )
     assert decide(base, [shared], SAMPLES, RULES).kind == "NAMED"

@@ -34,6 +34,7 @@ class Scored:
         blocks: (b,) cost of each second of the fitted runs.
         held: of each run held out, the cost of its seconds.
         lack: how much less likely the runs are if nothing is missing, over what counts.
+        power: of the missing force, or of what the drive leaves; its scale is that of the base.
         by_run: fitted run -> its cost.
     """
 
@@ -42,6 +43,7 @@ class Scored:
     blocks: Array
     held: tuple[Array, ...]
     lack: float
+    power: float
     by_run: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -98,7 +100,7 @@ class Part:
         alike: hypotheses that explain the same, the best first.
         lack: how much less likely the runs are if nothing but the best is missing, over what
             counts.
-        explained: share of what the base lacks that the best explains.
+        explained: share of the power of what is missing that the best explains.
         reason: in a sentence.
         compared: of every hypothesis with the base, best first.
     """
@@ -140,7 +142,7 @@ def decide(
             if _holds(pair, best, samples, rules, repeats):
                 best = pair
                 break
-    rest, explained = best.lack, 1 - best.lack / base.lack if base.lack else 1.0
+    rest, explained = best.lack, 1 - best.power / base.power
     alike = _alike(best, [one for one, _ in compared], rules, repeats)
     told = tuple(compared)
     if best is base:

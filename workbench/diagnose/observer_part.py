@@ -95,7 +95,8 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     prior = one.prior + _beyond(one)
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
-    return Scored(one.names, prior, blocks, fits.judged(one), fits.lack(one), by_run)
+    judged = fits.judged(one)
+    return Scored(one.names, prior, blocks, judged, fits.lack(one), fits.missing_power(one), by_run)
 
 
 def _beyond(one: Hypothesis) -> float:
