@@ -172,7 +172,7 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     """Tell whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
     found = versus(one, simpler, repeats)
     return (
-        found.gain > max(rules.worth, rules.size * samples / repeats)
+        found.gain > rules.practical(samples / repeats)
         and found.sure > rules.sure
         and found.held > 0
         and found.runs >= rules.agree

@@ -152,7 +152,7 @@ class Fits:
             return 0.0
         found = estimator.with_noise(whole).innovations(one.x)
         cost = sum(_blocks(run, estimator.system.sample_s).sum() for run in found)
-        least = max(self.rules.worth, self.rules.size * self.samples() / self.repeats())
+        least = self.rules.practical(self.samples() / self.repeats())
         return max(0.0, float(cost + one.prior - one.cost) / self.repeats() / least)
 
     def missing_power(self, one: Hypothesis) -> float:

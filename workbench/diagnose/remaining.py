@@ -132,7 +132,7 @@ def _evident(found: Diagnosis, part: Part) -> bool:
     """Tell whether the best is more than chance, so that the base does not remain."""
     rules, fits = found.rules, found.fits
     told = next((v for one, v in part.compared if one.names == part.best.names), None)
-    least = max(rules.worth, rules.size * fits.samples() / fits.repeats())
+    least = rules.practical(fits.samples() / fits.repeats())
     return told is not None and told.gain > least and told.sure > rules.sure and told.held > 0
 
 

@@ -50,5 +50,13 @@ class Rules:
     whole: float = 1.15
     lack: float = 0.5
 
+    def practical(self, samples: float) -> float:
+        """Return the gain that is no chance and of a practical size.
+
+        Args:
+            samples: of all channels, over how often they repeat one another.
+        """
+        return max(self.worth, self.size * samples)
+
 
 RULES = Rules()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.measured import MeasuredRun
 
-__all__ = ["Coloured", "coloured_noise", "rest_of"]
+__all__ = ["Coloured", "coloured_noise"]
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def coloured_noise(runs: Sequence[MeasuredRun]) -> Mapping[str, Coloured]:
     """Return the channels whose noise has a memory that matters -> that noise."""
     found = {}
     for name in dict.fromkeys(name for run in runs for name in run.motion.names):
-        pieces = [rest_of(run, name) for run in runs if name in run.motion]
+        pieces = [_rest_of(run, name) for run in runs if name in run.motion]
         here = np.concatenate([piece[:-1] for piece in pieces])
         after = np.concatenate([piece[1:] for piece in pieces])
         pairs = np.isfinite(here) & np.isfinite(after)
@@ -57,7 +57,7 @@ def coloured_noise(runs: Sequence[MeasuredRun]) -> Mapping[str, Coloured]:
     return found
 
 
-def rest_of(run: MeasuredRun, channel: str) -> Array:
+def _rest_of(run: MeasuredRun, channel: str) -> Array:
     """Return a channel's noise before time zero, (n,), NaN where not seen or far off."""
     still = run.motion.between(-np.inf, 0.0)
     seen = np.where(still.validity(channel), still[channel], np.nan)
