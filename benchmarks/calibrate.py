@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle
 from workbench.cli.output import QuietOperator
@@ -73,7 +74,7 @@ def print_lines(bundles: list[Bundle], truth: tuple[float, float]) -> None:
     print(f"{'way':34} {'slope':>9} {'off [%]':>9} {'offset':>9} {'off [rad/s]':>12}  bars")
     row("ours", found.line.slope.value, found.line.offset.value, truth)
     for name, speeds in other_speeds(bundles).items():
-        volts = np.array([bundle.manifest["voltage_V"] for bundle in bundles])
+        volts = np.array([manifest_of(bundle)["voltage_V"] for bundle in bundles])
         slope, offset = np.polyfit(volts, speeds, 1)
         row(name, float(slope), float(offset), truth)
     print(f"ours: slope {interval(found, 'slope')}, offset {interval(found, 'offset')}")
@@ -104,7 +105,7 @@ def other_speeds(bundles: list[Bundle]) -> dict[str, list[float]]:
         "polyfit of lines through the angle": [],
     }  # fmt: skip
     for bundle in bundles:
-        run, track = measured_run(bundle), bundle.read_series("track")
+        run, track = measured_run(bundle), bundle.series.read("track")
         part = track.between(run.steps[-2][0] + 1.0, run.steps[-1][0])
         thesis = track.between(run.steps[0][0], track.times[-1])
         heights = filled(part, TOP[2]), filled(part, ROTOR[2])

@@ -23,7 +23,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from workbench.bundle import Bundle, add_remark
+from tests.bundles import note
+from workbench.bundle import Bundle, add_remark, events
 
 COUNT, QUICK = 10_000, 300
 REPEATS = 5
@@ -48,9 +49,10 @@ def make_bundles(root: Path, count: int) -> None:
         now = BEGIN + timedelta(minutes=150 * k + draw.randrange(60))
         mode = draw.choice(("hop", "hop", "clamped", "decay", "drop"))
         speed = round(draw.uniform(14.0, 21.0), 3) if mode in ("hop", "clamped") else None
-        bundle = Bundle.create(root, f"{mode}-{k}", now, facts(draw, mode, speed, k))
+        bundle = Bundle.create(root, f"{mode}-{k}", now)
+        note(bundle, **facts(draw, mode, speed, k))
         bundle.write_document("shape", f"schema: workbench/shape-1\nname: bent-{k % 7}\n")
-        bundle.journal("asked", 0.0, run=f"{mode}-{k}")
+        bundle.record.journal(events.Asked(run=f"{mode}-{k}"), 0.0)
         (bundle.take_folder / "take.csv").write_text(f"Format Version,1.23\n{k}\n")
         bundle.finish(draw.choice(("complete",) * 9 + ("failed",)))
         if k % 20 == 0:

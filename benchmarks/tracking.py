@@ -29,7 +29,7 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
-from workbench.bundle import Bundle
+from workbench.bundle import SeriesFiles
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
     Axes,
@@ -186,7 +186,7 @@ def cleaned(take: Take) -> Track:
 
 def written(motion: TimeSeries, folder: Path) -> None:
     """Write a motion as a bundle keeps it."""
-    Bundle(folder).write_series("track", motion, {})
+    SeriesFiles(folder).write("track", motion, {})
 
 
 def memory(path: Path) -> tuple[float, float]:

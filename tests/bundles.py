@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from datetime import datetime
@@ -12,7 +13,18 @@ import numpy as np
 import pytest
 
 from workbench.bench import BUILT_IN, VirtualBench, load_bench
-from workbench.bundle import Bundle, Document, Series, add_remark
+from workbench.bundle import (
+    Asked,
+    Bundle,
+    Compared,
+    Document,
+    Measured,
+    Observed,
+    Series,
+    Signals,
+    add_remark,
+    events,
+)
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
@@ -37,30 +49,67 @@ SERIES: dict[Series, TimeSeries] = {
 }  # fmt: skip
 
 
+def asked_for(**facts: Any) -> Asked:
+    """What was asked for; `facts` change it."""
+    return Asked.model_validate(
+        {"kind": "run", "title": "Hop", "mode": "hop", "role": "train", "model": "thesis",
+         "shape": "thesis-initial"} | facts
+    )  # fmt: skip
+
+
+def manifest_of(bundle: Bundle) -> dict[str, Any]:
+    """The manifest as it is on disk."""
+    return json.loads((bundle.path / "manifest.json").read_text(encoding="utf-8"))
+
+
+def journal_of(bundle: Bundle) -> list[dict[str, Any]]:
+    """The journal as it is on disk."""
+    return _lines(bundle.record.journal_log)
+
+
+def guardian_of(bundle: Bundle) -> list[dict[str, Any]]:
+    """The log of the supply's guardian as it is on disk."""
+    return _lines(bundle.record.guardian_log)
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def note(bundle: Bundle, **facts: Any) -> None:
+    """Add facts to the manifest, each to the section that it belongs to."""
+    for kind in (Asked, Measured, Compared, Observed, Signals):
+        own = {key: value for key, value in facts.items() if key in kind.model_fields}
+        if own:
+            known = {k: v for k, v in manifest_of(bundle).items() if k in kind.model_fields}
+            bundle.record.note(kind.model_validate(known | own))
+
+
 def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **facts: Any) -> Bundle:
     """A finished run; `facts` change its manifest, `status` how it ended."""
     real = {"distance_m": 0.213, "hop_height_m": 0.018, "speed_rad_s": 16.9}
-    told = {
-        "kind": "run", "title": "Hop at 17 rad/s", "mode": "hop", "role": "train",
-        "model": "thesis", "shape": "thesis-initial", "operator": "Ada", "speed_rad_s": 16.988,
+    every = {
+        "title": "Hop at 17 rad/s", "operator": "Ada", "speed_rad_s": 16.988,
         "voltage_V": 4.52, "levels": None, "duration_s": 10.0, "real": real,
         "twin": real | {"distance_m": 0.248}, "error_mm": 16.9, "error_foot_mm": 7.7,
         "error_top_mm": 22.6, "warnings": [], "versions": {"workbench": "0.1.0"},
-    }  # fmt: skip
-    status = facts.pop("status", "complete")
-    bundle = Bundle.create(root, name, now, told | facts)
+    } | facts  # fmt: skip
+    status = every.pop("status", "complete")
+    bundle = Bundle.create(root, name, now, asked_for())
+    note(bundle, **every)
     for kind in DOCUMENTS:
         bundle.write_document(kind, f"name: {kind}\nangles: [0.1, 0.2]\n")
     bundle.write_resolved("protocol", {"title": "Hop", "steps": [{"run": {"speed": 17.0}}]})
     bundle.write_resolved("bench", {"name": "virtual"})
-    bundle.journal("asked", 0.0, run=name)
-    bundle.journal("output_on", 2.0, volts="4.52")
-    bundle.wire('{"way": "sent", "bytes": "01 06"}')
+    bundle.record.journal(events.Asked(run=name), 0.0)
+    bundle.record.journal(events.OutputOn(volts="4.52"), 2.0)
+    bundle.record.wire('{"way": "sent", "bytes": "01 06"}')
     guarded = '{"event": "off", "confirmed": true}\n{"event": "terminals", "dead": true}\n'
-    bundle.guardian_log.write_text(guarded, encoding="utf-8")
+    bundle.record.guardian_log.write_text(guarded, encoding="utf-8")
     bundle.write_take("take 1.csv", lambda path: _write(path, "Format Version,1.23\n1,2\n"))
     for kind, series in SERIES.items():
-        bundle.write_series(kind, series, {"take": "abc"})
+        bundle.series.write(kind, series, {"take": "abc"})
     bundle.write_view("recording", lambda path: _write(path, "RRF2 a recording"))
     bundle.write_view("report", lambda path: _write(path, "<html>the report</html>"))
     if status != "unfinished":

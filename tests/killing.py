@@ -26,8 +26,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.bundles import guardian_of, journal_of
 from tests.hw.guardian_rig import Device, device_process, off_after
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, Event, Record
 from workbench.output import MAY_BE_ON, OutputState, Standing, fold, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -169,14 +170,14 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool, state: Path
     if not attended:
         at_desk = import_module("workbench.cli.attended")
         vars(at_desk)["operator_of"] = lambda bench, desk: QuietOperator()
-    keep = Bundle.journal
+    keep = Record.journal
 
-    def journal(self: Bundle, event: str, time_s: float, **facts: Any) -> None:
-        keep(self, event, time_s, **facts)
-        pipe.send((event, round(time_s, 6)))
+    def journal(self: Record, event: Event, time_s: float) -> None:
+        keep(self, event, time_s)
+        pipe.send((event.event, round(time_s, 6)))
 
-    vars_of_bundle: Any = Bundle
-    vars_of_bundle.journal = journal
+    vars_of_record: Any = Record
+    vars_of_record.journal = journal
     sys.argv = ["workbench", *words]
     main()
 
@@ -201,8 +202,8 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
             client.kill("SIGTERM")
     code = client.end()
     bundle = client.bundle
-    kept = {(line["event"], line["time_s"]) for line in bundle.read_journal()}
-    confirmed = [e["time_s"] - sent for e in bundle.read_guardian() if e.get("confirmed")]
+    kept = {(line["event"], line["time_s"]) for line in journal_of(bundle)}
+    confirmed = [e["time_s"] - sent for e in guardian_of(bundle) if e.get("confirmed")]
     return Killed(
         name,
         instant_s,
@@ -260,7 +261,7 @@ def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) ->
     until = time.monotonic() + instant_s
     while (left := until - time.monotonic()) > 0:
         client.hear(left)
-    guardian = client.bundle.read_guardian()
+    guardian = guardian_of(client.bundle)
     for pid in [event["pid"] for event in guardian[:1]] + [client.process.pid]:
         with suppress(ProcessLookupError):
             os.kill(pid or 0, signal.SIGKILL)
@@ -275,7 +276,7 @@ def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) ->
         instant_s,
         found_on,
         device.volts > 0,
-        client.bundle.output.state,
+        client.bundle.record.output.state,
         client.known().state,
         standing is not None,
         MAY_BE_ON in next_one.stderr,

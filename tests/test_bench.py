@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import journal_of, manifest_of
 from tests.conftest import Command
 from workbench.bench import RealBench, Subject, VirtualBench, Window, load_bench
 from workbench.bundle import Bundle, verify
@@ -80,7 +81,7 @@ class Studio:
     def film(self) -> Path:
         """Return an export of what happened while the recording ran."""
         window = Window(self.start, self.stop, self.began + self.late)
-        box = Bundle.create(self.scratch, "film", datetime.now(), {})
+        box = Bundle.create(self.scratch, "film", datetime.now())
         model, shape = load_model("thesis", self.place), load_shape("thesis-initial", self.place)
         subject = Subject(model.content, shape.content, "hop")
         return self.lab.collect(subject, window, box, self)
@@ -136,14 +137,14 @@ def only_bundle(lab: Path) -> Bundle:
 
 
 def events(bundle: Bundle) -> list[str]:
-    return [e["event"] for e in bundle.read_journal() if e["event"].startswith("take")]
+    return [e["event"] for e in journal_of(bundle) if e["event"].startswith("take")]
 
 
 def test_the_run_goes_on_when_its_export_appears(lab_file: Path, studio: Studio) -> None:
     (studio.place / "yesterday.csv").write_text("no export at all")
     (bundle,) = runs(lab_file, studio)
-    assert bundle.manifest["status"] == "complete"
-    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+    assert manifest_of(bundle)["status"] == "complete"
+    assert manifest_of(bundle)["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
     assert bundle.take().read_bytes() == (studio.place / bundle.take().name).read_bytes()
     assert events(bundle) == ["take_wanted", "take_accepted"]
     assert verify(bundle.path) == []
@@ -154,8 +155,8 @@ def test_the_operator_can_insist_on_a_take_without_a_folder(lab_file: Path, stud
     studio.late = -TEN_MINUTES
     studio.at_export = lambda: studio.answers.extend([str(studio.film()), "yes"])
     (bundle,) = runs(lab_file, studio)
-    assert bundle.manifest["status"] == "complete"
-    assert "0:10:00 before this run's cameras" in bundle.manifest["take_forced"][0]
+    assert manifest_of(bundle)["status"] == "complete"
+    assert "0:10:00 before this run's cameras" in manifest_of(bundle)["take_forced"][0]
     assert "Another path, or yes to take it all the same" in studio.told[-1]
 
 
@@ -187,8 +188,8 @@ def test_a_take_that_did_not_come_can_be_added_later(
     lab_file: Path, studio: Studio, workbench: Command
 ) -> None:
     bundle = missed(lab_file, studio)
-    assert bundle.manifest["status"] == "failed"
-    assert len(bundle.read_series("supply")) > 5
+    assert manifest_of(bundle)["status"] == "failed"
+    assert len(bundle.series.read("supply")) > 5
     assert verify(bundle.path) == []
 
     answer = workbench("ingest", studio.film(), "--into", bundle.path, "--json")
@@ -197,7 +198,7 @@ def test_a_take_that_did_not_come_can_be_added_later(
     assert answer.json["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
     assert verify(bundle.path) == []
     again = Bundle.open(bundle.path)
-    assert again.manifest["error"] is None
+    assert manifest_of(again)["error"] is None
     assert events(again) == ["take_wanted", "take_added"]
 
     twice = workbench("ingest", studio.film(), "--into", bundle.path)
@@ -219,7 +220,7 @@ def test_a_take_of_another_run_is_not_added_unless_insisted_on(
     forced = workbench("ingest", take, "--into", bundle.path, "--insist")
     assert forced.code == 0
     assert "error of the twin" in forced.out
-    assert "0:10:00 after" in Bundle.open(bundle.path).manifest["take_forced"][0]
+    assert "0:10:00 after" in manifest_of(Bundle.open(bundle.path))["take_forced"][0]
     assert verify(bundle.path) == []
 
 
@@ -229,7 +230,7 @@ def test_a_take_is_added_to_a_run_that_was_cut_off_while_it_waited(
     bundle = missed(lab_file, studio)
     (bundle.path / "checksums.txt").unlink()  # as after a power cut
     add_take(studio.film(), Bundle.open(bundle.path), lambda text: None)
-    assert Bundle.open(bundle.path).manifest["status"] == "complete"
+    assert manifest_of(Bundle.open(bundle.path))["status"] == "complete"
     assert verify(bundle.path) == []
 
 
@@ -262,7 +263,7 @@ def test_a_take_without_the_robot_fails_in_words_and_stays(
     answer = workbench("ingest", take, "--into", bundle.path)
     assert answer.code == 2
     assert "the rotor 'Rotor' is not in the take" in answer.err
-    assert Bundle.open(bundle.path).manifest["status"] == "failed"
+    assert manifest_of(Bundle.open(bundle.path))["status"] == "failed"
     assert verify(bundle.path) == []
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import manifest_of
 from tests.tracking.natnet_stub import StubServer, packets, recording
 from workbench.bench import RealBench, VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
@@ -87,13 +88,13 @@ def test_a_run_is_recorded_and_its_take_kept_as_an_export(
     with StubServer(film, pause_s=FRAME_S) as server:
         live = f"{{server: 127.0.0.1, command_port: {server.port}}}"
         (bundle,) = runs(tmp_path, lab(root, tmp_path, supply, live))
-    assert bundle.manifest["status"] == "complete"
+    assert manifest_of(bundle)["status"] == "complete"
     assert verify(bundle.path) == []
     take = read_take(bundle.take())
     assert take.version == "1.24"
     assert len(take) > 2.0 / FRAME_S * 0.8
     # 17 rad/s are not reached in 1.2 s of drive; the film's and the twin's motor agree
-    real, twin = bundle.manifest["real"], bundle.manifest["twin"]
+    real, twin = manifest_of(bundle)["real"], manifest_of(bundle)["twin"]
     assert real["speed_rad_s"] == pytest.approx(twin["speed_rad_s"], abs=0.5)
     assert "natnet recorder" not in [thread.name for thread in threading.enumerate()]
 

@@ -21,6 +21,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import guardian_of
 from tests.conftest import Command
 from tests.hw.foreign import Ka3005p, Rd6006, served
 from tests.hw.guardian_rig import Device, DeviceProcess, device_process, wait_for
@@ -200,7 +201,7 @@ def test_a_supply_found_on_that_does_not_obey_is_never_called_off(
     assert "OUTPUT MAY BE ON" in told
     assert "never switched on" not in told
     assert "confirmed;" not in told
-    assert client.bundle.output_off == "unconfirmed"
+    assert client.bundle.record.output_off == "unconfirmed"
     assert client.standing() is not None
     device.mend()
 
@@ -384,7 +385,7 @@ def test_the_next_command_of_any_kind_tells_of_an_output_that_may_be_on(
     client = Client(tmp_path, device)
     client.heard_until("output_on")
     wait_for(lambda: device.volts > 1)
-    os.kill(client.bundle.read_guardian()[0]["pid"], 9)
+    os.kill(guardian_of(client.bundle)[0]["pid"], 9)
     client.kill("SIGKILL")
     client.end()
     env = os.environ | {"WORKBENCH_STATE": str(client.state)}

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.bundle import Bundle, verify
+from tests.bundles import asked_for, journal_of, manifest_of
+from workbench.bundle import Bundle, events, verify
 from workbench.errors import InputError
 from workbench.timeseries import TimeSeries
 
@@ -14,21 +15,21 @@ NOW = datetime(2026, 3, 12, 10, 15, 0)
 
 @pytest.fixture
 def bundle(tmp_path: Path) -> Bundle:
-    found = Bundle.create(tmp_path / "runs", "hop-16.99", NOW, {"title": "Hop"})
-    found.journal("output_on", 2.0, volts="4.52")
-    found.wire('{"way": "sent"}')
+    found = Bundle.create(tmp_path / "runs", "hop-16.99", NOW, asked_for(title="Hop"))
+    found.record.journal(events.OutputOn(volts="4.52"), 2.0)
+    found.record.wire('{"way": "sent"}')
     found.write_document("protocol", "title: Hop\r\n")
     return found
 
 
 def test_the_status_is_failed_until_the_last_line(bundle: Bundle) -> None:
-    assert Bundle.open(bundle.path).manifest["status"] == "failed"
+    assert manifest_of(Bundle.open(bundle.path))["status"] == "failed"
     bundle.finish("complete")
-    assert Bundle.open(bundle.path).manifest["status"] == "complete"
+    assert manifest_of(Bundle.open(bundle.path))["status"] == "complete"
 
 
 def test_two_runs_in_one_second_get_two_folders(bundle: Bundle) -> None:
-    again = Bundle.create(bundle.path.parent, "hop-16.99", NOW, {})
+    again = Bundle.create(bundle.path.parent, "hop-16.99", NOW)
     assert bundle.path.name == "2026-03-12_101500_hop-16.99"
     assert again.path.name == "2026-03-12_101500_hop-16.99_2"
 
@@ -45,8 +46,8 @@ def test_a_time_series_comes_back_with_its_mask(bundle: Bundle) -> None:
     valid = {"a_m": np.array([True, False, True])}
     columns = {"a_m": np.array([1.0, 2.0, 3.0]), "b_m": np.array([0.0, np.nan, 1.0])}
     series = TimeSeries.of(np.arange(3) / 120, columns, valid)
-    bundle.write_series("track", series, {"take": "abc"})
-    found = bundle.read_series("track")
+    bundle.series.write("track", series, {"take": "abc"})
+    found = bundle.series.read("track")
     assert found.names == series.names
     assert np.array_equal(found.values, series.values, equal_nan=True)
     assert np.array_equal(found.valid, series.valid)
@@ -55,7 +56,7 @@ def test_a_time_series_comes_back_with_its_mask(bundle: Bundle) -> None:
 def test_a_journal_cut_off_in_a_line_keeps_the_lines_before(bundle: Bundle) -> None:
     with (bundle.path / "journal.jsonl").open("a") as file:
         file.write('{"time_s": 3.0, "eve')
-    assert [e["event"] for e in bundle.read_journal()] == ["output_on"]
+    assert [e["event"] for e in journal_of(bundle)] == ["output_on"]
 
 
 def test_verify_names_the_file_that_changed_is_missing_or_is_new(bundle: Bundle) -> None:
@@ -99,4 +100,4 @@ def test_a_bundle_without_a_take_says_so(bundle: Bundle) -> None:
     with pytest.raises(InputError, match="holds no take"):
         bundle.take()
     with pytest.raises(InputError, match=r"twin\.parquet: cannot be read"):
-        bundle.read_series("twin")
+        bundle.series.read("twin")

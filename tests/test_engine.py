@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from tests.bundles import journal_of, manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
@@ -56,7 +57,7 @@ def only_bundle(folder: Path) -> Bundle:
 
 
 def events(bundle: Bundle) -> list[str]:
-    return [e["event"] for e in bundle.read_journal() if e["event"] != "reading"]
+    return [e["event"] for e in journal_of(bundle) if e["event"] != "reading"]
 
 
 class After:
@@ -107,8 +108,8 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> Finished:
 
 def test_a_run_leaves_a_complete_bundle_with_the_output_off(hop: Finished) -> None:
     bundle, bench = hop
-    assert bundle.manifest["status"] == "complete"
-    assert bundle.manifest["output_off"] == "confirmed"
+    assert manifest_of(bundle)["status"] == "complete"
+    assert manifest_of(bundle)["output_off"] == "confirmed"
     assert verify(bundle.path) == []
     assert not bench.device.output.on
     assert bench.device.history[-1][1] == 0
@@ -124,7 +125,7 @@ def test_the_supply_really_gave_the_voltages_that_were_asked(hop: Finished) -> N
     assert volts == [1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
     on = next(t for t, v in bench.device.history if v > 0)
     assert bench.device.history[-1][0] - on == pytest.approx(2.0, abs=0.01)
-    assert [v for _, v in bundle.manifest["sent"]] == [*volts, 0.0]
+    assert [v for _, v in manifest_of(bundle)["sent"]] == [*volts, 0.0]
     told = bundle.view("report").read_text(encoding="utf-8")
     assert "asked for hop-16.99: 1.0 s rest, then 1.00 V to 4.52 V" in told
     assert "RD6006 12345678 prepared: limits set, output off" in told
@@ -135,18 +136,18 @@ def test_the_supply_really_gave_the_voltages_that_were_asked(hop: Finished) -> N
 
 def test_the_twin_is_near_and_time_zero_is_shared(hop: Finished) -> None:
     bundle, _ = hop
-    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
-    assert bundle.manifest["twin"]["speed_rad_s"] == pytest.approx(16.99, abs=0.3)
-    assert 0.1 < bundle.manifest["error_mm"] < 15
-    assert bundle.manifest["track"]["zero_in_take_s"] == pytest.approx(1.0, abs=0.15)
+    assert manifest_of(bundle)["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+    assert manifest_of(bundle)["twin"]["speed_rad_s"] == pytest.approx(16.99, abs=0.3)
+    assert 0.1 < manifest_of(bundle)["error_mm"] < 15
+    assert manifest_of(bundle)["track"]["zero_in_take_s"] == pytest.approx(1.0, abs=0.15)
     # two markers of 0.2 mm noise on T, four on the foot
-    assert bundle.manifest["noise_mm"]["top_y_m"]["white"] == pytest.approx(0.141, rel=0.25)
-    assert bundle.manifest["noise_mm"]["foot_y_m"]["rest"] == pytest.approx(0.1, rel=0.35)
-    assert set(bundle.manifest["alignment"]) == {"twin_delay", "clocks"}
-    raw = bundle.read_series("raw")
-    assert raw.names == bundle.read_series("track").names
+    assert manifest_of(bundle)["noise_mm"]["top_y_m"]["white"] == pytest.approx(0.141, rel=0.25)
+    assert manifest_of(bundle)["noise_mm"]["foot_y_m"]["rest"] == pytest.approx(0.1, rel=0.35)
+    assert set(manifest_of(bundle)["alignment"]) == {"twin_delay", "clocks"}
+    raw = bundle.series.read("raw")
+    assert raw.names == bundle.series.read("track").names
     assert not raw.valid.all()
-    assert bundle.read_series("twin").times[0] < -0.5
+    assert bundle.series.read("twin").times[0] < -0.5
 
 
 @pytest.mark.usefixtures("without_views")
@@ -166,9 +167,9 @@ def test_ctrl_c_in_the_drive_switches_off_and_keeps_what_there_is(
     assert not bench.device.output.on
     assert bench.device.history[-1][1] == 0
     bundle = only_bundle(tmp_path)
-    assert bundle.manifest["status"] == "interrupted"
+    assert manifest_of(bundle)["status"] == "interrupted"
     assert events(bundle)[-2:] == ["output_off", "interrupted"]
-    assert len(bundle.read_series("supply")) > 3
+    assert len(bundle.series.read("supply")) > 3
     assert verify(bundle.path) == []
 
 
@@ -180,7 +181,7 @@ def test_a_trip_of_the_supply_is_a_safety_stop(tmp_path: Path, bench: VirtualBen
     with pytest.raises(SafetyStop, match=r"over-voltage protection \(OVP\) tripped"):
         list(runs(tmp_path, bench))
     assert bench.device.history[-1][1] == 0
-    assert only_bundle(tmp_path).manifest["status"] == "safety-stop"
+    assert manifest_of(only_bundle(tmp_path))["status"] == "safety-stop"
 
 
 def test_an_output_switched_off_by_hand_ends_the_run(tmp_path: Path, bench: VirtualBench) -> None:
@@ -194,8 +195,8 @@ def test_a_supply_that_falls_silent_is_told_loudly(tmp_path: Path, bench: Virtua
     with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON"):
         list(runs(tmp_path, bench))
     bundle = only_bundle(tmp_path)
-    assert bundle.manifest["output_off"] == "unconfirmed"
-    assert bundle.manifest["status"] == "safety-stop"
+    assert manifest_of(bundle)["output_off"] == "unconfirmed"
+    assert manifest_of(bundle)["status"] == "safety-stop"
 
 
 def test_another_supply_than_the_bench_names_is_refused(tmp_path: Path) -> None:
@@ -218,8 +219,8 @@ def test_a_run_whose_take_is_unusable_fails_and_keeps_the_take(
     with pytest.raises(InputError, match=r"run 1 \(hop-16.99\): .*empty"):
         list(runs(tmp_path, bench))
     bundle = only_bundle(tmp_path)
-    assert bundle.manifest["status"] == "failed"
-    assert "empty" in bundle.manifest["error"]
+    assert manifest_of(bundle)["status"] == "failed"
+    assert "empty" in manifest_of(bundle)["error"]
     assert bundle.take().name == "empty.csv"
     assert verify(bundle.path) == []
 
@@ -234,7 +235,7 @@ def test_a_crash_of_our_own_is_written_down_and_the_output_is_off(
     with pytest.raises(ZeroDivisionError, match="made for this test"):
         list(runs(tmp_path, bench))
     assert not bench.device.output.on
-    assert "made for this test" in only_bundle(tmp_path).manifest["error"]
+    assert "made for this test" in manifest_of(only_bundle(tmp_path))["error"]
 
 
 def test_a_motor_that_is_not_connected_is_found_in_the_take(tmp_path: Path) -> None:
@@ -251,9 +252,9 @@ def test_a_motor_that_is_not_connected_is_found_in_the_take(tmp_path: Path) -> N
 def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - sweep: {mode: clamped, speeds: [14 rad/s, 19 rad/s], rest: 1 s, duration: 1.5 s}\n"
     found = list(runs(tmp_path, bench, steps))
-    assert [b.manifest["number"] for b in found] == [1, 2]
+    assert [manifest_of(b)["number"] for b in found] == [1, 2]
     assert [b.path.name.split("_", 2)[2] for b in found] == ["clamped-14.00", "clamped-19.01"]
-    assert all(abs(b.manifest["real"]["distance_m"]) < 0.001 for b in found)
+    assert all(abs(manifest_of(b)["real"]["distance_m"]) < 0.001 for b in found)
 
 
 @pytest.mark.usefixtures("without_views")
@@ -264,7 +265,7 @@ def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
     bench = VirtualBench(file.model_copy(update={"virtual": other}))
     (motive,) = runs(tmp_path, bench)
     assert motive.take().read_text(encoding="utf-8-sig").startswith("Format Version,1.23")
-    assert 0.1 < motive.manifest["error_mm"] < 15
+    assert 0.1 < manifest_of(motive)["error_mm"] < 15
 
 
 def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(decay: Finished) -> None:
@@ -278,28 +279,28 @@ def test_a_decay_asks_the_operator_and_leaves_the_supply_closed(decay: Finished)
         "take_accepted",
         "complete",
     ]
-    ready, now = (e for e in bundle.read_journal() if e["event"] == "prompt")
+    ready, now = (e for e in journal_of(bundle) if e["event"] == "prompt")
     assert ready["text"].startswith("Clamp the foot. Pull T forward with 0.39 N")
     assert now["text"] == "Burn or cut the thread now, then confirm."
     assert now["time_s"] == pytest.approx(1.0)  # after the rest
-    assert bundle.manifest["output_off"] == "supply not opened"
-    assert not {"sent", "supply"} & set(bundle.manifest)
+    assert manifest_of(bundle)["output_off"] == "supply not opened"
+    assert not {"sent", "supply"} & set(manifest_of(bundle))
     assert not (bundle.path / "wire.log").exists()
-    assert not bundle.has("supply")
+    assert not bundle.series.has("supply")
     assert [volts for _, volts in bench.device.history] == [0.0]
     assert verify(bundle.path) == []
 
 
 def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -> None:
     bundle, _ = decay
-    facts = bundle.manifest
+    facts = manifest_of(bundle)
     assert 1.2 <= facts["track"]["zero_in_take_s"] <= 2.2  # a person needs a moment
     release = {"pull_N": 0.39, "pull_up_N": 0.0, "height_m": 0.0, "standard_error": None}
     assert facts["release"] == release
     for who in ("real", "twin"):
         assert facts[who]["displacement_m"] == pytest.approx(0.0158, abs=0.0005)
         assert facts[who]["ring_hz"] == pytest.approx(1.64, abs=0.03)
-    track = bundle.read_series("track")
+    track = bundle.series.read("track")
     assert track.times[-1] > 3.0  # what was asked for is there after the release
     held = track.between(-1.0, -0.05)["top_x_m"]
     assert np.nanstd(held) < 0.0005
@@ -313,7 +314,7 @@ def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -
 def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: VirtualBench) -> None:
     one, two = runs(tmp_path, bench, DECAY.replace("3 s}", "1 s, repeats: 2}"))
     assert one.take().read_bytes() != two.take().read_bytes()
-    zeros = [bundle.manifest["track"]["zero_in_take_s"] for bundle in (one, two)]
+    zeros = [manifest_of(bundle)["track"]["zero_in_take_s"] for bundle in (one, two)]
     assert abs(zeros[0] - zeros[1]) > 0.01
 
 
@@ -321,9 +322,9 @@ def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: Vi
 def test_a_drop_falls_by_what_was_asked(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 3 s}\n"
     (bundle,) = runs(tmp_path, bench, steps)
-    assert bundle.manifest["real"]["displacement_m"] == pytest.approx(0.0245, abs=0.0005)
-    assert bundle.manifest["twin"]["displacement_m"] == pytest.approx(0.0245, abs=0.0003)
-    assert bundle.manifest["warnings"] == []
+    assert manifest_of(bundle)["real"]["displacement_m"] == pytest.approx(0.0245, abs=0.0005)
+    assert manifest_of(bundle)["twin"]["displacement_m"] == pytest.approx(0.0245, abs=0.0003)
+    assert manifest_of(bundle)["warnings"] == []
 
 
 def test_ctrl_c_in_a_ring_down_says_that_the_supply_was_not_opened(
@@ -332,7 +333,7 @@ def test_ctrl_c_in_a_ring_down_says_that_the_supply_was_not_opened(
     After(bench, 1.5, interrupt)
     with pytest.raises(Interrupted, match="this mode has no drive, the supply was not opened"):
         list(runs(tmp_path, bench, DECAY))
-    assert only_bundle(tmp_path).manifest["status"] == "interrupted"
+    assert manifest_of(only_bundle(tmp_path))["status"] == "interrupted"
 
 
 def test_a_robot_that_was_never_let_go_is_found_in_the_take(
@@ -350,6 +351,6 @@ def test_a_true_robot_of_forty_increments_rings_like_its_twin_of_sixteen(tmp_pat
     fine = file.virtual.model_copy(update={"increments": 40, "parameters": {}})
     bench = VirtualBench(file.model_copy(update={"virtual": fine}))
     (bundle,) = runs(tmp_path, bench, DECAY)
-    real, twin = bundle.manifest["real"]["ring_hz"], bundle.manifest["twin"]["ring_hz"]
+    real, twin = manifest_of(bundle)["real"]["ring_hz"], manifest_of(bundle)["twin"]["ring_hz"]
     assert real == pytest.approx(twin, rel=0.01)
     assert real != pytest.approx(twin, rel=1e-5)

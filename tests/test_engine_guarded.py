@@ -14,11 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import guardian_of, journal_of, manifest_of
 from tests.conftest import Command
 from tests.hw.guardian_rig import OUTPUT, Device, DeviceProcess, device_process, wait_for
 from tests.killing import Client, lab_file
 from workbench.bench import RealBench, load_bench, make_bench
-from workbench.bundle import Bundle, verify
+from workbench.bundle import Bundle, Event, Record, verify
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import InputError, Interrupted, RecordError, SafetyStop, WorkbenchError
@@ -66,14 +67,14 @@ def run(folder: Path, device: Device, at_event: dict[str, At]) -> Bundle:
     vars(bench)["keep_trying_s"] = 2.0
     bench.collect = no_take  # type: ignore[method-assign]
     asked = read_experiment(folder / "p.yaml", lab, bench.voltage_step)
-    keep = Bundle.journal
+    keep = Record.journal
 
-    def journal(bundle: Bundle, event: str, time_s: float, **facts: object) -> None:
-        keep(bundle, event, time_s, **facts)
-        at_event.pop(event, lambda bundle: None)(bundle)
+    def journal(record: Record, event: Event, time_s: float) -> None:
+        keep(record, event, time_s)
+        at_event.pop(event.event, lambda bundle: None)(newest(folder))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Bundle, "journal", journal)
+        patch.setattr(Record, "journal", journal)
         list(carry_out(asked, bench, folder / "runs", QuietOperator(), lambda text: None))
     return newest(folder)
 
@@ -91,17 +92,19 @@ def test_a_real_bench_is_guarded_and_its_bundle_holds_the_guardian_s_record(
     with pytest.raises(InputError, match=NO_TAKE):
         run(tmp_path, device, {})
     bundle = newest(tmp_path)
-    names = [line["event"] for line in bundle.read_guardian()]
+    names = [line["event"] for line in guardian_of(bundle)]
     # off when prepared, at the drive's end and at the block's end
     seen_off = ["off", "terminals"]
     ends = [*seen_off, *seen_off, "left"]
     checked = ["output_on", *seen_off]  # the scale, as this supply is new here
     assert names == ["guarding", "taken", *seen_off, "armed", *checked, "output_on", *ends]
-    assert bundle.manifest["output_off"] == bundle.output_off == "confirmed"
-    assert [e["event"] for e in bundle.read_journal()][-2:] == ["output_off", "failed"]
-    assert "01 06 00 08 01 c4" in bundle.wire_log.read_text()  # 4.52 V, written by the guardian
+    assert manifest_of(bundle)["output_off"] == bundle.record.output_off == "confirmed"
+    assert [e["event"] for e in journal_of(bundle)][-2:] == ["output_off", "failed"]
+    assert (
+        "01 06 00 08 01 c4" in bundle.record.wire_log.read_text()
+    )  # 4.52 V, written by the guardian
     assert verify(bundle.path) == []
-    assert len(bundle.read_series("supply")) > 3
+    assert len(bundle.series.read("supply")) > 3
     volts = [v for _, v in device.history if v > 0]
     assert volts == [0.5, 1.0, 1.7, 2.41, 3.11, 3.82, 4.52]
     with pytest.raises(InputError, match=NO_TAKE):
@@ -119,8 +122,8 @@ def test_a_supply_of_another_scale_is_stopped_at_half_a_volt(
     with pytest.raises(SafetyStop, match=words):
         run(tmp_path, device, {})
     assert max(volts for _, volts in device.history) <= 5
-    assert newest(tmp_path).output.state == "off"
-    assert "output_on" not in [event["event"] for event in newest(tmp_path).read_journal()]
+    assert newest(tmp_path).record.output.state == "off"
+    assert "output_on" not in [event["event"] for event in journal_of(newest(tmp_path))]
 
 
 def test_a_trip_latches_until_somebody_has_looked(
@@ -131,7 +134,7 @@ def test_a_trip_latches_until_somebody_has_looked(
     }  # its OVP is turned down to 0.5 V
     with pytest.raises(SafetyStop, match=r"over-voltage protection \(OVP\) tripped"):
         run(tmp_path, device, trip)
-    assert newest(tmp_path).manifest["status"] == "safety-stop"
+    assert manifest_of(newest(tmp_path))["status"] == "safety-stop"
 
     words = r"(?s)is latched since 20.*OVP.*nothing was switched on; .* then type: (workbench .*)"
     with pytest.raises(SafetyStop, match=words) as told:
@@ -181,8 +184,8 @@ def test_an_output_that_stays_on_is_unconfirmed_in_the_bundle(
         run(tmp_path, device, stick)
     assert told.value.exit_code == SafetyStop.exit_code
     bundle = newest(tmp_path)
-    assert bundle.output_off == "unconfirmed"
-    assert bundle.manifest["status"] == "safety-stop"
+    assert bundle.record.output_off == "unconfirmed"
+    assert manifest_of(bundle)["status"] == "safety-stop"
     assert device.on()
 
 
@@ -197,7 +200,7 @@ def test_a_full_disk_switches_off_and_is_told(tmp_path: Path, device: Device) ->
     with pytest.raises(RecordError, match=words):
         run(tmp_path, device, {"voltage": fill})
     assert not device.on()
-    assert newest(tmp_path).output_off == "confirmed"
+    assert newest(tmp_path).record.output_off == "confirmed"
     assert '"event": "voltage"' in (tmp_path / "before.jsonl").read_text()
 
 
@@ -210,7 +213,7 @@ def test_a_signal_while_switching_off_is_answered_after_it(tmp_path: Path, devic
 
     with pytest.raises(Interrupted, match="the output is off, confirmed"):
         run(tmp_path, device, {"output_off": interrupt})
-    assert newest(tmp_path).manifest["status"] == "interrupted"
+    assert manifest_of(newest(tmp_path))["status"] == "interrupted"
 
 
 @posix
@@ -225,7 +228,7 @@ def test_two_ctrl_c_in_a_row_end_with_the_output_off_confirmed(
     assert client.end() == 130
     assert not device.on()
     assert "the output is off, confirmed" in client.err.read_text()
-    assert client.bundle.manifest["output_off"] == "confirmed"
+    assert manifest_of(client.bundle)["output_off"] == "confirmed"
 
 
 @posix
@@ -237,12 +240,12 @@ def test_a_killed_run_tells_what_its_guardian_left(
     device.fail(Fault.STUCK_OUTPUT)
     client.kill("SIGKILL")
     client.end()
-    wait_for(lambda: client.bundle.output_off == "unconfirmed")
+    wait_for(lambda: client.bundle.record.output_off == "unconfirmed")
     answer = workbench("runs", "verify", client.bundle.path)
     assert answer.code == 1
     assert "the run was cut off (status failed); OUTPUT MAY BE ON (its" in answer.out
     device.mend()
-    wait_for(lambda: client.bundle.output_off == "confirmed")
+    wait_for(lambda: client.bundle.record.output_off == "confirmed")
     assert "output_off" in workbench("runs", "show", client.bundle.path).out
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bundles import carried_out
+from tests.bundles import carried_out, manifest_of
 from workbench.bundle import verify
 from workbench.errors import FileFaults, InputError, TakeError
 from workbench.ingest import ingest_sheet
@@ -76,10 +76,10 @@ def test_a_listed_take_becomes_a_bundle_with_its_twin(tmp_path: Path, take: Path
         tmp_path, "  - {take: hop_17.csv, mode: hop, omega: 17 rad/s, ramp: 0.2 s}\n"
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert bundle.manifest["status"] == "complete"
-    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
-    assert bundle.manifest["twin"]["speed_rad_s"] == pytest.approx(17.0, abs=0.3)
-    assert 0.1 < bundle.manifest["error_mm"] < 20
+    assert manifest_of(bundle)["status"] == "complete"
+    assert manifest_of(bundle)["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+    assert manifest_of(bundle)["twin"]["speed_rad_s"] == pytest.approx(17.0, abs=0.3)
+    assert 0.1 < manifest_of(bundle)["error_mm"] < 20
     assert bundle.take().read_bytes() == take.read_bytes()
     assert verify(bundle.path) == []
 
@@ -91,8 +91,8 @@ def test_a_voltage_goes_through_the_sheet_s_calibration(tmp_path: Path, take: Pa
         tmp_path, "  - {take: hop.csv, mode: hop, voltage: 4.52 V, role: held_out}\n"
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert bundle.manifest["speed_rad_s"] == pytest.approx(4.4 * 4.52 - 2.9)
-    assert bundle.manifest["role"] == "held_out"
+    assert manifest_of(bundle)["speed_rad_s"] == pytest.approx(4.4 * 4.52 - 2.9)
+    assert manifest_of(bundle)["role"] == "held_out"
 
 
 @pytest.mark.usefixtures("without_views")
@@ -143,11 +143,11 @@ def test_a_pull_that_the_sheet_leaves_out_is_found_in_the_data(tmp_path: Path, d
     (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
     sheet = write_sheet(tmp_path, "  - {take: decay.csv, mode: decay}\n", MARKED)
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    found = bundle.manifest["release"]
+    found = manifest_of(bundle)["release"]
     assert found["pull_N"] == pytest.approx(0.39, abs=0.003)
     assert 1e-5 < found["standard_error"] < 0.003
-    assert bundle.manifest["title"] == "decay, decay.csv"
-    assert bundle.manifest["error_top_mm"] < 1.0
+    assert manifest_of(bundle)["title"] == "decay, decay.csv"
+    assert manifest_of(bundle)["error_top_mm"] < 1.0
     assert "N, found in the data" in bundle.view("report").read_text(encoding="utf-8")
 
 
@@ -157,8 +157,8 @@ def test_a_height_that_the_sheet_leaves_out_is_found_in_the_data(
     (tmp_path / "drop.csv").write_bytes(drop.read_bytes())
     sheet = write_sheet(tmp_path, "  - {take: drop.csv, mode: drop, duration: 4 s}\n", MARKED)
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert bundle.manifest["release"]["height_m"] == pytest.approx(0.02, abs=0.0003)
-    assert bundle.manifest["error_mm"] < 1.0
+    assert manifest_of(bundle)["release"]["height_m"] == pytest.approx(0.02, abs=0.0003)
+    assert manifest_of(bundle)["error_mm"] < 1.0
     assert "mm, found in the data" in bundle.view("report").read_text(encoding="utf-8")
 
 
@@ -170,8 +170,8 @@ def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Pat
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
     told = {"pull_N": 0.45, "pull_up_N": 0.0, "height_m": 0.0, "standard_error": None}
-    assert bundle.manifest["release"] == told
-    real, twin = (bundle.manifest[who]["displacement_m"] for who in ("real", "twin"))
+    assert manifest_of(bundle)["release"] == told
+    real, twin = (manifest_of(bundle)[who]["displacement_m"] for who in ("real", "twin"))
     assert twin / real == pytest.approx(0.45 / 0.39, abs=0.02)
 
 
@@ -181,8 +181,8 @@ def test_the_direction_of_a_pull_is_found_in_the_data(tmp_path: Path, decay: Pat
     turned = HEAD.replace("forward: -z", "forward: z")  # the same take, seen from behind
     sheet = write_sheet(tmp_path, "  - {take: decay.csv, mode: decay, pull: 0.39 N}\n", turned)
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert bundle.manifest["release"]["pull_N"] == -0.39
-    assert "T was pulled backwards, and so is the twin's" in bundle.manifest["warnings"]
+    assert manifest_of(bundle)["release"]["pull_N"] == -0.39
+    assert "T was pulled backwards, and so is the twin's" in manifest_of(bundle)["warnings"]
 
 
 def test_a_pull_forward_and_up_starts_the_twin_where_both_hold_it(
@@ -193,17 +193,17 @@ def test_a_pull_forward_and_up_starts_the_twin_where_both_hold_it(
         tmp_path, "  - {take: decay.csv, mode: decay, pull: [0.3 N, -200 mN], duration: 4 s}\n"
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
-    assert (bundle.manifest["pull_N"], bundle.manifest["pull_up_N"]) == (0.3, -0.2)
+    assert (manifest_of(bundle)["pull_N"], manifest_of(bundle)["pull_up_N"]) == (0.3, -0.2)
     page = bundle.view("report").read_text(encoding="utf-8")
     assert "T pulled forward with 0.3 N and upward with -0.2 N" in page
     shape, model = load_shape("thesis-initial", tmp_path), load_model("thesis", tmp_path)
     robot = make_robot(model.content.values(), shape.content)
-    angle = bundle.manifest["track"]["start_angle_rad"]
+    angle = manifest_of(bundle)["track"]["start_angle_rad"]
     pulled, rest = (
         settle(unloaded(applied(robot)), "fixed", angle, pull)[1].body("top").xpos[[0, 2]]
         for pull in ((0.3, -0.2), (0.0, 0.0))
     )
-    twin = bundle.read_series("twin")
+    twin = bundle.series.read("twin")
     started, ended = (
         np.array([np.median(twin[name][part]) for name in (TOP[0], TOP[2])])
         for part in (twin.times < -0.1, twin.times > 3.0)
@@ -246,10 +246,10 @@ def test_what_a_sheet_states_of_its_takes_is_obeyed_and_noted(tmp_path: Path, ta
     (bundle,) = ingest_sheet(
         load(write_sheet(tmp_path, run, head), Sheet), tmp_path / "runs", quiet
     )
-    warnings = bundle.manifest["warnings"]
+    warnings = manifest_of(bundle)["warnings"]
     assert "lengths are read in cm, as stated; the file was read in m" in warnings
     assert "'T' and 'Rotor' were exchanged in 4 samples, as stated" in warnings
-    assert bundle.manifest["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
+    assert manifest_of(bundle)["real"]["speed_rad_s"] == pytest.approx(16.93, abs=0.3)
 
 
 @pytest.mark.parametrize(

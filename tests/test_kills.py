@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import guardian_of, manifest_of
 from tests.hw.guardian_rig import device_process, wait_for
 from tests.killing import (
     BAR_S,
@@ -41,9 +42,9 @@ def check(found: list[Killed]) -> None:
         if killed.was_on:
             assert killed.confirmed_s is not None
             assert killed.confirmed_s < BAR_S, killed
-            assert killed.bundle.output_off == "confirmed"
+            assert killed.bundle.record.output_off == "confirmed"
             wanted = STATUS.get(killed.signal, "safety-stop")
-            assert killed.bundle.manifest["status"] == wanted
+            assert manifest_of(killed.bundle)["status"] == wanted
 
 
 def test_the_output_is_off_within_a_second_of_each_signal(tmp_path: Path) -> None:
@@ -84,17 +85,17 @@ def test_a_run_whose_guardian_is_killed_ends_as_a_safety_stop(tmp_path: Path, na
         client = Client(tmp_path, device)
         client.heard_until("output_on")
         wait_for(lambda: device.volts > 0)
-        guardian = client.bundle.read_guardian()[0]["pid"]
+        guardian = guardian_of(client.bundle)[0]["pid"]
         os.kill(guardian, getattr(signal, name))
         wait_for(lambda: not device.on(), 5)
         assert client.end() == 4
         told = client.err.read_text()
         assert "its guardian" in told
         assert "the output is off, confirmed" in told
-        assert client.bundle.manifest["status"] == "safety-stop"
-        assert client.bundle.manifest["output_off"] == "confirmed"
-        assert "its guardian" in client.bundle.manifest["error"]
-        assert client.bundle.read_guardian()[-1]["event"] == "left"
+        assert manifest_of(client.bundle)["status"] == "safety-stop"
+        assert manifest_of(client.bundle)["output_off"] == "confirmed"
+        assert "its guardian" in manifest_of(client.bundle)["error"]
+        assert guardian_of(client.bundle)[-1]["event"] == "left"
         standing = client.standing()
         assert standing is not None
         assert "its guardian" in standing.reason

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from workbench.bundle import AnswerFact, events
 from workbench.cli.output import QuietOperator
 from workbench.errors import FileFaults, InputError
 from workbench.prompting import ask
@@ -42,9 +43,10 @@ def test_a_quantity_is_asked_until_it_is_one_and_kept_in_si(tmp_path: Path) -> N
     asked = prompt(tmp_path, "{name: far, quantity: length, low: 0 m, high: 2 m}")
     operator = Typist("", "12", "3 m", "12.5 cm")
     one = ask(operator, asked)
-    assert one.fact() == {"far": {"value": 0.125, "unit": "m"}}
-    told = {"text": "Tell me.", "name": "far", "answer": 0.125, "where": "terminal"}
-    assert one.journal() == told
+    assert one.fact() == {"far": AnswerFact(value=0.125, unit="m")}
+    event = events.Prompt(text="Tell me.", name="far", answer=0.125, where="terminal")
+    assert one.event(None) == event
+    assert one.event(2.5).asked_s == 2.5
     assert operator.heard[0] == "Tell me. [far: length in m or cm or mm from 0 m to 2 m]"
     assert operator.heard[1] == "not taken: '' is not a number with a unit; known units: m, cm, mm"
     assert operator.heard[3] == "not taken: 12 has no unit; write for example '12 mm'"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from _pytest.mark import ParameterSet
 
+from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
 from workbench.cli.output import QuietOperator
@@ -66,8 +67,8 @@ def test_a_protocol_runs_on_the_virtual_bench(path: Path, tmp_path: Path) -> Non
     done = list(carry_out(asked, device, tmp_path, QuietOperator(), lambda text: None))
     assert len(done) == len(plan.runs)
     for bundle in done:
-        assert bundle.manifest["status"] == "complete"
-        assert 0 < bundle.manifest["error_mm"] < 20
+        assert manifest_of(bundle)["status"] == "complete"
+        assert 0 < manifest_of(bundle)["error_mm"] < 20
         assert verify(bundle.path) == []
 
 

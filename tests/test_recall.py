@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.bundles import manifest_of
 from workbench import pairing
 from workbench.bundle import Bundle, verify
 from workbench.errors import InputError
@@ -68,7 +69,7 @@ def cut_off(bundle: Bundle) -> Bundle:
              "error_foot_mm", "error_top_mm", "track", "warnings", "noise_mm", "noise_rad",
              "rotor_speed_rad_s", "floor", "alignment", "state", "prediction_mm",
              "measured_input_mm")  # fmt: skip
-    facts = {key: value for key, value in bundle.manifest.items() if key not in later}
+    facts = {key: value for key, value in manifest_of(bundle).items() if key not in later}
     text = json.dumps(facts | {"status": "failed"})
     (bundle.path / "manifest.json").write_text(text, encoding="utf-8")
     journal = bundle.path / "journal.jsonl"
@@ -95,13 +96,13 @@ def test_a_whole_run_is_not_marked(hop: Bundle) -> None:
     assert found.label == ("hop", "17 rad/s", "thesis-initial", "repeat 1")
     assert [state.name for state in found.phases] == ["rest", "ramp", "hold", "off"]
     assert found.protocol == hop.document("protocol").read_text(encoding="utf-8")
-    rest = hop.manifest["noise_mm"]["foot_z_m"]["rest"]
+    rest = manifest_of(hop)["noise_mm"]["foot_z_m"]["rest"]
     assert found.noise["foot_z_m"] == pytest.approx(rest / 1000)
 
 
 def test_the_twin_s_corners_carry_it(finished: Path) -> None:
     (path,) = finished.glob("*_hop-*")
-    twin = Bundle.open(path).read_series("twin")
+    twin = Bundle.open(path).series.read("twin")
     corners = np.sum([twin[f"corner_{k}_z_N"] for k in range(4)], axis=0)
     np.testing.assert_allclose(corners, twin["ground_z_N"], atol=1e-9)
     assert corners[0] == pytest.approx(0.2574 * 9.81, rel=0.01)  # the robot's weight at rest
@@ -111,7 +112,7 @@ def test_the_estimated_pose_follows_the_track_and_has_a_beam(finished: Path) -> 
     for path in sorted(finished.glob("*_*-*")):
         bundle = Bundle.open(path)
         found = recall(bundle)
-        assert bundle.manifest["state"] == "estimated"
+        assert manifest_of(bundle)["state"] == "estimated"
         assert found.estimate is not None
         estimate = found.estimate.at(found.real.times)
         seen = estimate.validity("top_x_m") & found.real.validity("top_x_m")
@@ -119,10 +120,10 @@ def test_the_estimated_pose_follows_the_track_and_has_a_beam(finished: Path) -> 
         apart = (estimate["top_x_m"] - found.real["top_x_m"])[seen]
         assert np.std(apart) < 1e-3
         assert np.isfinite(beam_points(found.estimate, found.figure)).all()
-        told = bundle.manifest["prediction_mm"]
+        told = manifest_of(bundle)["prediction_mm"]
         assert list(told) == ["0.1", "0.5", "2"]
         assert [row.mm for row in found.predictions[:3]] == list(told.values())
-        assert found.predictions[-1].mm == bundle.manifest["measured_input_mm"]
+        assert found.predictions[-1].mm == manifest_of(bundle)["measured_input_mm"]
 
 
 def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(
@@ -134,7 +135,7 @@ def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(
     monkeypatch.setattr(pairing, "estimate", refuse)
     (hop.path / "state.parquet").unlink()
     shown = pairing.pair(hop)
-    assert not hop.has("state")
+    assert not hop.series.has("state")
     assert shown.estimate is None
     assert shown.facts["estimated pose"] == "foot and T were seen in only 12 % of the run"
     assert shown.misfit.both_mm > 0
@@ -251,7 +252,7 @@ def test_a_protocol_stands_for_its_newest_runs(finished: Path) -> None:
     every = sorted(path for path in finished.iterdir() if path.is_dir())
     for word in ("short", "short.yaml", "somewhere/short.yaml"):
         assert [bundle.path for bundle in runs_named([Path(word)], finished)] == every
-    identity = Bundle.open(every[0]).manifest["experiment"]
+    identity = manifest_of(Bundle.open(every[0]))["experiment"]
     assert [bundle.path for bundle in runs_named([Path(identity)], finished)] == every
     assert [one.path for one in runs_named([Path(every[1].name)], finished)] == [every[1]]
 

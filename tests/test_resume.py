@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import asked_for, journal_of, manifest_of, note
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
@@ -102,13 +103,13 @@ def test_killed_at_any_instant_it_ends_with_every_condition_once(tmp_path: Path,
         course = resume(bundles(root)[0].path, root, asked.inputs())
     list(runs(asked, root, course))
     every = bundles(root)
-    good = [b.manifest for b in every if b.manifest["status"] == "complete"]
+    good = [manifest_of(b) for b in every if manifest_of(b)["status"] == "complete"]
     good.sort(key=lambda facts: facts["number"])
     assert [f["number"] for f in good] == [1, 2, 3, 4]
     planned = [(float(run.action.voltage), run.repeat) for run in asked.plan.runs]  # type: ignore[union-attr]
     assert [(f["voltage_V"], f["repeat"]) for f in good] == planned
     assert len({f["experiment"] for f in good}) == 1
-    attempts = Counter(b.manifest["number"] for b in every)
+    attempts = Counter(manifest_of(b)["number"] for b in every)
     assert {f["number"]: f["attempt"] for f in good} == dict(attempts)
     assert all(verify(b.path) == [] for b in every)
 
@@ -120,7 +121,7 @@ def test_what_broke_off_stays_and_says_so(tmp_path: Path) -> None:
     with pytest.raises(KilledError):
         list(runs(asked, root, None, bench))
     (broken,) = bundles(root)
-    lines = broken.read_journal()
+    lines = journal_of(broken)
     (wrong,) = verify(broken.path)
     assert wrong.startswith("checksums.txt: missing; the run was cut off (status failed)")
     assert wrong.endswith("the output is off, confirmed")  # the block around the supply saw to it
@@ -129,10 +130,10 @@ def test_what_broke_off_stays_and_says_so(tmp_path: Path) -> None:
     done = list(runs(asked, root, course, operator=operator))
     assert operator.asked == ["Clamp the foot."]
     again = Bundle.open(broken.path)
-    assert again.read_journal() == lines
-    assert again.manifest["error"].startswith("the program ended without a word here")
+    assert journal_of(again) == lines
+    assert manifest_of(again)["error"].startswith("the program ended without a word here")
     assert verify(broken.path) == []
-    assert [b.manifest["attempt"] for b in done] == [2, 1, 1, 1]
+    assert [manifest_of(b)["attempt"] for b in done] == [2, 1, 1, 1]
 
 
 def test_prompts_of_runs_that_are_done_are_not_asked_again(tmp_path: Path) -> None:
@@ -141,7 +142,7 @@ def test_prompts_of_runs_that_are_done_are_not_asked_again(tmp_path: Path) -> No
     course = resume(first.path, root, asked.inputs())
     assert course.done == {1}
     rest = list(runs(asked, root, course, operator=operator))
-    assert [b.manifest["number"] for b in rest] == [2, 3, 4]
+    assert [manifest_of(b)["number"] for b in rest] == [2, 3, 4]
     assert operator.asked == []
 
 
@@ -184,7 +185,7 @@ def test_an_experiment_of_which_the_texts_were_kept_goes_on(tmp_path: Path) -> N
     asked, root = experiment(tmp_path), tmp_path / "runs"
     first = next(runs(asked, root))
     kept = asked.texts() | {"calibration": asked.inputs()["calibration"]}
-    first.note({"inputs": kept})
+    note(first, inputs=kept)
     assert resume(first.path, root, asked.inputs(), asked.texts()).done == {1}
     other = experiment(tmp_path, f"# a comment\n{TEXT}")
     with pytest.raises(InputError, match=r"protocol p.yaml was changed"):
@@ -208,7 +209,8 @@ def lab(folder: Path, *changes: tuple[str, str]) -> Experiment:
 def begun(root: Path, asked: Experiment, **facts: object) -> Path:
     """A run of a real bench that was made."""
     facts = {"experiment": "e", "number": 1, "inputs": asked.inputs(), **facts}
-    bundle = Bundle.create(root, "x", datetime.now(), facts)
+    bundle = Bundle.create(root, "x", datetime.now(), asked_for())
+    note(bundle, **facts)
     bundle.finish("complete")
     return bundle.path
 
@@ -268,15 +270,15 @@ def test_a_folder_of_exports_that_is_not_there_is_told_before_the_run(tmp_path: 
 def test_what_would_be_resumed_is_foreseen_and_nothing_is_changed(tmp_path: Path) -> None:
     asked, root = experiment(tmp_path), tmp_path / "runs"
     first = next(runs(asked, root))
-    name = first.manifest["experiment"]
-    left = Bundle.create(root, "open", datetime.now(), {"experiment": name, "number": 2})
+    name = manifest_of(first)["experiment"]
+    left = Bundle.create(root, "open", datetime.now(), asked_for(experiment=name, number=2))
     course = foresee(first.path, root, asked.inputs())
     assert (course.done, dict(course.tries)) == ({1}, {1: 1, 2: 1})
     assert not left.is_closed()
 
 
 def test_a_run_without_an_experiment_is_told(tmp_path: Path) -> None:
-    box = Bundle.create(tmp_path, "x", datetime.now(), {})
+    box = Bundle.create(tmp_path, "x", datetime.now())
     with pytest.raises(InputError, match="belongs to no experiment, so there is nothing to resume"):
         resume(box.path, tmp_path, {})
 
@@ -284,8 +286,8 @@ def test_a_run_without_an_experiment_is_told(tmp_path: Path) -> None:
 def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None:
     asked, root = experiment(tmp_path), tmp_path / "runs"
     first = next(runs(asked, root))
-    name = first.manifest["experiment"]
-    left = Bundle.create(root, "open", datetime.now(), {"experiment": name, "number": 2})
+    name = manifest_of(first)["experiment"]
+    left = Bundle.create(root, "open", datetime.now(), asked_for(experiment=name, number=2))
     hold = "import sys, time; from pathlib import Path; from workbench.desk import claim\n" + (
         "with claim(Path(sys.argv[1]), sys.argv[2], {}):\n    print(flush=True); time.sleep(60)"
     )
@@ -321,6 +323,8 @@ def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Pat
     )
     assert resumed.returncode == 0, resumed.stderr
     assert "runs are complete" in resumed.stderr
-    good = [b.manifest for b in bundles(tmp_path / "runs") if b.manifest["status"] == "complete"]
+    good = [
+        manifest_of(b) for b in bundles(tmp_path / "runs") if manifest_of(b)["status"] == "complete"
+    ]
     assert sorted(f["number"] for f in good) == [1, 2]
     assert all((path / "journal.jsonl").read_bytes() == text for path, text in kept.items())

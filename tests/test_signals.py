@@ -19,8 +19,9 @@ import pytest
 import workbench.bench
 import workbench.engine
 import workbench.signals
+from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
-from workbench.bundle import Bundle, verify
+from workbench.bundle import Bundle, Event, Record, verify
 from workbench.cli.app import cut_off
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
@@ -111,11 +112,11 @@ class SecondCtrlC:
 
     def __init__(self, event: str, lines: int | None = None) -> None:
         self.event, self.lines, self.counted = event, lines, 0
-        self.keep = Bundle.journal
+        self.keep = Record.journal
 
-    def journal(self, bundle: Bundle, event: str, time_s: float, **facts: Any) -> None:
-        self.keep(bundle, event, time_s, **facts)
-        if event == self.event and not self.counted:
+    def journal(self, record: Record, event: Event, time_s: float) -> None:
+        self.keep(record, event, time_s)
+        if event.event == self.event and not self.counted:
             frame = sys._getframe()
             while frame := frame.f_back:  # those that the first one will unwind
                 frame.f_trace = self.trace
@@ -137,7 +138,7 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
     """Begin a run, stop it, and return what was told and the bundle."""
     bench = VirtualBench(asked.bench.content)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Bundle, "journal", lambda *words, **facts: twice.journal(*words, **facts))
+        patch.setattr(Record, "journal", lambda *words: twice.journal(*words))
         with pytest.raises((Interrupted, KeyboardInterrupt)) as caught:
             list(carry_out(asked, bench, folder, QuietOperator(), lambda text: None))
         sys.settrace(None)
@@ -164,7 +165,7 @@ def test_wherever_a_second_ctrl_c_comes_the_run_ends_as_interrupted(
     for line in range(1, real.counted + 1):
         text, bundle = stopped(asked, tmp_path / str(line), SecondCtrlC(event, line))
         assert f"stopped by the user\n{output}" in text, line
-        assert bundle.manifest["status"] == "interrupted", line
+        assert manifest_of(bundle)["status"] == "interrupted", line
         assert verify(bundle.path) == [], line
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import journal_of, manifest_of
 from tests.conftest import Answer, Command
 from workbench import bench as bench_module
 from workbench.bench import VirtualBench, load_bench
@@ -152,9 +153,9 @@ def test_a_fault_while_the_output_is_on(
     assert (bench.device.history[-1][1] > 0) == live
     bundle = Bundle.open(next((tmp_path / "runs").glob("*hop*")))
     assert verify(bundle.path) == []
-    assert bundle.manifest["status"] == ("safety-stop" if code == SAFETY else "failed")
-    assert bundle.manifest["output_off"] == ("unconfirmed" if state == LIVE else "confirmed")
-    events = {event["event"]: event for event in bundle.read_journal()}
+    assert manifest_of(bundle)["status"] == ("safety-stop" if code == SAFETY else "failed")
+    assert manifest_of(bundle)["output_off"] == ("unconfirmed" if state == LIVE else "confirmed")
+    events = {event["event"]: event for event in journal_of(bundle)}
     assert events["output_off"]["confirmed"] == (state == OFF)
     assert "output_on" in events
     assert (bundle.path / "wire.log").stat().st_size > 0
@@ -184,4 +185,4 @@ def test_another_channel_selected_at_the_front_changes_nothing(
     assert bench.device.history[-1][1] == 0
     assert bench.device.channels[2].history[1:] == []
     bundle = Bundle.open(next((tmp_path / "runs").glob("*hop*")))
-    assert bundle.manifest["output_off"] == "confirmed"
+    assert manifest_of(bundle)["output_off"] == "confirmed"

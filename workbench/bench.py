@@ -199,8 +199,8 @@ class RealBench(Bench):
     @contextmanager
     def supply(self, bundle: Bundle) -> Iterator[Supply]:
         """Open the supply that the bench file names."""
-        records = Records(bundle.wire_log, bundle.guardian_log)
-        with self.open_supply(records, bundle.wire) as supply:
+        records = Records(bundle.record.wire_log, bundle.record.guardian_log)
+        with self.open_supply(records, bundle.record.wire) as supply:
             yield supply
 
     def open_supply(
@@ -309,7 +309,7 @@ class SimulatedBench(Bench):
             kind = "rtu-over-tcp" if modbus else "tcp"
             connection = Connection(kind, address, channel=self.file.supply.connection.channel)
             with open_supply(
-                connection, clock=self.clock, wire_log=bundle.wire, family=family
+                connection, clock=self.clock, wire_log=bundle.record.wire, family=family
             ) as supply:
                 yield supply
 
@@ -333,7 +333,8 @@ class VirtualBench(SimulatedBench):
         from workbench.virtual import film
 
         # a resumed experiment goes on with the noise of its place in the plan
-        self._takes = max(self._takes + 1, bundle.manifest.get("number", 1))
+        number = 1 if bundle.manifest.asked is None else bundle.asked.number
+        self._takes = max(self._takes + 1, number)
         rng = np.random.default_rng([self.section.seed, self._takes])
         filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})

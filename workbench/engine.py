@@ -8,15 +8,23 @@ from __future__ import annotations
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Literal, TypedDict
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bench_supply import check_new_scale, made_ready
 from workbench.between import Between, Part, go_on, what_follows
-from workbench.bundle import Bundle
+from workbench.bundle import (
+    AnswerFact,
+    Asked,
+    Bundle,
+    CameraWindow,
+    Event,
+    Measured,
+    SupplyIdentity,
+    events,
+)
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, switch_on, watch
@@ -41,6 +49,7 @@ from workbench.versions import versions
 
 __all__ = ["carry_out"]
 
+_Ended = Literal["failed", "interrupted", "safety-stop"]
 _POLL_S = 0.2
 _HAND_S = 1.5  # a person lets go within this time of being asked
 
@@ -114,18 +123,34 @@ def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> No
             )
 
 
-def _asked(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+class _Condition(TypedDict, total=False):
+    """The part of what was asked that depends on the mode."""
+
+    voltage_V: float | None
+    speed_rad_s: float | None
+    ramp_s: float | None
+    pull_N: float | None
+    height_m: float | None
+    levels: tuple[tuple[float, float, float | None], ...] | None
+
+
+def _condition(action: PlannedDrive | PlannedRelease) -> _Condition:
     """Return what the manifest says was asked; what a mode does not have is null."""
-    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
+    none: _Condition = {
+        "voltage_V": None, "speed_rad_s": None, "ramp_s": None, "pull_N": None, "height_m": None,
+        "levels": None,
+    }  # fmt: skip
     match action:
         case PlannedDrive():
-            volts = None if action.voltage is None else float(action.voltage)
-            levels = [[since, float(level), speed] for since, level, speed in action.levels]
-            several = levels if len(levels) > 1 else None
-            values = (volts, action.speed, action.ramp, None, None, several)
+            levels = tuple((since, float(level), speed) for since, level, speed in action.levels)
+            return none | {
+                "voltage_V": None if action.voltage is None else float(action.voltage),
+                "speed_rad_s": action.speed,
+                "ramp_s": action.ramp,
+                "levels": levels if len(levels) > 1 else None,
+            }
         case PlannedRelease():
-            values = (None, None, None, action.pull, action.height, None)
-    return dict(zip(keys, values, strict=True))
+            return none | {"pull_N": action.pull, "height_m": action.height}
 
 
 class _Conductor:
@@ -144,11 +169,11 @@ class _Conductor:
         self.experiment, self.bench, self.run = experiment, bench, run
         self.operator, self.progress, self.course = operator, progress, course
         self.shape = experiment.shape_of(run)
-        self.answers: dict[str, Any] = {}
+        self.answers: dict[str, AnswerFact] = {}
         self.readings: list[Reading] = []
         self.signals = Signals()
         self.start = bench.clock.now()
-        self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._facts())
+        self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._asked())
 
     def conduct(self, answers: Sequence[Answered]) -> Bundle:
         with self.signals:
@@ -173,7 +198,7 @@ class _Conductor:
                 raise
             finally:
                 self.bench.stop_cameras()
-            self._journal("complete")
+            self._journal(events.Complete())
             self.bundle.finish("complete")
         return self.bundle
 
@@ -190,28 +215,30 @@ class _Conductor:
             self.progress("track, twin, views")
             pair(self.bundle)
 
-    def _facts(self) -> dict[str, Any]:
+    def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
-        return {
-            "kind": "run",
-            "title": protocol.content.title,
-            "protocol": protocol.path.name,
-            "number": run.number,
-            "of": len(self.experiment.plan.runs),
-            "mode": run.mode,
-            "role": run.role,
-            "model": self.experiment.model.content.name,
-            "shape": self.shape.content.name,
-            "operator": operator_name(),
-            "repeat": run.repeat,
-            **self.course.facts(run.number),
-            "rest_s": run.rest,
-            "duration_s": run.duration,
-            **_asked(run.action),
-            "bench": self.experiment.bench.content.name,
-            "calibration": self.experiment.bench.content.line.id,
-            "versions": versions(),
-        }
+        return Asked(
+            kind="run",
+            title=protocol.content.title,
+            protocol=protocol.path.name,
+            number=run.number,
+            of=len(self.experiment.plan.runs),
+            mode=run.mode,
+            role=run.role,
+            model=self.experiment.model.content.name,
+            shape=self.shape.content.name,
+            operator=operator_name(),
+            repeat=run.repeat,
+            experiment=self.course.id,
+            inputs=dict(self.course.inputs),
+            attempt=self.course.attempt(run.number),
+            rest_s=run.rest,
+            duration_s=run.duration,
+            **_condition(run.action),
+            bench=self.experiment.bench.content.name,
+            calibration=self.experiment.bench.content.line.id,
+            versions=versions(),
+        )
 
     def _keep_inputs(self) -> None:
         experiment = self.experiment
@@ -226,8 +253,8 @@ class _Conductor:
         self.bundle.write_resolved("protocol", resolved | ({"parts": parts} if parts else {}))
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
         action = self.run.action
-        steps = action.steps if isinstance(action, PlannedDrive) else ()
-        self._journal("asked", run=self.run.name, rest_s=self.run.rest, steps=steps)
+        steps = tuple(action.steps) if isinstance(action, PlannedDrive) else ()
+        self._journal(events.Asked(run=self.run.name, rest_s=self.run.rest, steps=steps))
 
     def _measure(self) -> Path | None:
         """Let the robot move while the cameras run and return the export."""
@@ -239,7 +266,8 @@ class _Conductor:
             case PlannedRelease() as release:
                 subject = Subject(model, shape, self.run.mode, release.pull, release.height)
                 window = self._measure_release(release)
-        self.bundle.note({"cameras": asdict(window.cameras)})
+        cameras = CameraWindow(began=window.cameras.began, seconds=window.cameras.seconds)
+        self.bundle.record.note(Measured(cameras=cameras))
         return self.bench.collect(subject, window, self.bundle, self.operator)
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
@@ -263,8 +291,8 @@ class _Conductor:
 
     def _measure_release(self, release: PlannedRelease) -> Window:
         """Let the operator hold the robot and let go while the cameras run."""
-        self._journal("no_drive")
-        self.bundle.note({"output_off": "supply not opened"})
+        self._journal(events.NoDrive())
+        self.bundle.record.note(Measured(output_off="supply not opened"))
         self._ask([PlannedPrompt(release.ready)])
         began = self._start_cameras()
         self._rest()
@@ -280,18 +308,18 @@ class _Conductor:
             asked = self.bench.clock.now() - self.start
             self._keep(ask(self.operator, prompt), asked_s=round(asked, 6))
 
-    def _keep(self, one: Answered, **facts: float) -> None:
+    def _keep(self, one: Answered, asked_s: float | None = None) -> None:
         """Keep an answer in the journal, and its value in the manifest."""
-        self._journal("prompt", **facts, **one.journal())
+        self._journal(one.event(asked_s))
         if fact := one.fact():
             self.answers |= fact
-            self.bundle.note({"answers": self.answers})
+            self.bundle.record.note(Measured(answers=self.answers))
 
     def _start_cameras(self) -> datetime:
         """Start the cameras, and with them the run's time, and return the wall time."""
         self.bench.start_cameras(self.operator)
         self.start, began = self.bench.clock.now(), datetime.now()
-        self._journal("cameras", began=began.isoformat())
+        self._journal(events.Cameras(began=began))
         return began
 
     def _rest(self) -> None:
@@ -302,17 +330,19 @@ class _Conductor:
         self.progress("prepare the supply")
         limits = self.bench.limits(self.experiment.plan.current_limit)
         ready = made_ready(self.experiment.bench.content, supply, limits)
-        self.bundle.note({"supply": ready.identity._asdict()})
-        self._journal("prepared", identity=ready.identity._asdict(), found=ready.found.__dict__)
+        identity = SupplyIdentity(**ready.identity._asdict())
+        self.bundle.record.note(Measured(supply=identity))
+        self._journal(events.Prepared(identity=identity, found=vars(ready.found)))
         ledger, firmware = self.bench.ledger_of(ready.identity), ready.identity.firmware
         if seen := check_new_scale(supply, ledger, firmware, self.progress):
-            self._journal("scale", set_voltage_V=seen.set_voltage_V, voltage_V=seen.voltage_V)
+            scale = events.Scale(set_voltage_V=seen.set_voltage_V, voltage_V=seen.voltage_V)
+            self._journal(scale)
 
     def _drive(self, supply: Supply, drive: PlannedDrive) -> None:
         clock = self.bench.clock
         self._rest()
         on, first = clock.now(), drive.steps[0][1]
-        self._journal("output_on", volts=first)
+        self._journal(events.OutputOn(volts=first))
         seconds = self.run.duration
         self.progress(Stage(f"drive {seconds:g} s: {drive.asked}", seconds=seconds))
         self._note_reading(switch_on(supply, first))
@@ -321,13 +351,13 @@ class _Conductor:
             self._watch_until(on + after, supply)
             at = clock.now() - self.start
             applied = supply.set_voltage(volts)
-            self._journal("voltage", asked=volts, read_back=applied)
+            self._journal(events.Voltage(asked=volts, read_back=applied))
             sent.append((at, float(applied)))
             self._note_reading(watch(supply))
         self._watch_until(on + self.run.duration, supply)
         self._note_reading(watch(supply))
         sent.append((clock.now() - self.start, 0.0))
-        self.bundle.note({"sent": sent})
+        self.bundle.record.note(Measured(sent=tuple(sent)))
 
     def _watch_until(self, end: float, supply: Supply) -> None:
         """Watch a running supply until an instant of the bench's clock."""
@@ -341,8 +371,8 @@ class _Conductor:
         """Switch off, and write down whether that was confirmed; what happened first is kept."""
         off = supply.off()
         dead = off and supply.terminals_dead()
-        self.bundle.note({"output_off": "confirmed" if dead else "unconfirmed"})
-        self._journal("output_off", confirmed=dead)
+        self.bundle.record.note(Measured(output_off="confirmed" if dead else "unconfirmed"))
+        self._journal(events.OutputOff(confirmed=dead))
         if dead:
             return
         why = supply.not_dead if off else supply.not_off
@@ -353,39 +383,39 @@ class _Conductor:
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
-        self._journal(
-            "reading",
+        seen = events.Reading(
             set_voltage_V=reading.set_voltage_V,
             voltage_V=reading.voltage_V,
             current_A=reading.current_A,
             output=reading.output,
         )
+        self._journal(seen)
 
     def _keep_readings(self) -> None:
         names = ("set_voltage_V", "voltage_V", "current_A")
         unique = {r.time_s - self.start: r for r in self.readings}
         times = sorted(unique)
         columns = {name: [getattr(unique[t], name) for t in times] for name in names}
-        self.bundle.write_series("supply", TimeSeries.of(times, columns), {})
+        self.bundle.series.write("supply", TimeSeries.of(times, columns), {})
 
-    def _journal(self, event: str, **facts: Any) -> None:
-        self.bundle.journal(event, self.bench.clock.now() - self.start, **facts)
+    def _journal(self, event: Event) -> None:
+        self.bundle.record.journal(event, self.bench.clock.now() - self.start)
 
-    def _end(self, status: Any, reason: str) -> None:
+    def _end(self, status: _Ended, reason: str) -> None:
         """Close the bundle of a run that did not succeed, with what there is."""
         # on a full disk the message alone tells what happened
         with suppress(OSError, RecordError):
-            self._journal(status, reason=reason)
-            if self.readings and not self.bundle.has("supply"):
+            self._journal(events.Stopped(event=status, reason=reason))
+            if self.readings and not self.bundle.series.has("supply"):
                 self._keep_readings()
             self.bundle.finish(status, error=reason)
 
     def _told(self, reason: str) -> str:
-        off = self.bundle.output.told + "; "
+        off = self.bundle.record.output.told + "; "
         if MAY_BE_ON in reason:  # which was said before more was known
-            off = "" if self.bundle.output.live else f"by now {off}"
+            off = "" if self.bundle.record.output.live else f"by now {off}"
         told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
-        if "cameras" in self.bundle.manifest and not self.bundle.has_take():
+        if self.bundle.manifest.measured.cameras is not None and not self.bundle.has_take():
             told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
         asked, bench = self.experiment.protocol.path, self.experiment.bench
         lab = "virtual" if bench.path == BUILT_IN else bench.path

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
-from workbench.bundle import Bundle, verify
+from workbench.bundle import Asked, Bundle, Measured, events, verify
 from workbench.errors import FileFault, FileFaults, InputError, WorkbenchError
 from workbench.motion import DRIVEN
 from workbench.operator_name import operator_name
@@ -54,7 +53,7 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
             root,
             _name(run),
             datetime.now().astimezone(),
-            _facts(sheet, run, number) | {"model": model.content.name, "shape": shape.content.name},
+            _asked(sheet, run, number, model.content.name, shape.content.name),
         )
         bundle.write_document("sheet", sheet.text)
         bundle.write_document("model", model.text)
@@ -93,9 +92,10 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
         hint = "\n--insist adds it all the same" if verdict.readable else ""
         raise InputError("\n".join(verdict.reasons) + hint)
     since = (datetime.now() - wanted.began).total_seconds()
-    bundle.journal("take_added", since, file=str(take), notes=verdict.notes)
+    added = events.TakeAdded(file=str(take), notes=tuple(verdict.notes))
+    bundle.record.journal(added, since)
     if verdict.reasons:
-        bundle.note({"take_forced": verdict.reasons})
+        bundle.record.note(Measured(take_forced=tuple(verdict.reasons)))
     bundle.add_take(take)
     progress("track, twin, views")
     try:
@@ -104,16 +104,17 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
         bundle.finish("failed", error=str(error))
         error.args = (f"{error}\nsee {bundle.path}",)
         raise
-    bundle.finish("complete", error=None)
+    bundle.finish("complete")
 
 
 def _wanted(bundle: Bundle) -> CameraTime:
     """Return what the take of an unfinished run has to show; refuse every other bundle."""
-    cameras = bundle.manifest.get("cameras")
+    cameras, asked = bundle.manifest.measured.cameras, bundle.manifest.asked
     if cameras is None:
+        kind = "unknown" if asked is None else asked.kind
         raise InputError(
             f"{bundle.path}: no take can be added; it is no run that was measured to its end "
-            f"(kind {bundle.manifest['kind']}, status {bundle.manifest['status']})"
+            f"(kind {kind}, status {bundle.manifest.status})"
         )
     if bundle.has_take():
         raise InputError(
@@ -123,7 +124,7 @@ def _wanted(bundle: Bundle) -> CameraTime:
     problems = verify(bundle.path) if bundle.is_closed() else []
     if problems:
         raise InputError(f"{bundle.path}: changed since the run: {'; '.join(problems)}")
-    return CameraTime(datetime.fromisoformat(cameras["began"]), cameras["seconds"])
+    return CameraTime(cameras.began, cameras.seconds)
 
 
 def _check(sheet: Document[Sheet]) -> None:
@@ -153,29 +154,31 @@ def _name(run: SheetRun) -> str:
     return f"{run.mode}-{Path(run.take).stem.replace(' ', '_')[:40]}"
 
 
-def _facts(sheet: Document[Sheet], run: SheetRun, number: int) -> dict[str, Any]:
+def _asked(sheet: Document[Sheet], run: SheetRun, number: int, model: str, shape: str) -> Asked:
     speed = _speed(sheet, run)
     pull = run.pull if isinstance(run.pull, tuple) else (run.pull, None)
-    return {
-        "kind": "ingest",
-        "title": f"{run.mode}{'' if speed is None else f' at {speed:.2f} rad/s'}, {run.take}",
-        "sheet": sheet.path.name,
-        "number": number,
-        "of": len(sheet.content.runs),
-        "mode": run.mode,
-        "role": run.role,
-        "operator": operator_name(),
-        "voltage_V": run.voltage,
-        "speed_rad_s": speed,
-        "pull_N": pull[0],
-        "pull_up_N": pull[1],
-        "height_m": run.height,
-        "rest_s": run.rest,
-        "ramp_s": None if speed is None else run.ramp or 0.0,
-        "duration_s": run.duration,
-        "calibration": sheet.content.calibration.id,
-        "versions": versions(),
-    }
+    return Asked(
+        kind="ingest",
+        title=f"{run.mode}{'' if speed is None else f' at {speed:.2f} rad/s'}, {run.take}",
+        sheet=sheet.path.name,
+        number=number,
+        of=len(sheet.content.runs),
+        mode=run.mode,
+        role=run.role,
+        model=model,
+        shape=shape,
+        operator=operator_name(),
+        voltage_V=run.voltage,
+        speed_rad_s=speed,
+        pull_N=pull[0],
+        pull_up_N=pull[1],
+        height_m=run.height,
+        rest_s=run.rest,
+        ramp_s=None if speed is None else run.ramp or 0.0,
+        duration_s=run.duration,
+        calibration=sheet.content.calibration.id,
+        versions=versions(),
+    )
 
 
 def _shape(sheet: Document[Sheet]) -> Document[ShapeFile]:

@@ -11,12 +11,13 @@ release where nothing drives the robot.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.modes import DRIVEN, Mode
 from workbench.timeseries import TimeSeries
 
 __all__ = [
@@ -43,12 +44,6 @@ __all__ = [
     "summarize",
     "time_zero",
 ]
-
-Mode = Literal["hop", "clamped", "decay", "drop"]
-"""What the robot does: driven on the ground or with its foot clamped; clamped, T pulled and
-released; held at a height and let go."""
-DRIVEN: tuple[Mode, ...] = ("hop", "clamped")
-"""The modes in which the motor turns; in the others the gearbox holds the rotor."""
 
 FOOT = ("foot_x_m", "foot_y_m", "foot_z_m")
 """The foot's centre of gravity."""

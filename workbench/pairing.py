@@ -7,12 +7,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from workbench import review
-from workbench.bundle import Bundle, sha256
+from workbench.bundle import (
+    Alignment,
+    Bundle,
+    ChannelNoise,
+    Clocks,
+    CommandFacts,
+    Compared,
+    DelayFacts,
+    Driven,
+    FloorFacts,
+    Observed,
+    Released,
+    ReleaseFacts,
+    RotorSpeed,
+    Signals,
+    TrackFacts,
+    sha256,
+)
 from workbench.errors import InputError, WorkbenchError
 from workbench.fit.estimation import estimate
 from workbench.fit.measured import MeasuredRun
@@ -103,12 +120,12 @@ def pair(bundle: Bundle) -> Comparison:
         "model": sha256(bundle.document("model")),
         "shape": sha256(bundle.document("shape")),
     }
-    bundle.write_series("track", track.motion, {"take": track.take_sha256})
-    bundle.write_series("raw", track.raw, {"take": track.take_sha256})
-    bundle.write_series("twin", twin, made_from)
+    bundle.series.write("track", track.motion, {"take": track.take_sha256})
+    bundle.series.write("raw", track.raw, {"take": track.take_sha256})
+    bundle.series.write("twin", twin, made_from)
     _note(bundle, made)
     _observe(bundle, made, made_from)
-    bundle.note(_signals(bundle, track, twin, made.command))
+    bundle.record.note(_signals(bundle, track, twin, made.command))
     comparison = recall(bundle)
     bundle.write_view("recording", lambda path: review.write_recording(comparison, path))
     bundle.write_view("report", lambda path: review.write_report(comparison, path))
@@ -120,7 +137,7 @@ def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
     track, command, release = made.track, made.command, made.release or Release()
     run = MeasuredRun(
         name=bundle.path.name,
-        mode=bundle.manifest["mode"],
+        mode=bundle.asked.mode,
         motion=track.raw.between(-np.inf, command.duration),
         steps=command.steps,
         start_angle=track.start_angle_rad,
@@ -130,10 +147,15 @@ def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
     try:
         found = estimate(robot_of(made.model, made.shape), run)
     except InputError as error:
-        bundle.note({"state": str(error)})
+        bundle.record.note(Observed(state=str(error)))
         return
-    bundle.write_series("state", found.state, made_from)
-    bundle.note({"state": "estimated", **found.as_json()})
+    bundle.series.write("state", found.state, made_from)
+    facts = Observed(
+        state="estimated",
+        prediction_mm=dict(found.prediction_mm),
+        measured_input_mm=found.measured_input_mm,
+    )
+    bundle.record.note(facts)
 
 
 def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
@@ -154,7 +176,7 @@ def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
     track = _track(bundle, cameras)
     command = _command(bundle, calibration, track)
     shape = load(bundle.document("shape"), ShapeFile).content
-    mode: Mode = bundle.manifest["mode"]
+    mode = bundle.asked.mode
     release = _release(bundle, track, command, extended, shape)
     motion, outcome = make_twin(mode, extended, shape, command, track, release)
     return replace(
@@ -180,7 +202,7 @@ def _made(bundle: Bundle) -> _Pair:
     shape = load(bundle.document("shape"), ShapeFile).content
     track = _track(bundle, cameras)
     command = _command(bundle, calibration, track)
-    mode: Mode = bundle.manifest["mode"]
+    mode = bundle.asked.mode
     release = _release(bundle, track, command, model, shape)
     twin, outcome = make_twin(mode, model, shape, command, track, release)
     return _Pair(track, twin, command, release, model, shape, outcome)
@@ -204,7 +226,7 @@ def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
 
 
 def _track(bundle: Bundle, cameras: Cameras) -> Track:
-    mode: Mode = bundle.manifest["mode"]
+    mode = bundle.asked.mode
     take = as_stated(read_take(bundle.take()), _stated(bundle, cameras))
     axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
     if take.axes is not None and not cameras.axes.model_fields_set & {"up", "forward"}:
@@ -227,23 +249,23 @@ def _stated(bundle: Bundle, cameras: Cameras) -> Stated:
     exchanged: tuple[Exchange, ...] = ()
     if bundle.document("sheet").exists():
         runs = load(bundle.document("sheet"), Sheet).content.runs
-        found = runs[bundle.manifest["number"] - 1].exchanged
+        found = runs[bundle.asked.number - 1].exchanged
         exchanged = tuple(Exchange(one.bodies, *(one.frames or (None, None))) for one in found)
     return Stated(cameras.axes.unit, cameras.axes.rate, exchanged, cameras.limits)
 
 
 def _command(bundle: Bundle, calibration: MotorLine, track: Track) -> Command:
     """Return the commanded speeds: of the voltages that were sent, or of what the sheet says."""
-    sent = bundle.manifest.get("sent")
+    sent = bundle.manifest.measured.sent
     if sent is not None:
         on = sent[0][0]
         steps = tuple((t - on, calibration.speed(volts)) for t, volts in sent)
         return Command(steps, sent[-1][0] - on)
-    asked = bundle.manifest
-    if asked["mode"] not in DRIVEN:
-        return Command((), asked["duration_s"] or float(track.motion.times[-1]))
-    duration = asked["duration_s"] or last_motion(track.motion)
-    speed, ramp = asked["speed_rad_s"], asked["ramp_s"]
+    asked = bundle.asked
+    if asked.mode not in DRIVEN:
+        return Command((), asked.duration_s or float(track.motion.times[-1]))
+    duration = asked.duration_s or last_motion(track.motion)
+    speed, ramp = asked.speed_rad_s or 0.0, asked.ramp_s or 0.0
     count = max(1, round(ramp / 0.1))
     rise = [(ramp * k / count, speed * (k + 1) / (count + 1)) for k in range(count)]
     return Command((*(rise if ramp else ()), (ramp, speed), (duration, 0.0)), duration)
@@ -253,17 +275,17 @@ def _release(
     bundle: Bundle, track: Track, command: Command, model: ModelFile, shape: ShapeFile
 ) -> Release | None:
     """Return from where the robot was let go: as told, else as the data have it."""
-    mode: Mode = bundle.manifest["mode"]
+    mode = bundle.asked.mode
     if mode in DRIVEN:
         return None
-    pull, height = bundle.manifest["pull_N"], bundle.manifest["height_m"]
+    asked = bundle.asked
+    pull, height = asked.pull_N, asked.height_m
     if pull is None and height is None:
         return find_release(mode, model, shape, command, track)
     if pull is None:
-        return Release(height=height)
-    up = bundle.manifest.get("pull_up_N")
-    if up is not None:
-        return Release(pull=pull, pull_up=up)
+        return Release(height=height or 0.0)
+    if asked.pull_up_N is not None:
+        return Release(pull=pull, pull_up=asked.pull_up_N)
     held = summarize_release(track.motion, mode, command.duration).displacement_m
     return Release(pull=-pull if held < 0 else pull)
 
@@ -274,7 +296,7 @@ def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | RingD
     return summarize_release(motion, mode, duration)
 
 
-def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> dict[str, Any]:
+def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> Signals:
     """Return noise, rotor speed, floor and clocks for the manifest; null where they are not told.
 
     The delay to the twin is that of T's height over the first two seconds, before hops diverge.
@@ -283,20 +305,27 @@ def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -
     noise = noise_floor(track.raw, stop=command.duration)
     driven = track.raw.between(_STEADY_S, command.duration)
     late = _or_none(lambda: delay(track.raw, twin, TOP[2], 0.0, _TOGETHER_S))
-    sent = "sent" in bundle.manifest
+    sent = bundle.manifest.measured.sent is not None
     clocks = _or_none(lambda: clock_fit(track.raw, command.steps)) if sent else None
     speed = _or_none(
         lambda: mean_speed(
             driven.times, np.where(driven.validity(ROTOR_ANGLE), driven[ROTOR_ANGLE], np.nan)
         )
     )
-    return {
-        "noise_mm": {n: v.as_json(1e3) for n, v in noise.items() if n.endswith("_m")},
-        "noise_rad": {n: v.as_json() for n, v in noise.items() if n.endswith("_rad")},
-        "rotor_speed_rad_s": speed and asdict(speed),
-        "floor": track.floor and track.floor.as_json(),
-        "alignment": {"twin_delay": late and asdict(late), "clocks": clocks and asdict(clocks)},
-    }
+    return Signals(
+        noise_mm={n: ChannelNoise(**v.as_json(1e3)) for n, v in noise.items() if _is_place(n)},
+        noise_rad={n: ChannelNoise(**v.as_json()) for n, v in noise.items() if not _is_place(n)},
+        rotor_speed_rad_s=speed and RotorSpeed(**asdict(speed)),
+        floor=track.floor and FloorFacts(**asdict(track.floor)),
+        alignment=Alignment(
+            twin_delay=late and DelayFacts(**asdict(late)),
+            clocks=clocks and Clocks(**asdict(clocks)),
+        ),
+    )
+
+
+def _is_place(channel: str) -> bool:
+    return channel.endswith("_m")
 
 
 def _or_none(tell: Callable[[], _T]) -> _T | None:
@@ -309,27 +338,37 @@ def _or_none(tell: Callable[[], _T]) -> _T | None:
 
 def _note(bundle: Bundle, made: _Pair) -> None:
     """Write what robot and twin did into the manifest, of which the views are made."""
-    track, command, mode = made.track, made.command, bundle.manifest["mode"]
+    track, command, mode = made.track, made.command, bundle.asked.mode
     error = misfit(track.motion, made.twin, command.duration)
-    twin = _summary(mode, made.twin, command.duration).as_json()
-    bundle.note(
-        {
-            "release": None if made.release is None else made.release.as_json(),
-            "command": {"steps": command.steps, "duration_s": command.duration},
-            "real": _summary(mode, track.motion, command.duration).as_json(),
-            "twin": twin | {"outcome": made.outcome},
-            "error_mm": error.both_mm,
-            "error_foot_mm": error.foot_mm,
-            "error_top_mm": error.top_mm,
-            "track": {
-                "recipe": track.recipe,
-                "zero_in_take_s": track.zero_in_take_s,
-                "start_angle_rad": track.start_angle_rad,
-                "rest_s": track.rest_s,
-                "cleaning": track.report,
-            },
-            "warnings": _warnings(made),
-        }
+    kind = Driven if mode in DRIVEN else Released
+    real = _summary(mode, track.motion, command.duration)
+    twin = _summary(mode, made.twin, command.duration)
+    facts = Compared(
+        release=made.release and _release_facts(made.release),
+        command=CommandFacts(steps=tuple(command.steps), duration_s=command.duration),
+        real=kind(**asdict(real)),
+        twin=kind(**asdict(twin), outcome=made.outcome),
+        error_mm=error.both_mm,
+        error_foot_mm=error.foot_mm,
+        error_top_mm=error.top_mm,
+        track=TrackFacts(
+            recipe=track.recipe,
+            zero_in_take_s=track.zero_in_take_s,
+            start_angle_rad=track.start_angle_rad,
+            rest_s=track.rest_s,
+            cleaning=track.report,
+        ),
+        warnings=tuple(_warnings(made)),
+    )
+    bundle.record.note(facts)
+
+
+def _release_facts(release: Release) -> ReleaseFacts:
+    return ReleaseFacts(
+        pull_N=release.pull,
+        pull_up_N=release.pull_up,
+        height_m=release.height,
+        standard_error=release.uncertainty,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from workbench.bundle import AnswerFact, events
 from workbench.errors import InputError
 from workbench.protocol import DIMENSIONS, Answer, PlannedPrompt
 from workbench.takes import Operator, Place
@@ -26,20 +27,26 @@ class Answered(NamedTuple):
     answer: Answer | None
     place: Place
 
-    def journal(self) -> dict[str, Any]:
-        """Return the facts for the journal."""
-        question, where = self.prompt.question, {"where": self.place}
-        if question is None:
-            return {"text": self.prompt.text, "answer": "confirmed"} | where
-        return {"text": self.prompt.text, "name": question.name, "answer": self.answer} | where
+    def event(self, asked_s: float | None) -> events.Prompt:
+        """Return the event for the journal.
 
-    def fact(self) -> dict[str, Any]:
+        Args:
+            asked_s: when it was shown, on the clock of the run [s]; None before that runs.
+        """
+        question, text = self.prompt.question, self.prompt.text
+        answer = "confirmed" if question is None else self.answer
+        facts = events.Prompt(text=text, answer=answer, where=self.place)
+        named = {} if question is None else {"name": question.name}
+        shown = {} if asked_s is None else {"asked_s": asked_s}
+        return facts.model_copy(update=named | shown)
+
+    def fact(self) -> dict[str, AnswerFact]:
         """Return name -> value with its unit, for the manifest; empty where none was asked."""
         question = self.prompt.question
         if question is None:
             return {}
         unit = None if question.quantity is None else next(iter(DIMENSIONS[question.quantity]))
-        return {question.name: {"value": self.answer, "unit": unit}}
+        return {question.name: AnswerFact(value=self.answer, unit=unit)}
 
 
 def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:

@@ -7,16 +7,41 @@ named, and the whole is marked.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.bundle import Bundle, Series, find_folder, sha256, verify
+from workbench.bundle import (
+    Asked,
+    Bundle,
+    CommandFacts,
+    Compared,
+    Driven,
+    Logged,
+    Observed,
+    Released,
+    Series,
+    Signals,
+    events,
+    find_folder,
+    sha256,
+    verify,
+)
 from workbench.errors import InputError, did_you_mean
-from workbench.motion import DRIVEN, FOOT, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, Misfit, Summary
+from workbench.motion import (
+    DRIVEN,
+    FOOT,
+    ROTOR,
+    ROTOR_ANGLE,
+    ROTOR_SPEED,
+    TOP,
+    Misfit,
+    Mode,
+    Summary,
+)
 from workbench.protocol import ModelFile, ShapeFile, load, load_model, load_shape
 from workbench.review import Comparison, Figure, Phase, Predicted
 from workbench.review.condition import condition
@@ -50,18 +75,19 @@ def recall(bundle: Bundle) -> Comparison:
     Raises:
         InputError: when a file of it is missing or damaged; `recall_damaged` shows the rest.
     """
-    if "command" not in bundle.manifest:
+    compared = bundle.manifest.compared
+    if compared is None or compared.command is None:
         raise InputError(
             f"{bundle.path}: was never compared with its twin; its status is "
-            f"{bundle.manifest['status']!r}"
+            f"{bundle.manifest.status!r}"
         )
-    supply = bundle.read_series("supply") if bundle.has("supply") else None
+    supply = bundle.series.read("supply") if bundle.series.has("supply") else None
     kept = _Kept(
-        bundle.read_series("track"),
-        bundle.read_series("twin"),
+        bundle.series.read("track"),
+        bundle.series.read("twin"),
         supply,
-        bundle.read_series("state") if bundle.has("state") else None,
-        bundle.manifest["warnings"],
+        bundle.series.read("state") if bundle.series.has("state") else None,
+        compared.warnings,
     )
     return _comparison(bundle, kept)
 
@@ -74,7 +100,8 @@ def recall_damaged(bundle: Bundle) -> Comparison:
     wrong = _wrong(bundle)
     real, twin = (_series(bundle, kind, wrong) for kind in ("track", "twin"))
     supply, state = (_series(bundle, kind, wrong) for kind in ("supply", "state"))
-    warnings = [*dict.fromkeys(wrong), *bundle.manifest.get("warnings", ())]
+    compared = bundle.manifest.compared
+    warnings = [*dict.fromkeys(wrong), *(() if compared is None else compared.warnings)]
     mark = _mark(bundle, wrong)
     kept = _Kept(real or _NOTHING, twin or _NOTHING, supply, state, warnings, mark)
     return _comparison(bundle, kept)
@@ -82,7 +109,7 @@ def recall_damaged(bundle: Bundle) -> Comparison:
 
 def recall_whatever(bundle: Bundle) -> Comparison:
     """Return a run as `recall` does where it is whole, else what is left of it, marked."""
-    finished = bundle.manifest["status"] == "complete" and bundle.is_closed()
+    finished = bundle.manifest.status == "complete" and bundle.is_closed()
     whole = finished and not _wrong(bundle)
     return recall(bundle) if whole else recall_damaged(bundle)
 
@@ -117,11 +144,11 @@ def _of_folder(word: Path, root: Path) -> list[Bundle]:
 
 def _of_experiment(word: Path, root: Path) -> list[Bundle]:
     """Return the runs of an experiment in the order in which they were begun."""
-    every = [b for b in _readable(root) if "experiment" in b.manifest]
-    ids = {bundle.manifest["experiment"] for bundle in every}
-    protocols = {b.manifest["experiment"]: Path(b.manifest["protocol"]).stem for b in every}
+    every = [b for b in _readable(root) if b.experiment is not None]
+    protocols = {b.experiment or "": Path(b.asked.protocol or "").stem for b in every}
+    ids = set(protocols)
     chosen = max((one for one in ids if word.stem == protocols[one]), default=word.name)
-    runs = [bundle for bundle in every if bundle.manifest["experiment"] == chosen]
+    runs = [bundle for bundle in every if bundle.experiment == chosen]
     if runs:
         return runs
     known = sorted(set(protocols.values()))
@@ -148,10 +175,10 @@ def _wrong(bundle: Bundle) -> list[str]:
 
 def _series(bundle: Bundle, kind: Series, wrong: list[str]) -> TimeSeries | None:
     """Return a series that is there and whole; of another one the reason is added to `wrong`."""
-    if not bundle.has(kind):
+    if not bundle.series.has(kind):
         return None
     try:
-        return bundle.read_series(kind)
+        return bundle.series.read(kind)
     except InputError as error:
         wrong.append(str(error))
         return None
@@ -159,8 +186,8 @@ def _series(bundle: Bundle, kind: Series, wrong: list[str]) -> TimeSeries | None
 
 def _mark(bundle: Bundle, wrong: Sequence[str]) -> str:
     """Return in words why a run is not to be taken for a whole one."""
-    status, error = bundle.manifest["status"], bundle.manifest.get("error")
-    reason = f": {str(error).splitlines()[0]}" if error else ""
+    status, error = bundle.manifest.status, bundle.manifest.error
+    reason = f": {error.splitlines()[0]}" if error else ""
     if status == "complete" and wrong:
         return f"DAMAGED, {len(wrong)} of its files are not as they were written"
     if not bundle.is_closed():
@@ -170,43 +197,45 @@ def _mark(bundle: Bundle, wrong: Sequence[str]) -> str:
 
 def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
     """Put series and manifest together; what a run that was cut off lacks is NaN or empty."""
-    facts = bundle.manifest
+    asked, compared = bundle.asked, bundle.manifest.compared
     model, shape = _robot(bundle)
-    values, release = model.values(), facts.get("release") or {}
-    begin = float(kept.real.times[0]) if len(kept.real) else -(facts.get("rest_s") or 0.0)
-    command = facts.get("command") or _sent(bundle)
+    release = None if compared is None else compared.release
+    begin = float(kept.real.times[0]) if len(kept.real) else -(asked.rest_s or 0.0)
+    command = (None if compared is None else compared.command) or _sent(bundle)
     return Comparison(
-        title=facts["title"],
-        run=facts["id"],
-        mode=facts["mode"],
+        title=asked.title,
+        run=bundle.manifest.id,
+        mode=asked.mode,
         real=kept.real,
         twin=kept.twin,
-        duration_s=command["duration_s"],
+        duration_s=command.duration_s,
         phases=_phases(bundle, begin, command),
-        floor_m=-release.get("height_m", 0.0),
-        figure=_figure(values, shape),
-        real_summary=_summary(facts, "real"),
-        twin_summary=_summary(facts, "twin"),
-        misfit=Misfit(*(facts.get(f"error{part}_mm", _NAN) for part in ("_foot", "_top", ""))),
+        floor_m=0.0 if release is None else -release.height_m,
+        figure=_figure(model.values(), shape),
+        real_summary=_summary(asked.mode, None if compared is None else compared.real),
+        twin_summary=_summary(asked.mode, None if compared is None else compared.twin),
+        misfit=_misfit(compared),
         supply=None if kept.supply is None else kept.supply.shifted(-_zero(bundle)),
         facts=_table(bundle, model, shape),
         log=_log(bundle),
         warnings=tuple(kept.warnings),
-        noise=_noise(facts),
-        label=_label(facts, shape),
+        noise=_noise(bundle.manifest.signals),
+        label=_label(asked, shape),
         protocol=_protocol(bundle),
         mark=kept.mark,
         estimate=kept.state,
-        predictions=_predictions(facts),
+        predictions=_predictions(bundle.manifest.observed),
     )
 
 
-def _predictions(facts: dict[str, Any]) -> tuple[Predicted, ...]:
+def _predictions(observed: Observed | None) -> tuple[Predicted, ...]:
     """Return the errors of predictions from the estimated state, of those that were made."""
-    errors = facts.get("prediction_mm") or {}
-    told = [Predicted(float(ahead), mm) for ahead, mm in errors.items() if mm is not None]
-    driven = facts.get("measured_input_mm")
-    return (*told, *([Predicted(math.inf, driven)] if driven is not None else ()))
+    if observed is None:
+        return ()
+    errors = observed.prediction_mm.items()
+    found = [Predicted(float(ahead), mm) for ahead, mm in errors if mm is not None]
+    driven = observed.measured_input_mm
+    return (*found, *([Predicted(math.inf, driven)] if driven is not None else ()))
 
 
 def _robot(bundle: Bundle) -> tuple[ModelFile, ShapeFile]:
@@ -232,78 +261,94 @@ def _figure(values: dict[str, float], shape: ShapeFile) -> Figure:
     )
 
 
-def _summary(facts: dict[str, Any], who: str) -> Summary | RingDown:
-    kind = Summary if facts["mode"] in DRIVEN else RingDown
-    told = facts.get(who) or {}
-    return kind(**{name: told.get(name, _NAN) for name in kind.__dataclass_fields__})
+def _summary(mode: Mode, found: Driven | Released | None) -> Summary | RingDown:
+    kind = Summary if mode in DRIVEN else RingDown
+    known = {} if found is None else found.model_dump()
+    return kind(**{name: known.get(name, _NAN) for name in kind.__dataclass_fields__})
 
 
-def _label(facts: dict[str, Any], shape: ShapeFile) -> tuple[str, ...]:
-    """Return what tells a run from the others of its protocol: condition, beam, repeat."""
-    speed, pull, height = (facts.get(key) for key in ("speed_rad_s", "pull_N", "height_m"))
+def _misfit(compared: Compared | None) -> Misfit:
+    if compared is None:
+        return Misfit(_NAN, _NAN, _NAN)
+    return Misfit(compared.error_foot_mm, compared.error_top_mm, compared.error_mm)
+
+
+def _label(asked: Asked, shape: ShapeFile) -> tuple[str, ...]:
+    """Return what distinguishes a run from others of its protocol: condition, beam, repeat."""
+    speed, pull, height = asked.speed_rad_s, asked.pull_N, asked.height_m
     return (
-        str(facts["mode"]),
+        asked.mode,
         *([f"{speed:.3g} rad/s"] if speed is not None else ()),
         *([f"{pull:g} N"] if pull is not None else ()),
         *([f"{1000 * height:g} mm"] if height is not None else ()),
         shape.name,
-        *([f"repeat {facts['repeat']}"] if "repeat" in facts else ()),
+        *([f"repeat {asked.repeat}"] if asked.repeat is not None else ()),
     )
 
 
-def _noise(facts: dict[str, Any]) -> dict[str, float]:
+def _noise(signals: Signals | None) -> dict[str, float]:
     """Return each channel's noise at rest, SI; its white part where there was too little rest."""
-    told: dict[str, float] = {}
-    for unit, scale in (("mm", 1e-3), ("rad", 1.0)):
-        for name, parts in facts.get(f"noise_{unit}", {}).items():
-            sigma = parts["rest"] if parts["rest"] is not None else parts["white"]
+    found: dict[str, float] = {}
+    if signals is None:
+        return found
+    for channels, scale in ((signals.noise_mm, 1e-3), (signals.noise_rad, 1.0)):
+        for name, parts in channels.items():
+            sigma = parts.rest if parts.rest is not None else parts.white
             if sigma is not None:
-                told[name] = scale * sigma
-    return told
+                found[name] = scale * sigma
+    return found
 
 
-def _events(bundle: Bundle) -> Iterable[dict[str, Any]]:
-    """Yield the journal on the cameras' clock; what came before them stands at their start."""
-    events = [e for e in bundle.read_journal() if {"event", "time_s"} <= e.keys()]
-    started = next((k for k, e in enumerate(events) if e.get("event") == "cameras"), 0)
-    for k, event in enumerate(events):
-        yield event if k >= started else event | {"time_s": 0.0, "asked_s": 0.0}
+def _events(bundle: Bundle) -> list[Logged]:
+    """Return the journal on the cameras' clock; what came before them stands at their start."""
+    logged = bundle.record.events()
+    started = next((k for k, one in enumerate(logged) if isinstance(one.event, events.Cameras)), 0)
+    return [_at_start(one) for one in logged[:started]] + logged[started:]
+
+
+def _at_start(one: Logged) -> Logged:
+    event = one.event
+    if isinstance(event, events.Prompt):
+        event = event.model_copy(update={"asked_s": 0.0})
+    return Logged(0.0, event)
 
 
 def _zero(bundle: Bundle) -> float:
     """Return time zero on the clock of the cameras: where the output came on, else the release."""
-    sent = bundle.manifest.get("sent")
+    sent, compared = bundle.manifest.measured.sent, bundle.manifest.compared
     if sent is not None:
-        return float(sent[0][0])
-    on = (event["time_s"] for event in _events(bundle) if event["event"] == "output_on")
-    return float(next(on, bundle.manifest.get("track", {}).get("zero_in_take_s", 0.0)))
+        return sent[0][0]
+    track = None if compared is None else compared.track
+    on = (time for time, event in _events(bundle) if isinstance(event, events.OutputOn))
+    return next(on, 0.0 if track is None else track.zero_in_take_s)
 
 
-def _sent(bundle: Bundle) -> dict[str, Any]:
-    """Return what the journal tells of the command of a run that was cut off; speeds are asked."""
-    zero, speed = _zero(bundle), bundle.manifest.get("speed_rad_s") or 0.0
-    events = list(_events(bundle))
-    times = [e["time_s"] - zero for e in events if e["event"] in ("output_on", "voltage")]
-    last = max((e["time_s"] - zero for e in events), default=0.0)
+def _sent(bundle: Bundle) -> CommandFacts:
+    """Return the command of a run that was cut off, as the journal has it; speeds are as asked."""
+    zero, speed = _zero(bundle), bundle.asked.speed_rad_s or 0.0
+    logged = _events(bundle)
+    changes = events.OutputOn | events.Voltage
+    times = [time - zero for time, event in logged if isinstance(event, changes)]
+    last = max((time - zero for time, _ in logged), default=0.0)
     steps = [(time, speed) for time in times] + ([(last, 0.0)] if times else [])
-    return {"steps": steps, "duration_s": max(last, 0.0)}
+    return CommandFacts(steps=tuple(steps), duration_s=max(last, 0.0))
 
 
-def _phases(bundle: Bundle, begin: float, command: dict[str, Any]) -> tuple[Phase, ...]:
+def _phases(bundle: Bundle, begin: float, command: CommandFacts) -> tuple[Phase, ...]:
     zero = _zero(bundle)
     prompts = [
-        (event["asked_s"] - zero, event["time_s"] - zero)
-        for event in _events(bundle)
-        if event["event"] == "prompt" and "asked_s" in event
+        (event.asked_s - zero, time - zero)
+        for time, event in _events(bundle)
+        if isinstance(event, events.Prompt) and event.asked_s is not None
     ]
-    bar = phases(bundle.manifest["mode"], begin, command["steps"], command["duration_s"])
+    bar = phases(bundle.asked.mode, begin, command.steps, command.duration_s)
     return with_prompts(bar, prompts)
 
 
 def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
     zero = _zero(bundle)
-    told = (event for event in _events(bundle) if event["event"] != "reading")
-    return tuple((event["time_s"] - zero, sentence(event)) for event in told)
+    shown = (one for one in _events(bundle) if not isinstance(one.event, events.Reading))
+    return tuple((time - zero, sentence(event)) for time, event in shown)
 
 
 def _protocol(bundle: Bundle) -> str:
@@ -316,31 +361,29 @@ def _protocol(bundle: Bundle) -> str:
 
 def _table(bundle: Bundle, model: ModelFile, shape: ShapeFile) -> dict[str, str]:
     """Return the rows of the report that say what the run was made with."""
-    facts, track = bundle.manifest, bundle.manifest.get("track", {})
-    told = {
-        "condition": condition(facts),
-        "role": facts["role"],
+    manifest, asked, compared = bundle.manifest, bundle.asked, bundle.manifest.compared
+    track = None if compared is None else compared.track
+    rows = {
+        "condition": condition(asked, None if compared is None else compared.release),
+        "role": asked.role,
         "model": f"{model.name} ({_digest(bundle.document('model'))})",
         "shape": f"{shape.name}, angles of the {shape.state} beam",
         "take": _take(bundle),
-        "cleaning": track.get("recipe", "never tracked"),
+        "cleaning": "never tracked" if track is None else track.recipe,
     }
-    if "start_angle_rad" in track:
-        angle = np.degrees(track["start_angle_rad"])
-        told["rotor at rest"] = f"{angle:.1f} deg from forward, towards down"
-    told |= {
-        name: f"{answer['value']} {answer['unit'] or ''}".rstrip()
-        for name, answer in facts.get("answers", {}).items()
+    if track is not None:
+        angle = np.degrees(track.start_angle_rad)
+        rows["rotor at rest"] = f"{angle:.1f} deg from forward, towards down"
+    rows |= {
+        name: f"{answer.value} {answer.unit or ''}".rstrip()
+        for name, answer in manifest.measured.answers.items()
     }
-    return told | {
-        "supply": " ".join(str(v) for v in facts.get("supply", {}).values()) or "not recorded",
-        "output at the end": bundle.output_off or "not driven by the workbench",
-        **(
-            {"estimated pose": facts["state"]}
-            if facts.get("state", "estimated") != "estimated"
-            else {}
-        ),
-        "versions": ", ".join(f"{k} {v}" for k, v in facts.get("versions", {}).items()),
+    supply, state = manifest.measured.supply, manifest.observed and manifest.observed.state
+    return rows | {
+        "supply": "not recorded" if supply is None else supply.words,
+        "output at the end": bundle.record.output_off or "not driven by the workbench",
+        **({"estimated pose": state} if state not in (None, "estimated") else {}),
+        "versions": ", ".join(f"{name} {version}" for name, version in asked.versions.items()),
     }
 
 

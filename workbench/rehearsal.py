@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from workbench.bench import Operator, SimulatedBench, Subject, Window
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, Event, events
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.hw import SimulatedClock, written
@@ -24,7 +24,7 @@ from workbench.takes import Place
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]
 
-_OWN = ("asked", "complete", "reading")  # events that say nothing of the bench
+_OWN = (events.Asked, events.Complete, events.Reading)  # they say nothing of the bench
 
 
 class Instant(NamedTuple):
@@ -124,29 +124,29 @@ def rehearse(
 
 def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Instant, ...]:
     """Bring journal and wire together by time."""
-    events: dict[float, list[str]] = {}
+    happened: dict[float, list[str]] = {}
     words: dict[float, list[str]] = {}
     origin = begin
-    for event in bundle.read_journal():
-        if event["event"] == "cameras":
+    for time, event in bundle.record.events():
+        if isinstance(event, events.Cameras):
             origin = bench.cameras
-        if event["event"] not in _OWN:
-            events.setdefault(_at(origin + event["time_s"] - begin), []).append(_told(event))
-    for line in bundle.read_wire():
-        word = written(bytes.fromhex(line["bytes"])) if line["way"] == "sent" else None
+        if not isinstance(event, _OWN):
+            happened.setdefault(_at(origin + time - begin), []).append(_words(event))
+    for one in bundle.record.exchanges():
+        word = written(one.data) if one.way == "sent" else None
         if word is not None:
-            words.setdefault(_at(line["time_s"] - begin), []).append(word)
+            words.setdefault(_at(one.time_s - begin), []).append(word)
     return tuple(
-        Instant(time, tuple(events.get(time, ())), tuple(words.get(time, ())))
-        for time in sorted(set(events) | set(words))
+        Instant(time, tuple(happened.get(time, ())), tuple(words.get(time, ())))
+        for time in sorted(set(happened) | set(words))
     )
 
 
-def _told(event: dict[str, Any]) -> str:
-    if event["event"] != "prompt":
+def _words(event: Event) -> str:
+    if not isinstance(event, events.Prompt):
         return sentence(event)
-    asked = f" (type {event['name']})" if "name" in event else ""
-    return f"prompt: {event['text']}{asked}"
+    asked = "" if event.name is None else f" (type {event.name})"
+    return f"prompt: {event.text}{asked}"
 
 
 def _at(time: float) -> float:

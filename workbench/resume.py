@@ -10,12 +10,11 @@ import hashlib
 import json
 import secrets
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from workbench.bundle import Bundle
 from workbench.desk import holder
@@ -49,13 +48,9 @@ class Course:
         """Return the course when a run was made once more."""
         return replace(self, tries={**self.tries, number: self.tries.get(number, 0) + 1})
 
-    def facts(self, number: int) -> dict[str, Any]:
-        """Return what the manifest of a run's bundle says of its experiment."""
-        return {
-            "experiment": self.id,
-            "inputs": dict(self.inputs),
-            "attempt": self.tries.get(number, 0) + 1,
-        }
+    def attempt(self, number: int) -> int:
+        """Return which attempt at a run the next one is, from 1."""
+        return self.tries.get(number, 0) + 1
 
 
 def digest(text: str) -> str:
@@ -89,7 +84,7 @@ def resume(
     course, begun = _find(run, root, inputs, texts or {})
     for bundle in begun:
         if not bundle.is_closed():
-            bundle.finish("failed", error=bundle.manifest.get("error", _CUT))
+            bundle.finish("failed", error=bundle.manifest.error or _CUT)
     return course
 
 
@@ -105,30 +100,34 @@ def _find(
 ) -> tuple[Course, list[Bundle]]:
     """Return the course of an experiment and its bundles, once it is known that it may go on."""
     one = Bundle.find(run, root)
-    name = one.manifest.get("experiment")
+    name = one.experiment
     if name is None:
         raise InputError(
             f"{one.path}: belongs to no experiment, so there is nothing to resume; start anew "
             "without --resume"
         )
     _require_same(one, inputs, texts)
-    begun = [b for b in _readable(one.path.parent) if b.manifest.get("experiment") == name]
+    begun = _runs_of(name, one.path.parent)
     _require_free(one.path.parent, name, begun[-1])
     course = Course(
         id=name,
         inputs=inputs,
-        done=frozenset(b.manifest["number"] for b in begun if b.manifest["status"] == "complete"),
-        tries=Counter(bundle.manifest["number"] for bundle in begun),
+        done=frozenset(b.asked.number for b in begun if b.manifest.status == "complete"),
+        tries=Counter(bundle.asked.number for bundle in begun),
         root=one.path.parent,
     )
     return course, begun
 
 
-def _readable(root: Path) -> Iterator[Bundle]:
-    """Return the bundles of a folder; a damaged one is not of interest here."""
+def _runs_of(experiment: str, root: Path) -> list[Bundle]:
+    """Return the bundles of an experiment, by name; a damaged one is not of interest here."""
+    found: list[Bundle] = []
     for folder in sorted(path for path in root.iterdir() if path.is_dir()):
         with suppress(InputError):
-            yield Bundle.open(folder)
+            bundle = Bundle.open(folder)
+            if bundle.experiment == experiment:
+                found.append(bundle)
+    return found
 
 
 def _require_free(root: Path, experiment: str, newest: Bundle) -> None:
@@ -144,7 +143,7 @@ def _require_free(root: Path, experiment: str, newest: Bundle) -> None:
 
 def _require_same(bundle: Bundle, inputs: Mapping[str, str], texts: Mapping[str, str]) -> None:
     """Refuse inputs that come to something else than those of a bundle."""
-    then = bundle.manifest["inputs"]
+    then = bundle.asked.inputs or {}
     changed = [
         name
         for name in inputs
@@ -165,7 +164,8 @@ def _require_same(bundle: Bundle, inputs: Mapping[str, str], texts: Mapping[str,
 def _require_same_supply(bundle: Bundle, then: str, now: str) -> None:
     """Refuse a supply that is reached in another way, unless its serial number is the same."""
     named = json.loads(now).get("serial")
-    was = json.loads(then).get("serial") or (bundle.manifest.get("supply") or {}).get("serial")
+    read = bundle.manifest.measured.supply
+    was = json.loads(then).get("serial") or (None if read is None else read.serial)
     if now == then or (named is not None and named == was):
         return
     if named is not None and was is not None:

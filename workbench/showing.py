@@ -42,11 +42,11 @@ class Shown:
     @property
     def command(self) -> str:
         """Return the command that shows these runs."""
-        facts = [bundle.manifest for bundle in self.bundles]
-        experiments = {one.get("experiment") for one in facts}
-        numbers = {one.get("number") for one in facts}
-        whole = len(experiments) == 1 and len(numbers) == facts[0].get("of")
-        if len(facts) > 1 and whole and None not in experiments:
+        every = [bundle.asked for bundle in self.bundles]
+        experiments = {one.experiment for one in every}
+        numbers = {one.number for one in every}
+        whole = len(experiments) == 1 and len(numbers) == every[0].of
+        if len(every) > 1 and whole and None not in experiments:
             return f"workbench review {experiments.pop()}"
         return f"workbench review {' '.join(one.run for one in self.comparisons)}"
 
@@ -105,13 +105,12 @@ class Shown:
 
     def _origin(self) -> str:
         """Return from which protocols, or sheets, the runs are."""
-        facts = [bundle.manifest for bundle in self.bundles]
-        told = [
-            f"{one.get('protocol') or one.get('sheet')}, "
-            f"{one.get('experiment', 'measured elsewhere')}"
-            for one in facts
+        every = [bundle.asked for bundle in self.bundles]
+        origins = [
+            f"{one.protocol or one.sheet}, {one.experiment or 'measured elsewhere'}"
+            for one in every
         ]
-        return "; ".join(dict.fromkeys(told))
+        return "; ".join(dict.fromkeys(origins))
 
 
 def _link(report: Path, folder: Path) -> str:

@@ -70,15 +70,6 @@ class Release(NamedTuple):
     uncertainty: float | None = None
     pull_up: float = 0.0
 
-    def as_json(self) -> dict[str, float | None]:
-        """Return the numbers under their names with units; the error's is that of its value."""
-        return {
-            "pull_N": self.pull,
-            "pull_up_N": self.pull_up,
-            "height_m": self.height,
-            "standard_error": self.uncertainty,
-        }
-
 
 def check_twin(model: ModelFile, shape: ShapeFile, modes: Iterable[Mode]) -> None:
     """Find out before anything is switched whether this robot can be simulated.

@@ -34,6 +34,7 @@ from benchmarks.bank.observe import FAULTS, Fault, Noise, film
 from benchmarks.bank.rod import Rod
 from benchmarks.bank.size import Sizing, UnreachableError, rms
 from benchmarks.bank.write import measured, sealed_label, write_case
+from tests.bundles import manifest_of
 from workbench.ingest import ingest_sheet
 from workbench.motion import TOP
 from workbench.protocol import ModelFile, ShapeFile, Sheet, load
@@ -303,9 +304,9 @@ def test_a_case_is_laid_out_with_its_truth_sealed(tmp_path: Path, rod: Rod) -> N
     for path in folder.iterdir():
         assert b"root_play" not in path.read_bytes()
     (bundle,) = ingest_sheet(load(folder / "sheet.yaml", Sheet), tmp_path / "runs", lambda _: None)
-    assert bundle.manifest["role"] == "held_out"
+    assert manifest_of(bundle)["role"] == "held_out"
     (direct,) = measured(made)
-    raw, times = bundle.read_series("raw").select(TOP), direct.motion.times[130:500]
+    raw, times = bundle.series.read("raw").select(TOP), direct.motion.times[130:500]
 
     def apart(late: float) -> float:
         """Ingest finds time zero again, within some milliseconds."""

@@ -13,8 +13,17 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundles import NOW, TRACK, make_bundle, remarked
-from workbench.bundle import Bundle, damaged_files, verify
+from tests.bundles import (
+    NOW,
+    TRACK,
+    asked_for,
+    guardian_of,
+    journal_of,
+    make_bundle,
+    manifest_of,
+    remarked,
+)
+from workbench.bundle import Bundle, Measured, Record, damaged_files, events, verify
 from workbench.catalogue import Query, search
 from workbench.errors import InputError, RecordError
 
@@ -74,7 +83,7 @@ def test_one_changed_byte_names_its_file(run: Path, name: str) -> None:
         assert problems[0].startswith(f"{name}: changed") or name == "remarks.jsonl", at
         assert damaged_files(p for p in problems if "changed itself" not in p) == {name}, at
         assert listed(run) in ("complete", "damaged")
-        assert Bundle.recover(run)[0].manifest["mode"]
+        assert manifest_of(Bundle.recover(run)[0])["mode"]
         flip(run / name, at)
     assert verify(run) == []
 
@@ -106,9 +115,9 @@ def test_a_manifest_with_one_broken_key_still_tells_the_others(run: Path) -> Non
     manifest.write_text(manifest.read_text().replace('"mode": "hop"', '"mode": hop"'))
     bundle, lost = Bundle.recover(run)
     assert lost.startswith("manifest.json: damaged: Expecting value: line ")
-    assert bundle.manifest["mode"] == "hop"  # of the folder's name
-    assert bundle.manifest["title"] == "Hop at 17 rad/s"
-    assert bundle.manifest["twin"]["distance_m"] == 0.248
+    assert manifest_of(bundle)["mode"] == "hop"  # of the folder's name
+    assert manifest_of(bundle)["title"] == "Hop at 17 rad/s"
+    assert manifest_of(bundle)["twin"]["distance_m"] == 0.248
     assert listed(run) == "damaged"
     with pytest.raises(InputError, match=r"manifest\.json: damaged: "):
         Bundle.open(run)
@@ -132,7 +141,7 @@ def test_a_changed_file_and_a_changed_list_are_both_named(run: Path) -> None:
 def test_another_line_of_the_journal_is_left_out_alone(run: Path) -> None:
     with (run / "journal.jsonl").open("ab") as file:
         file.write(b'\xff\xfe{"time_s"\n{"time_s": 3.0, "event": "output_off"}\n')
-    assert [e["event"] for e in Bundle.open(run).read_journal()][-1] == "output_off"
+    assert [e["event"] for e in journal_of(Bundle.open(run))][-1] == "output_off"
 
 
 WRITER = """\
@@ -143,8 +152,8 @@ from tests.bundles import TRACK
 from workbench.bundle import Bundle
 bundle = Bundle.create(Path(sys.argv[1]), "hop-17", datetime.now(), {"title": "T", "mode": "hop"})
 for k in range(10**9):
-    bundle.journal("reading", k, current_A=0.1)
-    bundle.write_series("supply", TRACK, {})
+    bundle.record.journal(events.Reading(current_A=0.1), k)
+    bundle.series.write("supply", TRACK, {})
 """
 
 
@@ -160,8 +169,8 @@ def test_a_killed_writer_leaves_what_it_had_and_the_list_says_so(
     assert told[0] == "checksums.txt: missing; the run was cut off (status failed)"
     assert all("draft" in line or "cut short" in line for line in told[1:])
     bundle = Bundle.open(run)
-    assert len(bundle.read_journal()) >= 1
-    assert bundle.read_series("supply").names == TRACK.names
+    assert len(journal_of(bundle)) >= 1
+    assert bundle.series.read("supply").names == TRACK.names
     assert listed(run) == "unfinished"
 
 
@@ -180,9 +189,9 @@ def test_a_writer_killed_in_the_middle_of_a_line_or_file_is_told(tmp_path: Path)
         "bench.json: cut short",
         "journal.jsonl: its last line is cut short",
     ]
-    assert [e["event"] for e in bundle.read_journal()] == ["asked", "output_on"]
+    assert [e["event"] for e in journal_of(bundle)] == ["asked", "output_on"]
     with pytest.raises(InputError, match=r"twin\.parquet: cannot be read"):
-        bundle.read_series("twin")
+        bundle.series.read("twin")
 
 
 def test_a_folder_whose_manifest_never_came_is_listed(tmp_path: Path) -> None:
@@ -208,10 +217,10 @@ def write_x(path: Path) -> None:
 
 
 WRITES: dict[str, Callable[[Bundle], object]] = {
-    "manifest.json": lambda b: b.note({"x": 1}),
+    "manifest.json": lambda b: b.record.note(Measured(output_off="confirmed")),
     "protocol.yaml": lambda b: b.write_document("protocol", "title: T\n"),
     "bench.json": lambda b: b.write_resolved("bench", {}),
-    "supply.parquet": lambda b: b.write_series("supply", TRACK, {}),
+    "supply.parquet": lambda b: b.series.write("supply", TRACK, {}),
     "take/t.csv": lambda b: b.write_take("t.csv", write_x),
     "report.html": lambda b: b.write_view("report", write_x),
     "checksums.txt": lambda b: b.finish("complete"),
@@ -221,7 +230,7 @@ WRITES: dict[str, Callable[[Bundle], object]] = {
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk")
 @pytest.mark.parametrize("name", WRITES)
 def test_a_full_disk_names_the_file_and_leaves_no_half_of_it(tmp_path: Path, name: str) -> None:
-    bundle = Bundle.create(tmp_path, "hop-17", NOW, {"title": "T"})
+    bundle = Bundle.create(tmp_path, "hop-17", NOW, asked_for(title="T"))
     draft = bundle.take_folder.parent / Path(name).with_name(f".{Path(name).name}")
     draft.symlink_to("/dev/full")
     with pytest.raises(RecordError, match=rf"{name}: cannot be written \(.*No space left"):
@@ -230,13 +239,19 @@ def test_a_full_disk_names_the_file_and_leaves_no_half_of_it(tmp_path: Path, nam
     assert (bundle.path / name).exists() == (name == "manifest.json")
 
 
+APPENDS: dict[str, Callable[[Record], None]] = {
+    "journal.jsonl": lambda record: record.journal(events.NoDrive(), 0.0),
+    "wire.log": lambda record: record.wire("{}"),
+}
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full disk")
-@pytest.mark.parametrize("name", ["journal.jsonl", "wire.log"])
+@pytest.mark.parametrize("name", APPENDS)
 def test_a_full_disk_names_what_is_appended(tmp_path: Path, name: str) -> None:
-    bundle = Bundle.create(tmp_path, "hop-17", NOW, {"title": "T"})
+    bundle = Bundle.create(tmp_path, "hop-17", NOW, asked_for(title="T"))
     (bundle.path / name).symlink_to("/dev/full")
     with pytest.raises(RecordError, match=rf"{name}: cannot be written \(No space left"):
-        bundle.journal("asked", 0.0) if name == "journal.jsonl" else bundle.wire("{}")
+        APPENDS[name](bundle.record)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs symbolic links and pipes")
@@ -257,11 +272,11 @@ def test_a_link_or_pipe_in_place_of_a_file_is_named_and_never_opened(
         Bundle.open(run)
     bundle, lost = Bundle.recover(run)
     assert "a link" in lost
-    assert (bundle.read_journal(), bundle.read_wire(), bundle.read_guardian()) == ([], [], [])
+    assert (journal_of(bundle), bundle.record.exchanges(), guardian_of(bundle)) == ([], [], [])
     assert not bundle.has_take()
-    assert not bundle.has("track")
+    assert not bundle.series.has("track")
     for read in (lambda: bundle.document("bench"), lambda: bundle.resolved("bench"),
-                 lambda: bundle.read_series("track")):  # fmt: skip
+                 lambda: bundle.series.read("track")):  # fmt: skip
         with pytest.raises(InputError, match="is a link, and no file of the run"):
             read()
     assert listed(run) == "damaged"
@@ -284,4 +299,4 @@ def test_lists_in_lists_without_end_are_damage_like_any_other(run: Path) -> None
     assert listed(run) == "damaged"
     assert {"manifest.json", "journal.jsonl", "remarks.jsonl"} <= damaged_files(verify(run))
     bundle, _ = Bundle.recover(run)
-    assert bundle.read_journal() == []
+    assert journal_of(bundle) == []

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundles import NOW, make_bundle, remarked
+from tests.bundles import NOW, make_bundle, note, remarked
 from workbench.bundle import Bundle
 from workbench.catalogue.differences import ABSENT, differences
 
@@ -69,10 +69,10 @@ def test_nested_keys_are_paths_and_named_things_go_by_their_names(
 def test_null_is_no_value_and_what_is_no_number_equals_itself(
     first: Bundle, tmp_path: Path
 ) -> None:
-    first.note({"pull_N": None, "error_mm": float("nan")})
+    note(first, pull_N=None, error_mm=float("nan"))
     other = second(tmp_path, error_mm=float("nan"))
     assert told(first, other) == []
-    other.note({"pull_N": 0.39})
+    note(other, pull_N=0.39)
     assert told(first, other) == [("asked", "pull_N", ABSENT, 0.39, "N")]
 
 
@@ -86,7 +86,7 @@ def test_a_file_that_cannot_be_read_is_a_difference(first: Bundle, tmp_path: Pat
 
 def test_json_leaves_out_the_side_that_has_none(first: Bundle, tmp_path: Path) -> None:
     other = second(tmp_path)
-    other.note({"pull_N": 0.39})
+    note(other, pull_N=0.39)
     (only,) = differences(first, other)
     assert only.as_json() == {"section": "asked", "path": "pull_N", "b": 0.39, "unit": "N"}
 

@@ -17,7 +17,7 @@ import pytest
 from scipy.io import loadmat
 
 from tests.bundles import NOW, STATE, SUPPLY, TRACK, TWIN, make_bundle, remarked
-from workbench.bundle import verify
+from workbench.bundle import Manifest, verify
 from workbench.bundle.inside import printable
 from workbench.catalogue.export import export
 from workbench.catalogue.matlab import as_mat
@@ -127,7 +127,7 @@ def test_octave_reads_it_too(runs: list[Path], folder: Path, tmp_path: Path) -> 
 def test_a_name_that_matlab_cannot_have_is_refused() -> None:
     for name in ("valid:x", "x" * 64):
         with pytest.raises(InputError, match=f"column '{name}': MATLAB takes no such name"):
-            as_mat({}, {"measured": TimeSeries.of([0.0], {name: [1.0]})}, {})
+            as_mat(Manifest(id="x"), {"measured": TimeSeries.of([0.0], {name: [1.0]})}, {})
 
 
 def test_the_readme_tells_every_column_that_is_there(folder: Path) -> None:
@@ -158,7 +158,9 @@ def test_a_zip_is_the_same_byte_for_byte_whenever_it_is_made(
 ) -> None:
     first = export(runs, tmp_path / "a.zip", csv=True, mat=True)
     export(runs[::-1], tmp_path / "b.zip", csv=True, mat=True)
-    assert b"Created on" not in as_mat({}, TRACES, {})[:116]  # where scipy tells the time
+    assert (
+        b"Created on" not in as_mat(Manifest(id="x"), TRACES, {})[:116]
+    )  # where scipy tells the time
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
     with zipfile.ZipFile(first.target) as archive:
         assert archive.testzip() is None

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.bundles import NOW, make_bundle, remarked
+from tests.bundles import NOW, make_bundle, note, remarked
 from workbench.bundle import add_remark
 from workbench.catalogue import Query, Window, period, rebuild, search, window
 from workbench.catalogue.entry import COLUMNS
@@ -135,7 +135,7 @@ def test_what_came_changed_or_went_is_seen_at_the_next_look(root: Path) -> None:
     assert names(root, verdict="bad") == ["c"]
     add_remark(third.path, "note", "slipped", "Ada", NOW)
     assert names(root, words=("slipped",)) == ["c"]
-    third.note({"shape": "bent-2"})
+    note(third, shape="bent-2")
     assert names(root, shape="bent-2") == ["c"]
     shutil.rmtree(third.path)
     assert names(root) == ["a", "b"]

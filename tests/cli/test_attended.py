@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import manifest_of
 from workbench.bench import Operator, SimulatedBench, Subject, Window, load_bench
 from workbench.bundle import Bundle, read_remarks
 from workbench.cli import attended
@@ -76,7 +77,7 @@ def made(
 
 
 def numbers(bundles: Sequence[Bundle]) -> list[tuple[int, int]]:
-    return [(one.manifest["number"], one.manifest["attempt"]) for one in bundles]
+    return [(manifest_of(one)["number"], manifest_of(one)["attempt"]) for one in bundles]
 
 
 def notes(bundle: Bundle) -> list[str]:

@@ -18,6 +18,7 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
+from tests.bundles import asked_for
 from tests.conftest import Command
 from workbench.bench import load_bench
 from workbench.bundle import Bundle
@@ -336,9 +337,9 @@ def test_a_dry_run_of_a_resume_tells_what_is_skipped_and_made(
     bench = load_bench("virtual")
     asked = read_experiment(protocol, bench, Decimal("0.01"))
     facts = {"experiment": "e", "inputs": asked.inputs()}
-    for number, status in ((1, "complete"), (2, "failed")):
-        made = Bundle.create(tmp_path / "r", "x", datetime.now(), facts | {"number": number})
-        made.note({"status": status})
+    first = Bundle.create(tmp_path / "r", "x", datetime.now(), asked_for(**facts, number=1))
+    first.record.end("complete", None)
+    made = Bundle.create(tmp_path / "r", "x", datetime.now(), asked_for(**facts, number=2))
     words = ("run", protocol, "--dry-run", "--resume", made.path, "--runs", tmp_path / "r")
     answer = workbench(*words)
     told = "e: skipped would be run 1, made runs 2 to 3; begun before and made again: run 2"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundles import carried_out
+from tests.bundles import carried_out, manifest_of
 from tests.conftest import Command
 from workbench.bundle import Bundle
 from workbench.protocol import CalibrationFile, Protocol, load
@@ -88,12 +88,12 @@ def test_a_bench_names_the_file_and_its_bundles_keep_it(
     answer = workbench("run", short, "--bench", bench, "--runs", tmp_path / "r", "--json")
     assert answer.code == 0, answer.err
     bundle = Bundle.open(Path(answer.json["bundle"]))
-    assert bundle.manifest["calibration"] == "day"
+    assert manifest_of(bundle)["calibration"] == "day"
     kept = bundle.document("calibration").read_bytes()
     assert kept == (tmp_path / "cal" / "day.yaml").read_bytes()
     resolved = json.loads((bundle.path / "bench.json").read_text(encoding="utf-8"))
     assert resolved["calibration"]["slope"] == pytest.approx(SLOPE, rel=0.005)
-    assert bundle.manifest["speed_rad_s"] == pytest.approx(10, abs=0.03)
+    assert manifest_of(bundle)["speed_rad_s"] == pytest.approx(10, abs=0.03)
 
     (tmp_path / "cal" / "day.yaml").write_text(kept.decode().replace("lowest: 2 V", "lowest: 2"))
     bad = workbench("run", short, "--bench", bench, "--dry-run")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from tests.bundles import manifest_of
 from workbench.bench import load_bench
 from workbench.bundle import Bundle
 from workbench.cli.app import app
@@ -71,7 +72,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     low, high = cause["parameters"]["k3"]["interval90"]
     assert low < CUBIC < high
     after = {path.name for path in (lab / "out" / "runs").iterdir()}
-    facts = [Bundle.open(lab / "out" / "runs" / name).manifest for name in after - before]
+    facts = [manifest_of(Bundle.open(lab / "out" / "runs" / name)) for name in after - before]
     assert [one["protocol"] for one in facts] == 2 * ["round-1-next.yaml"]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from rerun.chunk import RrdReader
 
-from tests.bundles import carried_out
+from tests.bundles import carried_out, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, sha256, verify
 from workbench.errors import WorkbenchError
@@ -142,7 +142,7 @@ def test_several_runs_stand_in_one_recording_and_one_page(
     assert {"/runs/1/real/foot", "/runs/2/sim/beam"} <= paths
     told = page.read_text(encoding="utf-8")
     assert f'href="{Path(os.path.relpath(bundle / "report.html", tmp_path)).as_posix()}"' in told
-    experiment = Bundle.open(bundle).manifest["experiment"]  # both are all its runs
+    experiment = manifest_of(Bundle.open(bundle))["experiment"]  # both are all its runs
     assert f"workbench review {experiment}</pre>" in told
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundles import NOW, make_bundle
+from tests.bundles import NOW, asked_for, make_bundle, note
 from tests.conftest import Command
 from workbench.bundle import Bundle, read_remarks
 
@@ -114,8 +114,14 @@ def test_f17_show_prints_the_notes_of_a_run_and_of_many_the_first(
 
 
 def test_f17_a_run_that_failed_shows_its_notes_too(workbench: Command, tmp_path: Path) -> None:
-    bundle = Bundle.create(tmp_path, "bad", NOW, {"kind": "ingest", "title": "x"})
-    bundle.note({"warnings": ["the clock is cut"]})
+    bundle = Bundle.create(tmp_path, "bad", NOW, asked_for(kind="ingest", title="x"))
+    note(
+        bundle,
+        real={"distance_m": 0.1},
+        twin={"distance_m": 0.1},
+        error_mm=1.0,
+        warnings=["the clock is cut"],
+    )
     assert "note: the clock is cut\n" in workbench("runs", "show", str(bundle.path)).out
 
 

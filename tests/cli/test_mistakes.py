@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 import serial
 
+from tests.bundles import NOW, asked_for
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle
 from workbench.hw.connection import port_trouble
@@ -176,12 +177,9 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (here / name).write_text(text, encoding="utf-8")
     (here / "exports").mkdir()
     (here / "binary.yaml").write_bytes(b"\xff\xfe\x00")
-    failed = Bundle(here / "runs" / "hop-run")
+    failed = Bundle.create(here / "runs", "made", NOW, asked_for(title="A hop"))
+    failed = Bundle.open(failed.path.rename(here / "runs" / "hop-run"))
     (failed.path / "take").mkdir(parents=True)
-    failed.note({
-        "schema": "workbench/bundle-1", "id": "hop-run", "status": "failed", "mode": "hop",
-        "created": "2026-11-20T10:00:00+01:00", "role": "train", "title": "A hop", "kind": "run",
-    })  # fmt: skip
     for kind, name in (("model", "thesis"), ("shape", "thesis-initial")):
         shutil.copyfile(ROOT / "models" / f"{name}.yaml", failed.path / f"{kind}.yaml")
     return here

@@ -74,9 +74,7 @@ def test_the_menu_holds_only_what_the_bench_allows() -> None:
 
 
 def test_the_bench_is_that_of_the_last_run_that_has_one(tmp_path: Path) -> None:
-    bundles = [
-        Bundle.create(tmp_path, name, datetime(2026, 11, 21), {}) for name in ("sheet", "bench")
-    ]
+    bundles = [Bundle.create(tmp_path, name, datetime(2026, 11, 21)) for name in ("sheet", "bench")]
     assert bench_of(bundles) is None
     bundles[0].write_document("bench", load_bench("virtual").text)
     found = bench_of(bundles)

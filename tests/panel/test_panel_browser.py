@@ -17,6 +17,7 @@ from typing import Any
 
 import pytest
 
+from tests.bundles import journal_of, manifest_of
 from tests.hw.guardian_rig import Device, off_after
 from tests.killing import PROTOCOL, Client
 from tests.panel.chromium import Browser, Page
@@ -106,7 +107,7 @@ def has(selector: str, text: str) -> str:
 
 def ending(bundle: Bundle) -> list[Any]:
     """What a journal says from the end of the drive on, without times."""
-    events = bundle.read_journal()
+    events = journal_of(bundle)
     first = next(k for k, event in enumerate(events) if event["event"] == "output_off")
     return [{k: v for k, v in event.items() if k != "time_s"} for event in events[first:]]
 
@@ -130,8 +131,8 @@ def test_stop_ends_a_run_exactly_as_ctrl_c_does(
     assert 0 < latency < STOP_BAR_S
     assert ending(client.bundle) == ending(by_hand.bundle)
     for key in ("status", "output_off", "error"):
-        assert client.bundle.manifest[key] == by_hand.bundle.manifest[key]
-    assert client.bundle.manifest["status"] == "interrupted"
+        assert manifest_of(client.bundle)[key] == manifest_of(by_hand.bundle)[key]
+    assert manifest_of(client.bundle)["status"] == "interrupted"
     page.wait_for(has("#banner-title", "Stopped by the user"))
     assert "the output is off, confirmed" in page.text("#banner-text")
     assert page.text("#stop-says") == "Stopping: Killed."
@@ -166,11 +167,11 @@ def test_prompts_are_answered_checked_and_stopped_in_the_page(
     page.wait_for(has("#prompt-text", "give its path"))
     page.click("#stop")  # while a prompt is open
     assert client.end() == 130
-    prompts = [event for event in client.bundle.read_journal() if event["event"] == "prompt"]
+    prompts = [event for event in journal_of(client.bundle) if event["event"] == "prompt"]
     assert [(event["answer"], event["where"]) for event in prompts] == [
         ("confirmed", "panel"), (21.5, "panel"),
     ]  # fmt: skip
-    assert client.bundle.manifest["answers"]["room"] == {"value": 21.5, "unit": "degC"}
+    assert manifest_of(client.bundle)["answers"]["room"] == {"value": 21.5, "unit": "degC"}
     page.wait_for("document.querySelector('#prompt').hidden")
 
 
@@ -189,7 +190,7 @@ def test_choices_are_buttons(tmp_path: Path, device: Device, page: Page) -> None
     client.heard_until("output_on")
     page.click("#stop")
     client.end()
-    assert client.bundle.manifest["answers"]["foot"] == {"value": "rubber", "unit": None}
+    assert manifest_of(client.bundle)["answers"]["foot"] == {"value": "rubber", "unit": None}
 
 
 def test_a_pause_is_asked_for_in_the_page_and_answered_there(
@@ -396,12 +397,12 @@ def test_browsers_that_never_read_slow_no_run(
     client.heard_until("output_off")
     page.wait_for(has("#output", "off, confirmed"))  # who reads is served
     client.end()
-    events = client.bundle.read_journal()
+    events = journal_of(client.bundle)
     times = {event["event"]: event["time_s"] for event in events}
     assert times["output_off"] - times["output_on"] < 4.5
     read = [event["time_s"] for event in events if event["event"] == "reading"]
     assert max(after - before for before, after in pairwise(read)) < 0.45
-    assert client.bundle.manifest["output_off"] == "confirmed"
+    assert manifest_of(client.bundle)["output_off"] == "confirmed"
     for one in stalled:
         one.close()
 

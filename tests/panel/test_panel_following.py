@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.bundle import Bundle
+from tests.bundles import asked_for
+from workbench.bundle import Bundle, SupplyIdentity, events
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
 from workbench.panel.following import Following
@@ -21,26 +22,28 @@ RUNS = [
 ]
 READING = {"set_voltage_V": 4.5, "voltage_V": 4.49, "current_A": 0.3, "output": True}
 
+RD6006 = SupplyIdentity(model="RD6006", serial="1", firmware="1.0")
+
 
 @pytest.fixture
 def bundle(tmp_path: Path) -> Bundle:
     facts = {"number": 1, "of": 2, "mode": "hop"}
-    return Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), facts)
+    return Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), asked_for(**facts))
 
 
 def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
     following = Following(bundle)
     assert not following.read_on()
-    bundle.journal("cameras", 0.0)
-    bundle.journal("output_on", 2.0, volts="1.00")
-    bundle.journal("reading", 2.1, **READING)
+    bundle.record.journal(events.Cameras(), 0.0)
+    bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
+    bundle.record.journal(events.Reading(**READING), 2.1)
     assert following.read_on()
     assert not following.read_on()
     assert following.output.state == "on"
     assert following.readings.between(0, 9) == {
         "time_s": [2.1], "set_V": [4.5], "volts": [4.49], "amps": [0.3],
     }  # fmt: skip
-    with bundle.journal_log.open("a") as file:
+    with bundle.record.journal_log.open("a") as file:
         file.write('{"time_s": 3.0, "event": "output_off",')
         file.flush()
         assert not following.read_on()
@@ -51,7 +54,7 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
         "cameras record", "output on at 1.00 V", "output off, confirmed",
     ]  # fmt: skip
     assert not following.ended
-    bundle.journal("complete", 4.0)
+    bundle.record.journal(events.Complete(), 4.0)
     following.read_on()
     assert following.ended
     assert following.run_s == 4.0
@@ -59,10 +62,10 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
 
 def test_times_of_events_never_jump_back(bundle: Bundle) -> None:
     following = Following(bundle)
-    bundle.journal("asked", 0.0, run="hop")
-    bundle.journal("prepared", 1.02, identity={"model": "RD6006", "serial": "1"})
-    bundle.journal("cameras", 0.0)  # with which the run's time begins anew
-    bundle.journal("output_on", 2.0, volts="1.00")
+    bundle.record.journal(events.Asked(run="hop"), 0.0)
+    bundle.record.journal(events.Prepared(identity=RD6006), 1.02)
+    bundle.record.journal(events.Cameras(), 0.0)  # with which the run's time begins anew
+    bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     following.read_on()
     assert [time for time, _ in following.told] == [None, None, 0.0, 2.0]
 
@@ -70,7 +73,7 @@ def test_times_of_events_never_jump_back(bundle: Bundle) -> None:
 def test_of_a_process_that_hangs_the_output_is_not_known(bundle: Bundle) -> None:
     following = Following(bundle)
     assert view(Controller("silent"), following)["output"]["text"] == "not on yet"
-    bundle.journal("output_on", 2.0, volts="1.00")
+    bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     following.read_on()
     assert view(Controller("alive"), following)["output"] == {"level": "live", "text": "on"}
     told = {"level": "alarm", "text": "MAY BE ON"}
@@ -79,8 +82,8 @@ def test_of_a_process_that_hangs_the_output_is_not_known(bundle: Bundle) -> None
 
 
 def test_a_line_that_a_full_disk_cut_is_passed_over(bundle: Bundle) -> None:
-    bundle.journal_log.write_text('{"time_s": 1.0, "ev\n')
-    bundle.journal("output_off", 1.0, confirmed=False)
+    bundle.record.journal_log.write_text('{"time_s": 1.0, "ev\n')
+    bundle.record.journal(events.OutputOff(confirmed=False), 1.0)
     following = Following(bundle)
     assert following.read_on()
     assert following.output.state == "unknown"
@@ -125,14 +128,14 @@ def lost(bundle: Bundle) -> tuple[str, str]:
 
 
 def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: Bundle) -> None:
-    bundle.journal("cameras", 0.0)
+    bundle.record.journal(events.Cameras(), 0.0)
     assert "It had not touched the supply." in lost(bundle)[0]
-    bundle.journal("output_on", 2.0, volts="1.00")
+    bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     assert "No guardian watched its output. OUTPUT MAY BE ON" in lost(bundle)[0]
     assert lost(bundle)[1] == "MAY BE ON"
 
     def add(*lines: str) -> None:
-        with bundle.guardian_log.open("a") as file:
+        with bundle.record.guardian_log.open("a") as file:
             file.writelines(f"{line}\n" for line in lines)
 
     seen_off = '{"event": "off", "confirmed": true}', '{"event": "terminals", "dead": true}'
@@ -150,7 +153,7 @@ def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: B
 
 def test_a_supply_that_does_not_answer_is_an_alarm_while_its_run_goes_on(bundle: Bundle) -> None:
     lines = ['{"event": "output_on"}', '{"event": "lost", "cause": "no answer"}']
-    bundle.guardian_log.write_text("\n".join(lines) + "\n")
+    bundle.record.guardian_log.write_text("\n".join(lines) + "\n")
     shown = view(Controller("alive"), Following(bundle))
     assert shown["banner"]["title"] == "OUTPUT MAY BE ON"
     assert shown["banner"]["text"].startswith("no answer. Use the switch")

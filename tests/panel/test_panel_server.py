@@ -13,12 +13,13 @@ import sys
 import time
 import tracemalloc
 from contextlib import suppress
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from tests.bundles import asked_for, note
 from workbench.bundle import Bundle
 from workbench.errors import InputError
 from workbench.loopback import HERE
@@ -56,7 +57,9 @@ def own(panel: Panel) -> str:
 
 @pytest.fixture
 def report(tmp_path: Path, panel: Panel) -> Path:
-    bundle = Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), {"title": "T"})
+    bundle = Bundle.create(
+        tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), asked_for(title="T")
+    )
     bundle.view("report").write_text("<p>a report</p>")
     bundle.finish("complete")
     (tmp_path / "report.html").write_text("a secret")
@@ -265,7 +268,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path, report: Path) 
 def test_the_list_is_of_the_newest_and_follows_the_folder(tmp_path: Path) -> None:
     runs = tmp_path / "runs"
     for number in range(MOST_ROWS + 2):
-        Bundle.create(runs, f"n{number:03}", datetime(2026, 3, 12), {"created": f"{number:03}"})
+        Bundle.create(runs, f"n{number:03}", datetime(2026, 3, 12) + timedelta(seconds=number))
     (runs / "damaged").mkdir()
     (runs / "damaged" / "manifest.json").write_text("{")
     listing = Listing(runs)
@@ -276,7 +279,7 @@ def test_the_list_is_of_the_newest_and_follows_the_folder(tmp_path: Path) -> Non
     assert len(found["rows"]) == MOST_ROWS
     newest = Bundle.open(runs / found["rows"][0]["name"])
     assert found["rows"][0]["status"] == "not finished"
-    newest.note({"real": {"distance_m": 1.25}, "error_mm": 7.0})
+    note(newest, real={"distance_m": 1.25}, twin={"distance_m": 1.25}, error_mm=7.0)
     newest.finish("complete")
     listing.refresh()
     first = listing.rows()["rows"][0]

@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 from rerun.chunk import Chunk
 
+from tests.bundles import manifest_of
 from tests.conftest import ROOT
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
@@ -86,8 +87,8 @@ def test_the_error_plot_s_maximum_is_the_number_in_the_report(
 def test_both_robots_move(chunks: list[Chunk], bundle: Bundle, path: str) -> None:
     places = np.array([cell[0] for cell in column(chunks, path, "translation") if cell], float)
     who = "real" if path.startswith("/real") else "twin"
-    assert places[-1, 0] == pytest.approx(bundle.manifest[who]["distance_m"], abs=0.01)
-    assert np.ptp(places[:, 2]) > 0.8 * bundle.manifest[who]["hop_height_m"]
+    assert places[-1, 0] == pytest.approx(manifest_of(bundle)[who]["distance_m"], abs=0.01)
+    assert np.ptp(places[:, 2]) > 0.8 * manifest_of(bundle)[who]["hop_height_m"]
     moves = np.abs(np.diff(places[:, 0])) > 0
     assert moves.mean() > 0.5
 

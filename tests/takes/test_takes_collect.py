@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bundles import journal_of, manifest_of
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
 from workbench.hw import Clock, SimulatedClock, SystemClock
@@ -66,7 +67,7 @@ def clock() -> Scripted:
 
 @pytest.fixture
 def bundle(tmp_path: Path) -> Bundle:
-    return Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16), {})
+    return Bundle.create(tmp_path / "runs", "hop", datetime(2026, 3, 12, 16))
 
 
 @pytest.fixture
@@ -87,7 +88,7 @@ def collector(
 
 
 def events(bundle: Bundle) -> list[str]:
-    return [event["event"] for event in bundle.read_journal()]
+    return [event["event"] for event in journal_of(bundle)]
 
 
 def move(source: Path, place: Path) -> Path:
@@ -129,7 +130,7 @@ def test_takes_of_other_runs_are_told_once_and_the_right_one_is_taken(
         assert reason in text
         assert text.endswith("Still waiting.")
     assert note == "by its clock the take began 0.0 s before this run's cameras"
-    journal = bundle.read_journal()
+    journal = journal_of(bundle)
     assert journal[1]["reasons"][0].startswith(str(place / "other.csv"))
     assert journal[1]["time_s"] == pytest.approx(11.5, abs=0.5)
 
@@ -232,7 +233,7 @@ def test_a_typed_path_is_checked_and_asked_again_with_the_reasons(
     assert person.asked[3].endswith("Another path, or yes to take it all the same")
     assert person.asked[4].endswith("Another path")
     assert "yes: cannot be read" in person.asked[5]  # what cannot be read cannot be insisted on
-    assert "take_forced" not in bundle.manifest
+    assert "take_forced" not in manifest_of(bundle)
 
 
 def test_the_operator_can_insist_and_the_bundle_says_so(
@@ -240,7 +241,7 @@ def test_the_operator_can_insist_and_the_bundle_says_so(
 ) -> None:
     short = export("short.csv", seconds=2)
     assert collector(bundle, wanted, Person(short, "Yes"), clock).ask() == short
-    assert "the take lasts 2.0 s" in Bundle.open(bundle.path).manifest["take_forced"][0]
+    assert "the take lasts 2.0 s" in manifest_of(Bundle.open(bundle.path))["take_forced"][0]
     assert events(bundle) == ["take_wanted", "take_refused", "take_forced"]
 
 

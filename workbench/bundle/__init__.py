@@ -18,38 +18,97 @@ Nothing in it is overwritten once the run is finished, but for the views. A run 
 missing is not finished: the take can be added later. Remarks are only ever appended, and each line
 carries its own sha256.
 
+A `Bundle` is the folder with its documents, take and views (`folder.py`). Its `record` is what is
+written while the run goes on: the typed manifest (`manifest.py`), the journal of typed events
+(`events.py`) and the supply's logs. Its `series` are the Parquet files.
+
 Not here: searching many bundles (`catalogue`), what the numbers mean (`motion`). To keep another
-file in a bundle, give it a name in `names.py` and a method in `folder.py`; to check one more kind
-of damage, a line in `damage.py`. Numpy and pyarrow are loaded with the first time series only, so
-that thousands of bundles can be listed at once.
+fact, give it a field in `manifest.py`; another event, a class in `events.py`; another file, a name
+in `names.py` and a method in `folder.py`; to check one more kind of damage, a line in `damage.py`.
+Numpy and pyarrow are loaded with the first time series only, so that thousands of bundles can be
+listed at once.
 """
 
+from workbench.bundle import events
 from workbench.bundle.damage import damaged_files, verify
+from workbench.bundle.events import Event, Logged, parse_line
 from workbench.bundle.finding import bundle_names, find_folder
-from workbench.bundle.folder import Bundle, Document, Series, Status, View
+from workbench.bundle.folder import Bundle, Document, View
 from workbench.bundle.inside import Contents, contents, foreign, unportable
+from workbench.bundle.manifest import (
+    Alignment,
+    AnswerFact,
+    Asked,
+    CameraWindow,
+    ChannelNoise,
+    Clocks,
+    CommandFacts,
+    Compared,
+    DelayFacts,
+    Driven,
+    FloorFacts,
+    Manifest,
+    Measured,
+    Observed,
+    Released,
+    ReleaseFacts,
+    RotorSpeed,
+    Signals,
+    Status,
+    SupplyIdentity,
+    TrackFacts,
+)
+from workbench.bundle.record import Exchange, Record
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
+from workbench.bundle.series import Series, SeriesFiles
 from workbench.bundle.stamp import Stamp, stamping
 
 __all__ = [
+    "Alignment",
+    "AnswerFact",
+    "Asked",
     "Bundle",
+    "CameraWindow",
+    "ChannelNoise",
+    "Clocks",
+    "CommandFacts",
+    "Compared",
     "Contents",
+    "DelayFacts",
     "Document",
+    "Driven",
+    "Event",
+    "Exchange",
+    "FloorFacts",
     "Kind",
+    "Logged",
+    "Manifest",
+    "Measured",
+    "Observed",
+    "Record",
+    "ReleaseFacts",
+    "Released",
     "Remark",
     "Remarks",
+    "RotorSpeed",
     "Series",
+    "SeriesFiles",
+    "Signals",
     "Stamp",
     "Status",
+    "SupplyIdentity",
+    "TrackFacts",
     "Verdict",
     "View",
     "add_remark",
     "bundle_names",
     "contents",
     "damaged_files",
+    "events",
     "find_folder",
     "foreign",
+    "parse_line",
     "read_remarks",
     "sha256",
     "stamping",

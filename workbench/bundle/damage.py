@@ -43,9 +43,8 @@ def damaged_files(problems: Iterable[str]) -> frozenset[str]:
 def _cut_off(path: Path) -> list[str]:
     """Return what is wrong with a run that was never finished, as far as its files can tell."""
     bundle, lost = Bundle.recover(path)
-    off = f"; {bundle.output.told}" if bundle.output_off else ""
-    status = bundle.manifest.get("status", "unknown")
-    told = f"{CHECKSUMS}: missing; the run was cut off (status {status}){off}"
+    off = f"; {bundle.record.output.told}" if bundle.record.output_off else ""
+    told = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
     return [told, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
 
 

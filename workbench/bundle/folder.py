@@ -3,58 +3,90 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from workbench.bundle.finding import find_folder, is_run, no_bundle
 from workbench.bundle.inside import foreign
-from workbench.bundle.names import CHECKSUMS, GUARDIAN, JOURNAL, MANIFEST, TAKE, WIRE
+from workbench.bundle.manifest import SCHEMA, Asked, Compared, Manifest, Status
+from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, WIRE
+from workbench.bundle.record import Record
 from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
-from workbench.bundle.writing import replaced, told
+from workbench.bundle.series import SeriesFiles
+from workbench.bundle.writing import replaced
 from workbench.errors import InputError, RecordError, what_to_do
-from workbench.output import OutputState, fold
 
-if TYPE_CHECKING:
-    from workbench.timeseries import TimeSeries
+__all__ = ["Bundle", "Document", "View"]
 
-__all__ = ["Bundle", "Document", "Series", "Status", "View"]
-
-Status = Literal["failed", "complete", "interrupted", "safety-stop"]
 Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
-Series = Literal["supply", "raw", "track", "twin", "state"]
 View = Literal["recording", "report"]
 
 _VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}
-_SCHEMA = "workbench/bundle-1"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Bundle:
-    """An open bundle.
+    """An open bundle: documents, take and views are its own, the rest is in two parts.
 
     Args:
         path: the folder.
-        manifest: content of `manifest.json`; change it with `note`.
+        record: manifest, journal and the supply's logs.
     """
 
     path: Path
-    manifest: dict[str, Any] = field(default_factory=dict)
+    record: Record
+
+    @property
+    def manifest(self) -> Manifest:
+        """What the run was, as far as it is known."""
+        return self.record.manifest
+
+    @property
+    def asked(self) -> Asked:
+        """What was asked for.
+
+        Raises:
+            InputError: when the manifest does not say.
+        """
+        if self.manifest.asked is None:
+            raise InputError(f"{self.path / MANIFEST}: does not say what was asked for")
+        return self.manifest.asked
+
+    @property
+    def compared(self) -> Compared:
+        """The run beside its twin.
+
+        Raises:
+            InputError: when they were never compared.
+        """
+        if self.manifest.compared is None:
+            raise InputError(f"{self.path}: was never compared with its twin")
+        return self.manifest.compared
+
+    @property
+    def experiment(self) -> str | None:
+        """Id of the experiment that the run belongs to; None where it belongs to none."""
+        return None if self.manifest.asked is None else self.manifest.asked.experiment
+
+    @property
+    def series(self) -> SeriesFiles:
+        """The time series of the run."""
+        return SeriesFiles(self.path)
 
     @classmethod
-    def create(cls, root: Path, name: str, now: datetime, facts: Mapping[str, Any]) -> Bundle:
+    def create(cls, root: Path, name: str, now: datetime, asked: Asked | None = None) -> Bundle:
         """Make a new folder under `root`; its manifest says `failed` until `finish`.
 
         Args:
             root: folder of all bundles.
             name: short name of the run, part of the folder's name.
             now: local time, part of the folder's name.
-            facts: first content of the manifest.
+            asked: what the run shall be.
         """
         stem = f"{now:%Y-%m-%d_%H%M%S}_{name}"
         path = root / stem
@@ -64,9 +96,9 @@ class Bundle:
                 break
             except FileExistsError:
                 path = root / f"{stem}_{k}"
-        bundle = cls(path)
-        head = {"schema": _SCHEMA, "id": path.name, "status": "failed"}
-        bundle.note(head | {"created": now.isoformat(timespec="seconds")} | dict(facts))
+        head = Manifest(id=path.name, status="failed", created=now.isoformat(timespec="seconds"))
+        bundle = cls(path, Record(path, head))
+        bundle.record.note(*(() if asked is None else (asked,)))
         return bundle
 
     @classmethod
@@ -74,20 +106,23 @@ class Bundle:
         """Open an existing bundle.
 
         Raises:
-            InputError: when the folder is no bundle.
+            InputError: when the folder is no bundle, or its manifest is damaged.
         """
         manifest_file = _own(path / MANIFEST)
         try:
-            manifest = json.loads(manifest_file.read_text(encoding="utf-8"))
+            facts = json.loads(manifest_file.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(f"{path}: {no_bundle(path)}") from None
         except OSError as error:
             raise InputError(f"{path / MANIFEST}: cannot be read: {what_to_do(error)}") from None
         except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
             raise InputError(f"{path / MANIFEST}: damaged: {error}") from None
-        if not isinstance(manifest, dict) or manifest.get("schema") != _SCHEMA:
-            raise InputError(f"{path / MANIFEST}: not a manifest of schema {_SCHEMA}")
-        return cls(path, manifest)
+        if not isinstance(facts, dict) or facts.get("schema") != SCHEMA:
+            raise InputError(f"{path / MANIFEST}: not a manifest of schema {SCHEMA}")
+        try:
+            return cls(path, Record(path, Manifest.read(facts)))
+        except ValueError as error:
+            raise InputError(f"{path / MANIFEST}: damaged: {error}") from None
 
     @classmethod
     def recover(cls, path: Path) -> tuple[Bundle, str]:
@@ -105,7 +140,7 @@ class Bundle:
             if not is_run(path):
                 raise
             lost = str(error).removeprefix(f"{path}: ").removeprefix(f"{path / MANIFEST}: ")
-            return cls(path, recovered_manifest(path)), f"{MANIFEST}: {lost}"
+            return cls(path, Record(path, recovered_manifest(path))), f"{MANIFEST}: {lost}"
 
     @classmethod
     def find(cls, run: Path, root: Path) -> Bundle:
@@ -131,89 +166,6 @@ class Bundle:
             else:
                 found.append(cls.find(run, root))
         return found
-
-    def note(self, facts: Mapping[str, Any]) -> None:
-        """Add facts to the manifest, on disk at once and never half written.
-
-        Raises:
-            RecordError: when it cannot be written; `manifest` has the facts all the same.
-        """
-        self.manifest = self.manifest | dict(facts)
-        text = json.dumps(self.manifest, indent=2, ensure_ascii=False, default=str) + "\n"
-        with replaced(self.path / MANIFEST) as draft:
-            draft.write_text(text, encoding="utf-8")
-
-    def journal(self, event: str, time_s: float, **facts: Any) -> None:
-        """Append one event and wait until the disk has it.
-
-        Raises:
-            RecordError: when it cannot be written.
-        """
-        line = {"time_s": round(time_s, 6), "event": event} | facts
-        path = self.path / JOURNAL
-        with told(path), path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-
-    def read_journal(self) -> list[dict[str, Any]]:
-        """Return the events; a line cut short by a crash, or damaged, is left out."""
-        return _events(self.path / JOURNAL)
-
-    def read_guardian(self) -> list[dict[str, Any]]:
-        """Return what the supply's guardian did, its last verdict on the output among it."""
-        return _events(self.path / GUARDIAN)
-
-    @property
-    def output(self) -> OutputState:
-        """What is known of the supply's output, by all that was written about it.
-
-        Its guardian tells, and where there was none the journal.
-        """
-        for path in (self.guardian_log, self.journal_log):
-            known = fold(_events(path, damaged=True))
-            if known.state != "untouched":
-                return known
-        return OutputState()
-
-    @property
-    def output_off(self) -> str | None:
-        """How the run left the output: a verdict of `OutputState`.
-
-        None where no file tells of a supply.
-        """
-        known = self.output
-        if known.state == "untouched" and not self.read_guardian():
-            return self.manifest.get("output_off")
-        return known.verdict
-
-    @property
-    def wire_log(self) -> Path:
-        """Where exchanges with devices are kept, for a process that writes them itself."""
-        return self.path / WIRE
-
-    @property
-    def journal_log(self) -> Path:
-        """Where the run keeps its events, one JSON object a line, for whoever follows it."""
-        return self.path / JOURNAL
-
-    @property
-    def guardian_log(self) -> Path:
-        """Where the supply's guardian keeps what it did."""
-        return self.path / GUARDIAN
-
-    def wire(self, line: str) -> None:
-        """Append one exchange with a device.
-
-        Raises:
-            RecordError: when it cannot be written.
-        """
-        with told(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
-            file.write(line.rstrip("\n") + "\n")
-
-    def read_wire(self) -> list[dict[str, Any]]:
-        """Return the exchanges with the supply, as their log has them."""
-        return _events(self.wire_log)
 
     def write_document(self, kind: Document, text: str) -> None:
         """Keep a YAML file as it was given.
@@ -300,35 +252,10 @@ class Bundle:
         files = self._takes()
         if not files:
             raise InputError(
-                f"{self.path}: holds no take (status {self.manifest.get('status')}); leave it out, "
+                f"{self.path}: holds no take (status {self.manifest.status}); leave it out, "
                 "or add its export with `workbench ingest TAKE --into RUN`"
             )
         return files[0]
-
-    def write_series(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:
-        """Write a time series as Parquet with the hashes of what it was made from.
-
-        Raises:
-            RecordError: when it cannot be written; then nothing of it stays.
-        """
-        from workbench.bundle.series import write_parquet  # a list of runs needs no pyarrow
-
-        write_parquet(self.path / f"{kind}.parquet", series, made_from)
-
-    def read_series(self, kind: Series) -> TimeSeries:
-        """Read a time series back.
-
-        Raises:
-            InputError: when it is missing or damaged.
-        """
-        from workbench.bundle.series import read_parquet
-
-        return read_parquet(_own(self.path / f"{kind}.parquet"))
-
-    def has(self, kind: Series) -> bool:
-        """Tell whether a time series was written."""
-        path = self.path / f"{kind}.parquet"
-        return path.exists() and foreign(path) is None
 
     def view(self, kind: View) -> Path:
         """Return the path of a view."""
@@ -351,10 +278,17 @@ class Bundle:
         """Tell whether checksums were written; a run that was cut off has none."""
         return (self.path / CHECKSUMS).exists()
 
-    def finish(self, status: Status, **facts: Any) -> None:
-        """Write the last status and the checksums; the last thing done to a bundle."""
-        self.note({"status": status, **facts})
-        trying = self.guardian_log.exists() and self.output.live  # its guardian goes on
+    def finish(self, status: Status, error: str | None = None) -> None:
+        """Write the last status and the checksums; the last thing done to a bundle.
+
+        Args:
+            status: how the run ended.
+            error: why it is not complete; one of before goes where there is none.
+        """
+        self.record.end(status, error)
+        trying = (
+            self.record.guardian_log.exists() and self.record.output.live
+        )  # its guardian goes on
         seal(self.path, (GUARDIAN, WIRE) if trying else ())
 
 
@@ -363,32 +297,3 @@ def _own(path: Path) -> Path:
     if (what := foreign(path)) is not None:
         raise InputError(f"{path}: is {what}, and no file of the run")
     return path
-
-
-def _events(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
-    """Return the events of a file; a line that is none, cut short or damaged, is left out.
-
-    Args:
-        path: of the file.
-        damaged: put an event `damaged` in the place of a line that is none, but for a last one
-            that was cut short: what it was to tell was not yet done.
-    """
-    if foreign(path) is not None:
-        return [{"event": "damaged", "cause": f"{path.name} is a link"}] if damaged else []
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except FileNotFoundError:
-        return []
-    events: list[dict[str, Any]] = []
-    whole, _, _ = text.rpartition("\n")
-    for line in (whole if damaged else text).splitlines():
-        try:
-            event = json.loads(line)
-        except (ValueError, RecursionError):
-            event = None
-        if isinstance(event, dict):
-            events.append(event)
-        elif damaged:
-            cause = f"a line of {path.name} cannot be read"
-            events.append({"event": "damaged", "cause": cause})
-    return events

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.bundle.inside import foreign
+from workbench.bundle.manifest import Manifest
 from workbench.bundle.names import MANIFEST, NAMED
 
 __all__ = ["recovered_manifest"]
@@ -15,34 +16,44 @@ __all__ = ["recovered_manifest"]
 _KEY = re.compile(r'\n(?=  ")')  # a manifest has one key of its own a line, indented by two
 
 
-def recovered_manifest(folder: Path) -> dict[str, Any]:
-    """Return the keys of a manifest that can be read, and what the folder's name tells of the rest.
+def recovered_manifest(folder: Path) -> Manifest:
+    """Return what of a manifest can be read, and what the folder's name says of the rest.
 
-    There are always `id`, `status`, `created`, `title`, `mode`, `role` and `versions`, so that
-    whoever shows the run needs no care; what nobody knows is empty.
+    What was asked for is always there, so that whoever shows the run needs no care; what nobody
+    knows is empty, and the mode of an unknown name is `hop`.
     """
     rest = NAMED.sub("", folder.name)
-    told = {
+    facts: dict[str, Any] = {
         "id": folder.name,
         "status": "failed",
         "created": _created(folder.name),
+        "kind": "run",
         "title": rest or folder.name,
         "mode": rest.partition("-")[0],
-        "role": "",
-        "versions": {},
+        "role": "train",
+        "model": "",
+        "shape": "",
     }
-    if foreign(folder / MANIFEST) is not None:
-        return told
+    read = _readable(folder / MANIFEST)
+    found = Manifest.salvage(facts | read)
+    return found if found.asked is not None else Manifest.salvage(facts | {"mode": "hop"})
+
+
+def _readable(path: Path) -> dict[str, Any]:
+    """Return the keys of a manifest that can be read."""
+    if foreign(path) is not None:
+        return {}
     try:
-        text = (folder / MANIFEST).read_text(encoding="utf-8", errors="replace")
+        text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return told
+        return {}
+    found: dict[str, Any] = {}
     for block in _KEY.split(text.rstrip().removesuffix("}"))[1:]:
         try:
-            told |= json.loads(f"{{{block.rstrip().removesuffix(',')}}}")
+            found |= json.loads(f"{{{block.rstrip().removesuffix(',')}}}")
         except (ValueError, RecursionError):
             continue
-    return told
+    return found
 
 
 def _created(name: str) -> str:

@@ -5,54 +5,86 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-from numpy.typing import NDArray
-
+from workbench.bundle.inside import foreign
 from workbench.bundle.writing import replaced
 from workbench.errors import InputError
-from workbench.timeseries import TimeSeries
 
-__all__ = ["read_parquet", "write_parquet"]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from workbench.timeseries import TimeSeries
+
+__all__ = ["Series", "SeriesFiles"]
+
+Series = Literal["supply", "raw", "track", "twin", "state"]
 
 _TIME = "time_s"
 _VALID = "valid:"
 
 
-def write_parquet(path: Path, series: TimeSeries, made_from: Mapping[str, str]) -> None:
-    """Write a time series; the file is there whole or not at all.
+class SeriesFiles(NamedTuple):
+    """The time series of one bundle. Numpy and pyarrow are loaded with the first one only.
 
-    Raises:
-        RecordError: when it cannot be written.
+    Args:
+        folder: of the bundle.
     """
-    columns: dict[str, NDArray[np.generic]] = {_TIME: series.times}
-    columns |= {name: series[name] for name in series.names}
-    for name in series.names:
-        if not series.validity(name).all():
-            columns[_VALID + name] = series.validity(name)
-    table = pa.table(columns).replace_schema_metadata({"made_from": json.dumps(dict(made_from))})
-    with replaced(path) as draft:
-        # measured numbers seldom repeat: a dictionary of them costs time and space
-        pq.write_table(table, draft, use_dictionary=False)
 
+    folder: Path
 
-def read_parquet(path: Path) -> TimeSeries:
-    """Read a time series back.
+    def has(self, kind: Series) -> bool:
+        """Tell whether a time series was written."""
+        path = self._path(kind)
+        return path.exists() and foreign(path) is None
 
-    Raises:
-        InputError: when it is missing or damaged.
-    """
-    try:
-        table = pq.read_table(path)
-        columns = {name: table[name].to_numpy() for name in table.column_names}
-        times = columns.pop(_TIME)
-        masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}
-        values = {n: c for n, c in columns.items() if not n.startswith(_VALID)}
-        valid = [masks.get(name, np.ones(len(times), dtype=bool)) for name in values]
-        return TimeSeries(
-            times, np.column_stack(list(values.values())), tuple(values), np.column_stack(valid)
-        )
-    except (pa.ArrowException, OSError, KeyError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+    def write(self, kind: Series, series: TimeSeries, made_from: Mapping[str, str]) -> None:
+        """Write a time series with the hashes of what it was made from; whole or not at all.
+
+        Raises:
+            RecordError: when it cannot be written.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        columns: dict[str, NDArray[Any]] = {_TIME: series.times}
+        columns |= {name: series[name] for name in series.names}
+        for name in series.names:
+            if not series.validity(name).all():
+                columns[_VALID + name] = series.validity(name)
+        hashes = {"made_from": json.dumps(dict(made_from))}
+        table = pa.table(columns).replace_schema_metadata(hashes)
+        with replaced(self._path(kind)) as draft:
+            # measured numbers seldom repeat: a dictionary of them costs time and space
+            pq.write_table(table, draft, use_dictionary=False)
+
+    def read(self, kind: Series) -> TimeSeries:
+        """Read a time series back.
+
+        Raises:
+            InputError: when it is missing or damaged.
+        """
+        import numpy as np
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        from workbench.timeseries import TimeSeries
+
+        path = self._path(kind)
+        if (what := foreign(path)) is not None:
+            raise InputError(f"{path}: is {what}, and no file of the run")
+        try:
+            table = pq.read_table(path)
+            columns = {name: table[name].to_numpy() for name in table.column_names}
+            times = columns.pop(_TIME)
+            masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}
+            values = {n: c for n, c in columns.items() if not n.startswith(_VALID)}
+            valid = [masks.get(name, np.ones(len(times), dtype=bool)) for name in values]
+            return TimeSeries(
+                times, np.column_stack(list(values.values())), tuple(values), np.column_stack(valid)
+            )
+        except (pa.ArrowException, OSError, KeyError, ValueError) as error:
+            raise InputError(f"{path}: cannot be read: {error}") from None
+
+    def _path(self, kind: Series) -> Path:
+        return self.folder / f"{kind}.parquet"

@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 from ruamel.yaml.error import YAMLError
 
-from workbench.bundle import Bundle, Document, read_remarks
+from workbench.bundle import AnswerFact, Asked, Bundle, Document, read_remarks
 from workbench.errors import InputError
 from workbench.quantities import unit_of
 
@@ -18,13 +18,6 @@ __all__ = ["ABSENT", "Difference", "differences"]
 
 ABSENT = object()
 """Stands for a value that one of the two runs does not have."""
-
-_RESULTS = ("status", "error", "output_off", "real", "twin", "error_mm", "error_foot_mm",
-            "error_top_mm", "rotor_speed_rad_s", "release", "warnings")  # fmt: skip
-_ASKED = ("title", "kind", "mode", "role", "repeat", "rest_s", "duration_s", "voltage_V",
-          "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels", "answers",
-          "operator")  # fmt: skip
-_MACHINE = ("bench", "calibration", "supply")
 
 
 @dataclass(frozen=True)
@@ -75,18 +68,67 @@ def _unequal(first: Mapping[str, Any], second: object) -> Iterator[tuple[str, An
 
 def _sections(bundle: Bundle) -> dict[str, object]:
     """Return everything of a run that can differ for a reason, by section."""
-    facts = bundle.manifest
-    results = facts | {"output_off": bundle.output_off}  # by all that was written of it
+    asked, measured = bundle.manifest.asked, bundle.manifest.measured
     said = read_remarks(bundle.path)
     files = {kind: _content(bundle, kind) for kind in get_args(Document)}
     return {
-        "asked": {key: facts[key] for key in _ASKED if key in facts},
+        "asked": {} if asked is None else _asked(asked) | {"answers": _plain(measured.answers)},
         **files,
-        "machine": {key: facts[key] for key in _MACHINE if key in facts},
-        "software": facts.get("versions", {}),
-        "results": {key: results[key] for key in _RESULTS if results.get(key) is not None},
+        "machine": {
+            "bench": asked and asked.bench,
+            "calibration": asked and asked.calibration,
+            "supply": measured.supply and measured.supply.as_json(),
+        },
+        "software": {} if asked is None else asked.versions,
+        "results": _results(bundle),
         "remarks": {"verdict": said.verdict, "tags": " ".join(sorted(said.tags)) or None},
     }
+
+
+def _asked(asked: Asked) -> dict[str, object]:
+    """Return what the robot was put through and by whom; files and machine are told elsewhere."""
+    return {
+        "title": asked.title,
+        "kind": asked.kind,
+        "mode": asked.mode,
+        "role": asked.role,
+        "repeat": asked.repeat,
+        "rest_s": asked.rest_s,
+        "duration_s": asked.duration_s,
+        "voltage_V": asked.voltage_V,
+        "speed_rad_s": asked.speed_rad_s,
+        "ramp_s": asked.ramp_s,
+        "pull_N": asked.pull_N,
+        "height_m": asked.height_m,
+        "levels": asked.levels and [list(level) for level in asked.levels],
+        "operator": asked.operator,
+    }
+
+
+def _results(bundle: Bundle) -> dict[str, object]:
+    """Return what came of a run."""
+    manifest, compared, signals = bundle.manifest, bundle.manifest.compared, bundle.manifest.signals
+    results: dict[str, object] = {
+        "status": manifest.status,
+        "error": manifest.error,
+        "output_off": bundle.record.output_off,  # by all that was written of it
+    }
+    if compared is not None:
+        results |= {
+            "real": compared.real.as_json(),
+            "twin": compared.twin.as_json(),
+            "error_mm": compared.error_mm,
+            "error_foot_mm": compared.error_foot_mm,
+            "error_top_mm": compared.error_top_mm,
+            "release": compared.release and compared.release.as_json(),
+            "warnings": list(compared.warnings),
+        }
+    speed = signals and signals.rotor_speed_rad_s
+    return results | {"rotor_speed_rad_s": speed and speed.as_json()}
+
+
+def _plain(answers: Mapping[str, AnswerFact]) -> dict[str, object]:
+    return {name: answer.as_json() for name, answer in answers.items()}
 
 
 def _content(bundle: Bundle, kind: Document) -> object:

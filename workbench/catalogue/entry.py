@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from workbench.bundle import Bundle, read_remarks
+from workbench.bundle import Bundle, Manifest, read_remarks
 
 __all__ = ["COLUMNS", "UNFINISHED", "UNREADABLE", "Entry", "describe", "read_entry"]
 
 UNFINISHED, UNREADABLE = "unfinished", "damaged"
 """Status of a run that goes on or was cut off; of one whose manifest cannot be read."""
-
-_DESCRIBED = (
-    "mode", "role", "real", "twin", "error_mm", "error_foot_mm", "error_top_mm", "warnings",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -85,7 +80,7 @@ COLUMNS = tuple(field.name for field in fields(Entry))
 
 def describe(bundle: Bundle) -> dict[str, Any]:
     """Return a bundle's JSON object: path, status, mode, role, real, twin, errors, warnings."""
-    head = {"bundle": str(bundle.path), "status": bundle.manifest.get("status")}
+    head = {"bundle": str(bundle.path), "status": bundle.manifest.status}
     return head | _described(bundle.manifest)
 
 
@@ -98,27 +93,27 @@ def read_entry(folder: Path, closed: bool) -> Entry:
     """
     said = read_remarks(folder)
     bundle, lost = Bundle.recover(folder)
-    facts = bundle.manifest
-    status = _text(facts.get("status")) if closed else UNFINISHED
-    speeds = _speeds(facts)
+    manifest, asked, compared = bundle.manifest, bundle.manifest.asked, bundle.manifest.compared
+    status = manifest.status if closed else UNFINISHED
+    speeds = () if asked is None else asked.speeds
     return Entry(
         name=folder.name,
-        created=_text(facts.get("created")),
+        created=manifest.created,
         status=UNREADABLE if lost else status,
-        title=lost or _text(facts.get("title")),
-        mode=_text(facts.get("mode")),
-        model=_text(facts.get("model")),
-        shape=_text(facts.get("shape")),
-        operator=_operator(facts),
+        title=lost or ("" if asked is None else asked.title),
+        mode="" if asked is None else asked.mode,
+        model="" if asked is None else asked.model,
+        shape="" if asked is None else asked.shape,
+        operator=_operator(manifest),
         slowest=min(speeds, default=None),
         fastest=max(speeds, default=None),
-        distance=_number(_inside(facts, "real").get("distance_m")),
-        twin_distance=_number(_inside(facts, "twin").get("distance_m")),
-        error=_number(facts.get("error_mm")),
+        distance=None if compared is None else compared.real.travel_m,
+        twin_distance=None if compared is None else compared.twin.travel_m,
+        error=None if compared is None else compared.error_mm,
         verdict=said.verdict,
         tags="".join(f" {tag} " for tag in said.tags),
         notes="\n".join(" ".join(note.text.split()) for note in said.notes),
-        facts=json.dumps(_described(facts), default=str),
+        facts=json.dumps(_described(manifest), default=str),
     )
 
 
@@ -127,31 +122,22 @@ def as_row(entry: Entry) -> tuple[Any, ...]:
     return tuple(asdict(entry).values())
 
 
-def _described(facts: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: facts.get(key) for key in _DESCRIBED}
+def _described(manifest: Manifest) -> dict[str, Any]:
+    asked, compared = manifest.asked, manifest.compared
+    return {
+        "mode": asked and asked.mode,
+        "role": asked and asked.role,
+        "real": compared and compared.real.as_json(),
+        "twin": compared and compared.twin.as_json(),
+        "error_mm": compared and compared.error_mm,
+        "error_foot_mm": compared and compared.error_foot_mm,
+        "error_top_mm": compared and compared.error_top_mm,
+        "warnings": compared and compared.warnings,
+    }
 
 
-def _speeds(facts: Mapping[str, Any]) -> list[float]:
-    """Return the speeds that were asked for [rad/s]: one, or those of a staircase."""
-    levels = facts.get("levels")
-    several = [level[-1] for level in levels if level] if isinstance(levels, list) else []
-    found = map(_number, several or [facts.get("speed_rad_s")])
-    return [speed for speed in found if speed is not None]
-
-
-def _operator(facts: Mapping[str, Any]) -> str:
+def _operator(manifest: Manifest) -> str:
     """Return who was typed in where the protocol asks for it, else whose account it was."""
-    return _text(_inside(facts, "answers").get("operator")) or _text(facts.get("operator"))
-
-
-def _inside(facts: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = facts.get(key)
-    return found if isinstance(found, dict) else {}
-
-
-def _text(value: object) -> str:
-    return "" if value is None else str(value)
-
-
-def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, (int, float)) else None
+    typed = manifest.measured.answers.get("operator")
+    account = manifest.asked and manifest.asked.operator
+    return str((typed and typed.value) or account or "")

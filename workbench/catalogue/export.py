@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from workbench.bundle import Bundle, contents, foreign, read_remarks, unportable, verify
+from workbench.bundle import Bundle, Manifest, contents, foreign, read_remarks, unportable, verify
 from workbench.catalogue.entry import Entry, read_entry
 from workbench.catalogue.traces import TRACES, as_csv, column_lines, read_traces
 from workbench.errors import InputError, RecordError
@@ -66,7 +66,7 @@ class _Run:
     files: list[tuple[str, Path]]
     left_out: list[str]
     entry: Entry
-    manifest: dict[str, Any]
+    manifest: Manifest
     traces: dict[str, TimeSeries]
     problems: list[str]
 

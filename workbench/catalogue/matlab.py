@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from workbench.bundle import Manifest
 from workbench.errors import InputError
 from workbench.quantities import unit_of
 from workbench.timeseries import TimeSeries
@@ -22,12 +23,10 @@ _LONGEST = 63  # MATLAB's namelengthmax
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _HEAD = b"MATLAB 5.0 MAT-file, written by the hopping workbench".ljust(116)
 """The text before the data; scipy writes the time there, and no two files would be equal."""
-_FACTS = ("id", "title", "status", "mode", "role", "model", "shape", "operator", "created",
-          "speed_rad_s", "voltage_V", "pull_N", "height_m", "duration_s", "error_mm")  # fmt: skip
 
 
 def as_mat(
-    manifest: Mapping[str, Any], traces: Mapping[str, TimeSeries], remarks: Mapping[str, Any]
+    manifest: Manifest, traces: Mapping[str, TimeSeries], remarks: Mapping[str, Any]
 ) -> bytes:
     """Return a MAT-file of version 5 with one struct, `run`; the same run gives the same bytes.
 
@@ -43,15 +42,40 @@ def as_mat(
     Raises:
         InputError: when a name is none in MATLAB.
     """
-    run: dict[str, Any] = {key: _plain(manifest[key]) for key in _FACTS if key in manifest}
-    run |= {key: _plain(value) for key, value in remarks.items()}
+    run = {key: _plain(value) for key, value in (_facts(manifest) | dict(remarks)).items()}
     run |= {name: _struct(series) for name, series in traces.items()}
-    run["manifest"] = json.dumps(manifest, ensure_ascii=True)
+    run["manifest"] = json.dumps(manifest.flat(), ensure_ascii=True, default=str)
     file = io.BytesIO()
     scipy.io.savemat(
         file, {"run": run}, long_field_names=True, do_compression=True, oned_as="column"
     )
     return _HEAD + file.getvalue()[len(_HEAD) :]
+
+
+def _facts(manifest: Manifest) -> dict[str, object]:
+    """Return the facts that somebody looks for first; all are in the manifest's JSON."""
+    asked, compared = manifest.asked, manifest.compared
+    head: dict[str, object] = {
+        "id": manifest.id,
+        "status": manifest.status,
+        "created": manifest.created,
+        "error_mm": None if compared is None else compared.error_mm,
+    }
+    if asked is None:
+        return head
+    return head | {
+        "title": asked.title,
+        "mode": asked.mode,
+        "role": asked.role,
+        "model": asked.model,
+        "shape": asked.shape,
+        "operator": asked.operator,
+        "speed_rad_s": asked.speed_rad_s,
+        "voltage_V": asked.voltage_V,
+        "pull_N": asked.pull_N,
+        "height_m": asked.height_m,
+        "duration_s": asked.duration_s,
+    }
 
 
 def _struct(series: TimeSeries) -> dict[str, Any]:

@@ -76,9 +76,9 @@ def read_traces(bundle: Bundle) -> tuple[dict[str, TimeSeries], list[str]]:
     found: dict[str, TimeSeries] = {}
     lost: list[str] = []
     for name, kind, _ in TRACES:
-        if bundle.has(kind):
+        if bundle.series.has(kind):
             try:
-                found[name] = bundle.read_series(kind)
+                found[name] = bundle.series.read(kind)
             except InputError as error:
                 lost.append(str(error).removeprefix(f"{bundle.path}/"))
     return found, lost

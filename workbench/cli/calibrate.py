@@ -72,7 +72,7 @@ def calibrate(
 
 
 def _day(bundle: Bundle) -> date:
-    return datetime.fromisoformat(bundle.manifest["created"]).date()
+    return datetime.fromisoformat(bundle.manifest.created).date()
 
 
 def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:

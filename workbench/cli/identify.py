@@ -121,7 +121,7 @@ def read_runs(bundles: Sequence[Bundle]) -> list[MeasuredRun]:
     """
     measured: list[MeasuredRun] = []
     for k, bundle in enumerate(bundles):
-        status = bundle.manifest.get("status")
+        status = bundle.manifest.status
         if status != "complete":
             tell(f"left out {bundle.path.name}: its status is {status}")
             continue

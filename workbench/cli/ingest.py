@@ -129,7 +129,7 @@ def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
     if as_json:
         emit(describe(bundle))
     else:
-        comparison_table(bundle.manifest)
+        comparison_table(bundle.asked.title, bundle.compared)
         print(f"bundle: {bundle.path}")
 
 
@@ -141,7 +141,7 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
     for bundle in ingest_sheet(load(source, Sheet), runs, tell):
         done.append(bundle)
         if not as_json:
-            comparison_table(bundle.manifest)
+            comparison_table(bundle.asked.title, bundle.compared)
             print(f"bundle: {bundle.path}")
     if as_json:
         emit({"bundles": [str(bundle.path) for bundle in done]})

@@ -112,12 +112,12 @@ class _Loop:
     def complete(self) -> list[Bundle]:
         """Return the bundles of the runs that were made, in order."""
         bundles = Bundle.find_all([self.runs], self.runs) if any(self.runs.glob("*/")) else []
-        return [one for one in bundles if one.manifest["status"] == "complete"]
+        return [one for one in bundles if one.manifest.status == "complete"]
 
     def first(self, protocol: Document[Protocol]) -> _Job | None:
         """Return what is still to be run of the first protocol, None where all of it is there."""
-        named = [b for b in self.complete() if b.manifest["protocol"] == protocol.path.name]
-        done = frozenset(int(bundle.manifest["number"]) for bundle in named)
+        named = [b for b in self.complete() if b.asked.protocol == protocol.path.name]
+        done = frozenset(bundle.asked.number for bundle in named)
         plan = read_experiment(protocol.path, self.lab, self.bench.voltage_step).plan
         left = plan.without(done).runs
         return _Job(protocol, done, _minutes_of(left)) if left else None
@@ -128,8 +128,9 @@ class _Loop:
 
     def minutes_before(self) -> float:
         """Return the bench time that the runs of earlier calls took [min]."""
-        facts = [bundle.manifest for bundle in self.complete()]
-        return minutes_of([Trial(f["mode"], 0.0, f["duration_s"], f["rest_s"]) for f in facts])
+        made = [bundle.asked for bundle in self.complete()]
+        trials = [Trial(one.mode, 0.0, one.duration_s or 0.0, one.rest_s or 0.0) for one in made]
+        return minutes_of(trials)
 
     def run(self, job: _Job) -> None:
         """Make the runs of a protocol that do not exist yet."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
@@ -18,10 +18,10 @@ from workbench.errors import InputError
 from workbench.quantities import QUANTITIES
 
 if TYPE_CHECKING:
+    from workbench.bundle import Compared
     from workbench.takes import Place  # which loads far more than a table needs
 
 __all__ = [
-    "ERRORS",
     "JsonFlag",
     "QuietOperator",
     "RunsFolder",
@@ -38,7 +38,6 @@ __all__ = [
 _WAIT_S = 0.1  # Windows hears Ctrl-C between waits only
 _RELOAD_S = 5.0
 _MOST_NOTES = 12
-ERRORS = ("error_mm", "error_foot_mm", "error_top_mm")
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
 people = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -59,9 +58,9 @@ def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -
     Console(highlight=False, markup=False).print(table)
 
 
-def comparison_table(manifest: Mapping[str, Any]) -> None:
+def comparison_table(title: str, compared: Compared) -> None:
     """Print what the robot and its twin did, side by side."""
-    real, twin = manifest["real"], manifest["twin"]
+    real, twin = compared.real.model_dump(), compared.twin.model_dump()
     rows = [
         [f"{name.lower()} [{unit}]",
          *(f"{factor * source[key]:.{digits}f}" for source in (real, twin)),
@@ -69,13 +68,12 @@ def comparison_table(manifest: Mapping[str, Any]) -> None:
         for key, (name, unit, factor, digits) in QUANTITIES.items()
         if key in real
     ]  # fmt: skip
-    show_table(manifest["title"], ["", "real", "twin", "twin - real"], rows)
+    show_table(title, ["", "real", "twin", "twin - real"], rows)
     Console(highlight=False).print(
-        "error of the twin: {:.1f} mm rms (foot {:.1f}, T {:.1f})".format(
-            *(manifest[key] for key in ERRORS)
-        )
+        f"error of the twin: {compared.error_mm:.1f} mm rms (foot {compared.error_foot_mm:.1f}, "
+        f"T {compared.error_top_mm:.1f})"
     )
-    print_notes(manifest.get("warnings", ()))
+    print_notes(compared.warnings)
 
 
 def print_notes(warnings: Sequence[str]) -> None:

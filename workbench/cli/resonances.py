@@ -44,7 +44,7 @@ def resonances(
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:
         tell("draw the report")
-        title = bundles[0].manifest["title"] if len(measured) == 1 else "Resonances of the robot"
+        title = bundles[0].asked.title if len(measured) == 1 else "Resonances of the robot"
         write_resonances(report, title, measured, found, modes)
     if as_json:
         emit(found.as_json() | {
@@ -66,14 +66,14 @@ def _bundles(given: Sequence[Path], folder: Path) -> list[Bundle]:
     bundles = [
         b
         for b in Bundle.find_all(given, folder)
-        if b.path.name in named or b.manifest.get("status") == "complete"
+        if b.path.name in named or b.manifest.status == "complete"
     ]
     if not bundles:
         raise InputError(
             f"{', '.join(map(str, given))}: holds no complete bundle; "
             "`workbench run protocols/clamped-sweep.yaml` makes some"
         )
-    return sorted(bundles, key=lambda b: (b.manifest["created"], b.manifest.get("number", 0)))
+    return sorted(bundles, key=lambda b: (b.manifest.created, b.asked.number))
 
 
 def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:

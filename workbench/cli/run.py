@@ -84,7 +84,7 @@ def run(
     if as_json:
         emit(_report(done))
     elif len(done) > 1:
-        print(f"all runs:  workbench review {done[0].manifest['experiment']}")
+        print(f"all runs:  workbench review {done[0].experiment}")
 
 
 def _report(done: list[Bundle]) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def _report(done: list[Bundle]) -> dict[str, Any]:
 
 
 def _print_bundle(bundle: Bundle) -> None:
-    comparison_table(bundle.manifest)
+    comparison_table(bundle.asked.title, bundle.compared)
     print(f"bundle:    {bundle.path}")
     print(f"report:    {bundle.view('report')}")
     print(f"recording: workbench review {bundle.path}")

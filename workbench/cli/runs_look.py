@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from workbench.bundle import Bundle, find_folder, read_remarks, verify
-from workbench.cli.output import ERRORS, comparison_table, print_notes, show_table
+from workbench.cli.output import comparison_table, show_table
 from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
 
 __all__ = ["show", "verify_runs"]
@@ -25,17 +25,13 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
     if as_json:
         notes = [{"at": one.at, "who": one.who, "text": one.text} for one in said.notes]
         told = {"verdict": said.verdict, "tags": said.tags, "notes": notes}
-        emit(bundle.manifest | {"bundle": str(bundle.path)} | told)
+        emit(bundle.manifest.flat() | {"bundle": str(bundle.path)} | told)
         return
-    if bundle.manifest.keys() >= {"real", "twin", *ERRORS}:
-        comparison_table(bundle.manifest)
-    else:
-        print_notes(bundle.manifest.get("warnings", ()))
-    rows = [
-        [key, str(value)]
-        for key, value in (bundle.manifest | {"output_off": bundle.output_off}).items()
-        if not isinstance(value, (dict, list))
-    ]
+    if bundle.manifest.compared is not None:
+        comparison_table(bundle.asked.title, bundle.manifest.compared)
+    flat = bundle.manifest.flat() | {"output_off": bundle.record.output_off}
+    plain = {key: value for key, value in flat.items() if not isinstance(value, (dict, tuple))}
+    rows = [[key, str(value)] for key, value in plain.items()]
     rows += [["verdict", said.verdict], ["tags", " ".join(said.tags) or "-"]]
     rows += [["note", f"{one.text} ({one.who}, {one.at})"] for one in said.notes]
     show_table(bundle.path.name, ["", ""], rows)

@@ -36,13 +36,6 @@ class Estimation:
     prediction_mm: Mapping[str, float | None]
     measured_input_mm: float | None
 
-    def as_json(self) -> dict[str, object]:
-        """Return the numbers for a manifest."""
-        return {
-            "prediction_mm": dict(self.prediction_mm),
-            "measured_input_mm": self.measured_input_mm,
-        }
-
 
 def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
     """Observe a run with a model of the robot.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, ReleaseFacts
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
 from workbench.sim import SAMPLE_RATE_HZ
@@ -116,23 +116,27 @@ def measured_run(bundle: Bundle) -> MeasuredRun:
     Raises:
         InputError: when the run did not succeed, so that nobody knows what its data mean.
     """
-    facts = bundle.manifest
-    if facts.get("status") != "complete" or "command" not in facts:
+    manifest, compared = bundle.manifest, bundle.manifest.compared
+    if (
+        manifest.status != "complete"
+        or compared is None
+        or compared.command is None
+        or compared.track is None
+    ):
         raise InputError(
-            f"{bundle.path}: status {facts.get('status')}; only a complete run can be fitted. "
+            f"{bundle.path}: status {manifest.status}; only a complete run can be fitted. "
             "`workbench runs list` shows which are"
         )
-    release = facts["release"] or {}
-    duration = facts["command"]["duration_s"]
+    release, command = compared.release or ReleaseFacts(), compared.command
     return MeasuredRun(
-        name=facts["id"],
-        mode=facts["mode"],
-        motion=bundle.read_series("raw").between(-np.inf, duration),
-        steps=tuple((t, speed) for t, speed in facts["command"]["steps"]),
-        start_angle=facts["track"]["start_angle_rad"],
-        pull=release.get("pull_N", 0.0),
-        height=release.get("height_m", 0.0),
-        role=facts["role"],
+        name=manifest.id,
+        mode=bundle.asked.mode,
+        motion=bundle.series.read("raw").between(-np.inf, command.duration_s),
+        steps=command.steps,
+        start_angle=compared.track.start_angle_rad,
+        pull=release.pull_N,
+        height=release.height_m,
+        role=bundle.asked.role,
     )
 
 

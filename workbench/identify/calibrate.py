@@ -170,7 +170,7 @@ def speed_points(
         except InputError as error:
             left_out.append(LeftOut(bundle.path.name, str(error)))
             continue
-        (points if bundle.manifest["role"] == "train" else held_out).append(point)
+        (points if bundle.asked.role == "train" else held_out).append(point)
     return points, held_out, left_out
 
 
@@ -221,9 +221,9 @@ def _undetermined(points: Sequence[SpeedPoint]) -> str | None:
 
 def _voltage(bundle: Bundle) -> tuple[float, str]:
     """Return the voltage of the steady part [V] and whether it was read back or asked."""
-    asked, sent = bundle.manifest["voltage_V"], bundle.manifest.get("sent")
-    if sent is not None and bundle.has("supply"):
-        drive = bundle.read_series("supply").between(sent[-2][0], sent[-1][0])
+    asked, sent = bundle.asked.voltage_V, bundle.manifest.measured.sent
+    if sent is not None and bundle.series.has("supply"):
+        drive = bundle.series.read("supply").between(sent[-2][0], sent[-1][0])
         drive = drive["voltage_V"]
         if len(drive) > 1:
             drive = drive[1:]  # the first reading may still see the step
@@ -240,6 +240,6 @@ def _voltage(bundle: Bundle) -> tuple[float, str]:
 
 def _hours(bundle: Bundle) -> float:
     """Return when the run was measured [h]; a take that was ingested does not say."""
-    if bundle.manifest.get("kind") != "run":
+    if bundle.asked.kind != "run":
         return float("nan")
-    return datetime.fromisoformat(bundle.manifest["created"]).timestamp() / _HOUR_S
+    return datetime.fromisoformat(bundle.manifest.created).timestamp() / _HOUR_S

@@ -66,10 +66,10 @@ def made_from(
     }
     for k, bundle in enumerate(bundles, start=1):
         take = bundle.take()
-        rows[f"run {k}, {bundle.manifest['role'].replace('_', ' ')}"] = (
+        rows[f"run {k}, {bundle.asked.role.replace('_', ' ')}"] = (
             f"{bundle.path.name}, {take.name} ({sha256(take)[:_DIGEST]})"
         )
-    versions = bundles[0].manifest["versions"]
+    versions = bundles[0].asked.versions
     return rows | {"versions": ", ".join(f"{name} {version}" for name, version in versions.items())}
 
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import time
-from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
 
-from workbench.bundle import Bundle, foreign
+from workbench.bundle import Bundle, Event, events, foreign, parse_line
 from workbench.output import OutputState
 from workbench.review.journal import sentence
 
 __all__ = ["Following", "Readings"]
-
-_ENDINGS = ("complete", "failed", "interrupted", "safety-stop")
 
 
 @dataclass
@@ -42,12 +37,12 @@ class Readings:
         end = min(end, len(self))  # another thread may be adding one
         return {name: values[first:end] for name, values in vars(self).items()}
 
-    def add(self, event: dict[str, Any]) -> None:
+    def add(self, time_s: float, reading: events.Reading) -> None:
         """Add a reading of the journal."""
-        self.time_s.append(event["time_s"])
-        self.set_V.append(event["set_voltage_V"])
-        self.volts.append(event["voltage_V"])
-        self.amps.append(event["current_A"])
+        self.time_s.append(time_s)
+        self.set_V.append(reading.set_voltage_V)
+        self.volts.append(reading.voltage_V)
+        self.amps.append(reading.current_A)
 
 
 class Following:
@@ -75,27 +70,33 @@ class Following:
 
     def read_on(self) -> bool:
         """Read what was added; tell whether anything was."""
-        if foreign(self.bundle.journal_log) is not None:
+        if foreign(self.bundle.record.journal_log) is not None:
             return False
         try:
-            with self.bundle.journal_log.open("rb") as file:
+            with self.bundle.record.journal_log.open("rb") as file:
                 file.seek(self._at)
                 lines, _, _ = file.read().rpartition(b"\n")
-            self._changed = self.bundle.journal_log.stat().st_mtime
+            self._changed = self.bundle.record.journal_log.stat().st_mtime
         except FileNotFoundError:
             return False
         if not lines:
             return False
         self._at += len(lines) + 1
         for line in lines.splitlines():
-            with suppress(ValueError):  # a line that a full disk cut
-                self._take(json.loads(line))
+            if (logged := parse_line(line)) is not None:  # else a full disk cut it
+                self._take(*logged)
         return True
+
+    @property
+    def number(self) -> int | None:
+        """Of the run in its protocol; None where its manifest does not say."""
+        asked = self.bundle.manifest.asked
+        return None if asked is None else asked.number
 
     @property
     def output(self) -> OutputState:
         """What is known of the supply's output by all that was written so far."""
-        return self.bundle.output
+        return self.bundle.record.output
 
     @property
     def run_s(self) -> float:
@@ -104,14 +105,14 @@ class Following:
             return 0.0
         return self._last_s + (0.0 if self.ended else max(time.time() - self._changed, 0.0))
 
-    def _take(self, event: dict[str, Any]) -> None:
-        self._last_s = event["time_s"]
+    def _take(self, time_s: float, event: Event) -> None:
+        self._last_s = time_s
         match event:
-            case {"event": "reading"}:
-                self.readings.add(event)
+            case events.Reading():
+                self.readings.add(time_s, event)
                 return
-            case {"event": "cameras"}:
+            case events.Cameras():
                 self.filming = True
-            case {"event": str(name)} if name in _ENDINGS:
+            case events.Complete() | events.Stopped():
                 self.ended = True
-        self.told.append((event["time_s"] if self.filming else None, sentence(event)))
+        self.told.append((time_s if self.filming else None, sentence(event)))

@@ -33,7 +33,7 @@ class Listing:
 
     def newest_of(self, experiment: str) -> Bundle | None:
         """Return the newest run of an experiment."""
-        mine = [b for _, b in self._found.values() if b.manifest.get("experiment") == experiment]
+        mine = [b for _, b in self._found.values() if b.experiment == experiment]
         return mine[-1] if mine else None
 
     def report_of(self, name: str) -> Path | None:
@@ -55,15 +55,15 @@ class Listing:
         return {"rows": [self._row(bundle) for bundle in newest], "all": len(bundles)}
 
     def _row(self, bundle: Bundle) -> dict[str, Any]:
-        facts = bundle.manifest
+        asked, compared = bundle.manifest.asked, bundle.manifest.compared
         return {
             "name": bundle.path.name,
-            "title": facts.get("title", ""),
-            "mode": facts.get("mode", ""),
-            "status": facts["status"] if bundle.is_closed() else "not finished",
-            "real_m": _distance(facts.get("real")),
-            "twin_m": _distance(facts.get("twin")),
-            "error_mm": facts.get("error_mm"),
+            "title": "" if asked is None else asked.title,
+            "mode": "" if asked is None else asked.mode,
+            "status": bundle.manifest.status if bundle.is_closed() else "not finished",
+            "real_m": None if compared is None else compared.real.travel_m,
+            "twin_m": None if compared is None else compared.twin.travel_m,
+            "error_mm": None if compared is None else compared.error_mm,
             "report": self.report_of(bundle.path.name) is not None,
         }
 
@@ -80,8 +80,4 @@ class Listing:
 
 
 def _age(bundle: Bundle) -> tuple[str, str]:
-    return str(bundle.manifest.get("created", "")), bundle.path.name
-
-
-def _distance(found: object) -> float | None:
-    return found.get("distance_m") if isinstance(found, dict) else None
+    return bundle.manifest.created, bundle.path.name

@@ -76,7 +76,7 @@ def clocks(controller: Controller, following: Following | None) -> dict[str, Any
     stood = time.monotonic() - controller.heard  # since it was last heard of
     elapsed = time.time() - datetime.fromisoformat(fact["began"]).timestamp()
     run_s = 0.0 if following is None else following.run_s
-    number = None if following is None else following.bundle.manifest.get("number")
+    number = None if following is None else following.number
     left = remaining_s(
         fact["items"],
         number,
@@ -104,14 +104,16 @@ def _run(controller: Controller, following: Following | None) -> dict[str, Any] 
     """Return the run that was begun last, with what its plan says."""
     if following is None:
         return None
-    facts = following.bundle.manifest
+    asked = following.bundle.manifest.asked
+    if asked is None:
+        return None
     items = controller.fact.get("items", ())
-    item = next((one for one in items if one.get("number") == facts.get("number")), {})
+    item = next((one for one in items if one.get("number") == asked.number), {})
     return {
         "name": following.bundle.path.name,
-        "number": facts.get("number"),
-        "of": facts.get("of"),
-        "mode": facts.get("mode"),
+        "number": asked.number,
+        "of": asked.of,
+        "mode": asked.mode,
         "asked": item.get("asked", ""),
         "seconds": item.get("seconds"),
         "rest_s": item.get("rest_s"),
@@ -181,13 +183,12 @@ def _left_behind(following: Following | None, known: OutputState | None) -> str:
     """Tell what became of the output of a run whose process died."""
     if following is None or known is None or known.state in ("untouched", "not driven"):
         return "It had not touched the supply."
-    events = following.bundle.read_guardian()
-    trips = [event["reason"] for event in events if event["event"] == "trip"]
+    guarded, trips = following.bundle.record.guarded, following.bundle.record.trips
     if known.state == "off":
         if not trips:
             return "Its output was off."
         return f"Its guardian switched the output off, and read back that it is off ({trips[-1]})."
-    if not events:
+    if not guarded:
         return f"No guardian watched its output. {MAY_BE_ON}: use {OWN_SWITCH} now."
     cause = f" ({known.cause})" if known.cause else ""
     return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {OWN_SWITCH} now."

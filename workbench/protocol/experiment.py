@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from workbench.motion import DRIVEN, Mode
+from workbench.modes import DRIVEN, Mode, Role
 from workbench.protocol.levels import Heights, Pulls, Speeds, Voltages
 from workbench.protocol.prompt import PromptOrText
 from workbench.protocol.quantity import Quantity
@@ -28,7 +28,7 @@ __all__ = [
     "wrong_release",
 ]
 
-Role = Literal["train", "held_out"]
+
 Speed = Annotated[float, Quantity("speed", above=0)]
 Volts = Annotated[float, Quantity("voltage", above=0)]
 Force = Annotated[float, Quantity("force", above=0)]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from workbench.motion import DRIVEN
+from workbench.modes import DRIVEN
 from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Role, wrong_release
 from workbench.protocol.quantity import Quantity

@@ -2,46 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import PurePath
-from typing import Any
+
+from workbench.bundle import Event, events
 
 __all__ = ["sentence"]
 
 
-def sentence(event: Mapping[str, Any]) -> str:
-    """Tell a journal event in words; one that is not known here is told as it stands."""
+def sentence(event: Event) -> str:
+    """Return a journal event in words; one that is not known here as it stands."""
     match event:
-        case {"event": "asked", "run": run, "rest_s": rest, "steps": [[_, first], *_, [_, last]]}:
-            return f"asked for {run}: {rest} s rest, then {first} V to {last} V"
-        case {"event": "asked", "run": run, "rest_s": rest}:
-            return f"asked for {run}: {rest} s rest"
-        case {"event": "no_drive"}:
+        case events.Asked(run=run, rest_s=rest, steps=steps) if rest is not None:
+            drive = f", then {steps[0][1]} V to {steps[-1][1]} V" if len(steps) > 1 else ""
+            return f"asked for {run}: {rest} s rest{drive}"
+        case events.NoDrive():
             return "this mode has no drive: the supply was not opened"
-        case {"event": "prompt", "name": name, "text": text, "answer": answer}:
+        case events.Prompt(name=str(name), text=text, answer=answer):
             return f"operator typed {name} = {answer}{_where(event)}: {text}"
-        case {"event": "prompt", "text": text, "answer": answer}:
+        case events.Prompt(text=text, answer=answer):
             return f"operator {answer}{_where(event)}: {text}"
-        case {"event": "prepared", "identity": {"model": model, "serial": serial}}:
-            return f"{model} {serial} prepared: limits set, output off"
-        case {"event": "scale", "set_voltage_V": asked, "voltage_V": measured}:
+        case events.Prepared(identity=identity):
+            return f"{identity.model} {identity.serial} prepared: limits set, output off"
+        case events.Scale(set_voltage_V=asked, voltage_V=measured):
             return f"scale checked: {asked:g} V set, {measured:g} V measured"
-        case {"event": "cameras"}:
+        case events.Cameras():
             return "cameras record"
-        case {"event": "output_on", "volts": volts}:
+        case events.OutputOn(volts=volts):
             return f"output on at {volts} V"
-        case {"event": "voltage", "read_back": volts}:
+        case events.Voltage(read_back=volts):
             return f"{volts} V set and read back"
-        case {"event": "take_accepted" | "take_added", "file": file}:
-            return f"take added: {PurePath(str(file)).name}"
-        case {"event": "complete"}:
+        case events.TakeAccepted(file=file) | events.TakeAdded(file=file):
+            return f"take added: {PurePath(file).name}"
+        case events.Complete():
             return "measured to the end"
-        case {"event": "failed" | "interrupted" | "safety-stop" as kind, "reason": reason}:
-            return f"{kind}: {str(reason).splitlines()[0]}"
-        case {"event": "output_off", "confirmed": confirmed}:
+        case events.Stopped(event=kind, reason=reason) if reason:
+            return f"{kind}: {reason.splitlines()[0]}"
+        case events.OutputOff(confirmed=confirmed):
             return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
-    return ", ".join(f"{key} {value}" for key, value in event.items() if key != "time_s")
+    return ", ".join(f"{key} {value}" for key, value in event.as_json().items())
 
 
-def _where(event: Mapping[str, Any]) -> str:
-    return " in the panel" if event.get("where") == "panel" else ""
+def _where(prompt: events.Prompt) -> str:
+    return " in the panel" if prompt.where == "panel" else ""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, Event, Measured, events
 from workbench.errors import HardwareError
 from workbench.hw import Clock
 from workbench.takes.belonging import CameraTime, Verdict, judge
@@ -94,7 +94,7 @@ class Collector:
             HardwareError: when the time is over.
             KeyboardInterrupt: when the operator gives up.
         """
-        self._journal("take_wanted", folder=str(folder.path))
+        self._journal(events.TakeWanted(folder=str(folder.path)))
         while True:
             self._operator.tell(self._request(folder))
             try:
@@ -112,7 +112,7 @@ class Collector:
         Raises:
             HardwareError: when nobody answers.
         """
-        self._journal("take_wanted")
+        self._journal(events.TakeWanted())
         text = "Stop recording, export the take as CSV, then give its path"
         named = self._ask(text)
         while named is None:
@@ -180,17 +180,17 @@ class Collector:
             verdict = replace(verdict, reasons=(reason,))
         if verdict.belongs:
             self._used[verdict.recording] = self._bundle.path.name
-            self._journal("take_accepted", file=str(path), notes=verdict.notes)
+            self._journal(events.TakeAccepted(file=str(path), notes=tuple(verdict.notes)))
             for note in verdict.notes:
                 self._operator.tell(note)
         else:
-            self._journal("take_refused", file=str(path), reasons=verdict.reasons)
+            self._journal(events.TakeRefused(file=str(path), reasons=tuple(verdict.reasons)))
         return verdict
 
     def _forced(self, path: Path, verdict: Verdict) -> Path:
-        self._journal("take_forced", file=str(path))
-        self._bundle.note({"take_forced": verdict.reasons})
+        self._journal(events.TakeForced(file=str(path)))
+        self._bundle.record.note(Measured(take_forced=tuple(verdict.reasons)))
         return path
 
-    def _journal(self, event: str, **facts: object) -> None:
-        self._bundle.journal(event, self._clock.now() - self._start, **facts)
+    def _journal(self, event: Event) -> None:
+        self._bundle.record.journal(event, self._clock.now() - self._start)

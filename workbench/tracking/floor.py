@@ -7,7 +7,7 @@ or the cameras are tilted, the contacts alone do not say. `levelled` turns a mot
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -48,10 +48,6 @@ class Floor:
     slope_y_error_rad: float | None
     contacts: int
     left_m: float
-
-    def as_json(self) -> dict[str, float | int | None]:
-        """Return the numbers under their names."""
-        return asdict(self)
 
 
 def fit_floor(motion: TimeSeries) -> Floor | None:
