@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from workbench.bench import BUILT_IN, VirtualBench, load_bench
 from workbench.bundle import (
@@ -28,6 +25,7 @@ from workbench.bundle import (
 from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
+from workbench.showing import write_views
 from workbench.timeseries import TimeSeries
 
 NOW = datetime(2026, 3, 12, 10, 15).astimezone()
@@ -110,10 +108,10 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
     bundle.write_take("take 1.csv", lambda path: _write(path, "Format Version,1.23\n1,2\n"))
     for kind, series in SERIES.items():
         bundle.series.write(kind, series, {"take": "abc"})
-    bundle.write_view("recording", lambda path: _write(path, "RRF2 a recording"))
-    bundle.write_view("report", lambda path: _write(path, "<html>the report</html>"))
     if status != "unfinished":
         bundle.finish(status)
+    bundle.write_view("recording", lambda path: _write(path, "RRF2 a recording"))
+    bundle.write_view("report", lambda path: _write(path, "<html>the report</html>"))
     return bundle
 
 
@@ -125,7 +123,7 @@ def carried_out(
     Args:
         folder: gets the protocol, `short.yaml`, and the bundles in `runs`.
         steps: of the protocol, in YAML.
-        views: whether recording and report are drawn; else they are empty.
+        views: whether recording and report are drawn.
         virtual: what is different about the virtual bench.
     """
     path = folder / "short.yaml"
@@ -137,16 +135,16 @@ def carried_out(
     section = bench.content.virtual.model_copy(update=virtual)
     device = VirtualBench(bench.content.model_copy(update={"virtual": section}))
     asked = read_experiment(path, bench, device.voltage_step)
-    with nullcontext() if views else empty_views():
-        return tuple(carry_out(asked, device, folder / "runs", QuietOperator(), lambda text: None))
+    done = tuple(carry_out(asked, device, folder / "runs", QuietOperator(), lambda text: None))
+    for bundle in done if views else ():
+        assert write_views(bundle) is None
+    return done
 
 
-@contextmanager
-def empty_views() -> Iterator[None]:
-    """Leave recordings and reports empty: drawing them takes half of a short run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Bundle, "write_view", lambda run, kind, write: _write(run.view(kind), ""))
-        yield
+def report_of(bundle: Bundle) -> str:
+    """Draw the views of a run and return its report."""
+    assert write_views(bundle) is None
+    return bundle.view("report").read_text(encoding="utf-8")
 
 
 def remarked(bundle: Bundle) -> Bundle:

@@ -6,7 +6,7 @@ import itertools
 import json
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,12 +67,9 @@ def _own_ledgers(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempP
 
 
 @pytest.fixture
-def without_views() -> Iterator[None]:
-    """Leave the views of bundles empty, for tests that look at none."""
-    from tests.bundles import empty_views
-
-    with empty_views():
-        yield
+def without_views(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the command line draw no views, for tests that look at none."""
+    monkeypatch.setattr("workbench.showing.write_views", lambda bundle: None)
 
 
 @pytest.fixture(scope="session")

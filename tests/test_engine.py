@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from tests.bundles import journal_of, manifest_of
+from tests.bundles import journal_of, manifest_of, report_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.cli.output import QuietOperator
@@ -126,7 +126,7 @@ def test_the_supply_really_gave_the_voltages_that_were_asked(hop: Finished) -> N
     on = next(t for t, v in bench.device.history if v > 0)
     assert bench.device.history[-1][0] - on == pytest.approx(2.0, abs=0.01)
     assert [v for _, v in manifest_of(bundle)["sent"]] == [*volts, 0.0]
-    told = bundle.view("report").read_text(encoding="utf-8")
+    told = report_of(bundle)
     assert "asked for hop-16.99: 1.0 s rest, then 1.00 V to 4.52 V" in told
     assert "RD6006 12345678 prepared: limits set, output off" in told
     assert "output off, confirmed" in told
@@ -150,7 +150,6 @@ def test_the_twin_is_near_and_time_zero_is_shared(hop: Finished) -> None:
     assert bundle.series.read("twin").times[0] < -0.5
 
 
-@pytest.mark.usefixtures("without_views")
 def test_the_same_seed_gives_the_same_take(
     tmp_path: Path, bench: VirtualBench, hop: Finished
 ) -> None:
@@ -248,7 +247,6 @@ def test_a_motor_that_is_not_connected_is_found_in_the_take(tmp_path: Path) -> N
         list(runs(tmp_path, bench))
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - sweep: {mode: clamped, speeds: [14 rad/s, 19 rad/s], rest: 1 s, duration: 1.5 s}\n"
     found = list(runs(tmp_path, bench, steps))
@@ -257,7 +255,6 @@ def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> 
     assert all(abs(manifest_of(b)["real"]["distance_m"]) < 0.001 for b in found)
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:
     file = load_bench("virtual").content
     assert file.virtual is not None
@@ -304,13 +301,12 @@ def test_a_decay_and_its_twin_ring_from_the_moment_of_release(decay: Finished) -
     assert track.times[-1] > 3.0  # what was asked for is there after the release
     held = track.between(-1.0, -0.05)["top_x_m"]
     assert np.nanstd(held) < 0.0005
-    told = bundle.view("report").read_text(encoding="utf-8")
+    told = report_of(bundle)
     assert "this mode has no drive: the supply was not opened" in told
     assert "asked for decay-0.39N: 1.0 s rest" in told
     assert "decay, T pulled forward with 0.39 N" in told
 
 
-@pytest.mark.usefixtures("without_views")
 def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: VirtualBench) -> None:
     one, two = runs(tmp_path, bench, DECAY.replace("3 s}", "1 s, repeats: 2}"))
     assert one.take().read_bytes() != two.take().read_bytes()
@@ -318,7 +314,6 @@ def test_repeats_differ_in_noise_and_moment_of_release(tmp_path: Path, bench: Vi
     assert abs(zeros[0] - zeros[1]) > 0.01
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_drop_falls_by_what_was_asked(tmp_path: Path, bench: VirtualBench) -> None:
     steps = "  - run: {mode: drop, height: 20 mm, rest: 1 s, duration: 3 s}\n"
     (bundle,) = runs(tmp_path, bench, steps)
@@ -344,7 +339,6 @@ def test_a_robot_that_was_never_let_go_is_found_in_the_take(
         list(runs(tmp_path, bench, DECAY))
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_true_robot_of_forty_increments_rings_like_its_twin_of_sixteen(tmp_path: Path) -> None:
     file = load_bench("virtual").content
     assert file.virtual is not None

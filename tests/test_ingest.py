@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.bundles import carried_out, manifest_of
+from tests.bundles import carried_out, manifest_of, report_of
 from workbench.bundle import verify
 from workbench.errors import FileFaults, InputError, TakeError
 from workbench.ingest import ingest_sheet
@@ -69,7 +69,6 @@ def write_sheet(folder: Path, runs: str, head: str = HEAD) -> Path:
     return path
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_listed_take_becomes_a_bundle_with_its_twin(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop_17.csv").write_bytes(take.read_bytes())
     sheet = write_sheet(
@@ -84,7 +83,6 @@ def test_a_listed_take_becomes_a_bundle_with_its_twin(tmp_path: Path, take: Path
     assert verify(bundle.path) == []
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_voltage_goes_through_the_sheet_s_calibration(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop.csv").write_bytes(take.read_bytes())
     sheet = write_sheet(
@@ -95,7 +93,6 @@ def test_a_voltage_goes_through_the_sheet_s_calibration(tmp_path: Path, take: Pa
     assert manifest_of(bundle)["role"] == "held_out"
 
 
-@pytest.mark.usefixtures("without_views")
 def test_angles_listed_in_the_sheet_are_a_shape(tmp_path: Path, take: Path) -> None:
     (tmp_path / "hop.csv").write_bytes(take.read_bytes())
     angles = load_shape("thesis-initial", tmp_path).content.angles
@@ -148,7 +145,7 @@ def test_a_pull_that_the_sheet_leaves_out_is_found_in_the_data(tmp_path: Path, d
     assert 1e-5 < found["standard_error"] < 0.003
     assert manifest_of(bundle)["title"] == "decay, decay.csv"
     assert manifest_of(bundle)["error_top_mm"] < 1.0
-    assert "N, found in the data" in bundle.view("report").read_text(encoding="utf-8")
+    assert "N, found in the data" in report_of(bundle)
 
 
 def test_a_height_that_the_sheet_leaves_out_is_found_in_the_data(
@@ -159,10 +156,9 @@ def test_a_height_that_the_sheet_leaves_out_is_found_in_the_data(
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
     assert manifest_of(bundle)["release"]["height_m"] == pytest.approx(0.02, abs=0.0003)
     assert manifest_of(bundle)["error_mm"] < 1.0
-    assert "mm, found in the data" in bundle.view("report").read_text(encoding="utf-8")
+    assert "mm, found in the data" in report_of(bundle)
 
 
-@pytest.mark.usefixtures("without_views")
 def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Path) -> None:
     (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
     sheet = write_sheet(
@@ -175,7 +171,6 @@ def test_a_pull_that_the_sheet_tells_is_taken_as_told(tmp_path: Path, decay: Pat
     assert twin / real == pytest.approx(0.45 / 0.39, abs=0.02)
 
 
-@pytest.mark.usefixtures("without_views")
 def test_the_direction_of_a_pull_is_found_in_the_data(tmp_path: Path, decay: Path) -> None:
     (tmp_path / "decay.csv").write_bytes(decay.read_bytes())
     turned = HEAD.replace("forward: -z", "forward: z")  # the same take, seen from behind
@@ -194,7 +189,7 @@ def test_a_pull_forward_and_up_starts_the_twin_where_both_hold_it(
     )
     (bundle,) = ingest_sheet(load(sheet, Sheet), tmp_path / "runs", quiet)
     assert (manifest_of(bundle)["pull_N"], manifest_of(bundle)["pull_up_N"]) == (0.3, -0.2)
-    page = bundle.view("report").read_text(encoding="utf-8")
+    page = report_of(bundle)
     assert "T pulled forward with 0.3 N and upward with -0.2 N" in page
     shape, model = load_shape("thesis-initial", tmp_path), load_model("thesis", tmp_path)
     robot = make_robot(model.content.values(), shape.content)
@@ -230,7 +225,6 @@ def test_a_sheet_s_run_has_the_keys_of_its_mode(tmp_path: Path, run: str, text: 
         load(write_sheet(tmp_path, f"  - {{take: x.csv, {run}}}\n"), Sheet)
 
 
-@pytest.mark.usefixtures("without_views")
 def test_what_a_sheet_states_of_its_takes_is_obeyed_and_noted(tmp_path: Path, take: Path) -> None:
     found = read_take(take)
     write_motive(found, tmp_path / "cm.csv", version="1.24", units="Centimeters")

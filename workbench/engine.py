@@ -212,7 +212,7 @@ class _Conductor:
         self._ask(self.run.after)
         if take is not None:
             self.bundle.add_take(take)
-            self.progress("track, twin, views")
+            self.progress("track, twin")
             pair(self.bundle)
 
     def _asked(self) -> Asked:

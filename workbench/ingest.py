@@ -97,7 +97,7 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
     if verdict.reasons:
         bundle.record.note(Measured(take_forced=tuple(verdict.reasons)))
     bundle.add_take(take)
-    progress("track, twin, views")
+    progress("track, twin")
     try:
         pair(bundle)
     except WorkbenchError as error:

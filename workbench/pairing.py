@@ -1,17 +1,17 @@
-"""Pair a measured run with its twin: from a bundle's raw take to track, twin, comparison and views.
+"""Pair a measured run with its twin: from a bundle's raw take to track, twin and comparison.
 
-Everything here is made from the bundle alone, so it can be made again from it at any time.
+Everything here is made from the bundle alone, so it can be made again from it at any time. Nothing
+is drawn: whoever shows a run does that from its bundle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from workbench import review
 from workbench.bundle import (
     Alignment,
     Bundle,
@@ -37,6 +37,7 @@ from workbench.motion import (
     DRIVEN,
     ROTOR_ANGLE,
     TOP,
+    Misfit,
     Mode,
     Summary,
     last_motion,
@@ -47,7 +48,6 @@ from workbench.motion import (
 from workbench.protocol import (
     BenchFile,
     Cameras,
-    Document,
     ModelFile,
     MotorLine,
     ShapeFile,
@@ -55,8 +55,6 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.recall import recall
-from workbench.review import Comparison, Extended
 from workbench.ringdown import RingDown, summarize_release
 from workbench.timeseries import TimeSeries
 from workbench.tracking import (
@@ -75,7 +73,7 @@ from workbench.tracking import (
 )
 from workbench.twin import Command, Release, find_release, make_twin, robot_of
 
-__all__ = ["pair", "pair_extended", "settings"]
+__all__ = ["OtherTwin", "other_twin", "pair", "settings"]
 
 _STILL: dict[Mode, str] = {
     "decay": "T never moves in this take; was it released while the cameras recorded, and is the "
@@ -105,8 +103,24 @@ class _Pair(NamedTuple):
     outcome: str
 
 
-def pair(bundle: Bundle) -> Comparison:
-    """Track the take, simulate its twin, compare, draw; write all of it into the bundle.
+class OtherTwin(NamedTuple):
+    """What the twin of another model did in a run.
+
+    Args:
+        motion: of it.
+        summary: of the motion.
+        misfit: between the measured robot and it.
+        warnings: what a reader should know of it.
+    """
+
+    motion: TimeSeries
+    summary: Summary | RingDown
+    misfit: Misfit
+    warnings: tuple[str, ...]
+
+
+def pair(bundle: Bundle) -> None:
+    """Track the take, simulate its twin, compare; write series and facts into the bundle.
 
     Raises:
         TakeError: when the take cannot be read.
@@ -126,10 +140,6 @@ def pair(bundle: Bundle) -> Comparison:
     _note(bundle, made)
     _observe(bundle, made, made_from)
     bundle.record.note(_signals(bundle, track, twin, made.command))
-    comparison = recall(bundle)
-    bundle.write_view("recording", lambda path: review.write_recording(comparison, path))
-    bundle.write_view("report", lambda path: review.write_report(comparison, path))
-    return comparison
 
 
 def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
@@ -158,47 +168,33 @@ def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
     bundle.record.note(facts)
 
 
-def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
-    """Compare a run with its twin and with that of an extended model; nothing is written.
+def other_twin(bundle: Bundle, model: ModelFile) -> OtherTwin:
+    """Simulate the twin that a run has by another model; nothing is written.
 
-    The extended twin gets the same commands. Where the pull or height was found in the data, it is
-    found anew with the extended model.
+    It gets the same commands. Where the pull or height was found in the data, it is found anew with
+    this model.
 
     Args:
         bundle: of the run.
-        model: the extended one.
+        model: in place of the bundle's own.
 
     Raises:
-        TakeError, InputError, WorkbenchError: as `pair`, for either model.
+        TakeError, InputError, WorkbenchError: as `pair`.
     """
-    comparison, extended = recall(bundle), model.content
-    cameras, calibration = settings(bundle)
-    track = _track(bundle, cameras)
-    command = _command(bundle, calibration, track)
-    shape = load(bundle.document("shape"), ShapeFile).content
-    mode = bundle.asked.mode
-    release = _release(bundle, track, command, extended, shape)
-    motion, outcome = make_twin(mode, extended, shape, command, track, release)
-    return replace(
-        comparison,
-        extended=Extended(
-            extended.name,
-            motion,
-            _summary(mode, motion, command.duration),
-            misfit(track.motion, motion, command.duration),
-        ),
-        facts={
-            **comparison.facts,
-            "extended model": f"{extended.name} ({sha256(model.path)[:12]})",
-        },
-        warnings=(*comparison.warnings, *_unfinished("extended twin", motion, outcome)),
+    made = _made(bundle, model)
+    duration = made.command.duration
+    return OtherTwin(
+        made.twin,
+        _summary(bundle.asked.mode, made.twin, duration),
+        misfit(made.track.motion, made.twin, duration),
+        tuple(_unfinished("extended twin", made.twin, made.outcome)),
     )
 
 
-def _made(bundle: Bundle) -> _Pair:
-    """Track the take and simulate its twin."""
+def _made(bundle: Bundle, model: ModelFile | None = None) -> _Pair:
+    """Track the take and simulate its twin, by the bundle's own model where none is given."""
     cameras, calibration = settings(bundle)
-    model = load(bundle.document("model"), ModelFile).content
+    model = model or load(bundle.document("model"), ModelFile).content
     shape = load(bundle.document("shape"), ShapeFile).content
     track = _track(bundle, cameras)
     command = _command(bundle, calibration, track)

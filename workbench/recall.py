@@ -30,6 +30,7 @@ from workbench.bundle import (
     sha256,
     verify,
 )
+from workbench.bundle.sentences import sentence
 from workbench.errors import InputError, did_you_mean
 from workbench.motion import (
     DRIVEN,
@@ -45,7 +46,6 @@ from workbench.motion import (
 from workbench.protocol import ModelFile, ShapeFile, load, load_model, load_shape
 from workbench.review import Comparison, Figure, Phase, Predicted
 from workbench.review.condition import condition
-from workbench.review.journal import sentence
 from workbench.review.phases import phases, with_prompts
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 from workbench.bench import Operator, SimulatedBench, Subject, Window
 from workbench.bundle import Bundle, Event, events
+from workbench.bundle.sentences import sentence
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.hw import SimulatedClock, written
 from workbench.progress import Stage, counted
 from workbench.protocol import BenchFile, PlannedRun
-from workbench.review.journal import sentence
 from workbench.takes import Place
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]

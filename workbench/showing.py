@@ -1,25 +1,94 @@
-"""Runs that are shown together: one recording, one picture of it, one page."""
+"""What is shown of runs: the views of one, one beside an extended model's twin, several together.
+
+The views of a run are drawn from its bundle, once it is sealed: a viewer that does not work costs a
+picture and no run.
+"""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from workbench import review
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, View, sha256
 from workbench.errors import InputError
-from workbench.review import Comparison, ExperimentPage
+from workbench.pairing import other_twin
+from workbench.protocol import Document, ModelFile
+from workbench.recall import recall, recall_whatever
+from workbench.review import Comparison, ExperimentPage, Extended
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["Shown"]
+__all__ = ["Shown", "pair_extended", "write_views"]
 
 _MOMENT = 0.8  # of the run: where a picture is taken
+_DRAW: dict[View, Callable[[Comparison, Path], None]] = {
+    "recording": lambda comparison, path: review.write_recording(comparison, path),
+    "report": lambda comparison, path: review.write_report(comparison, path),
+}
+_LATER: dict[View, str] = {"recording": "--save", "report": "--page"}
+"""Option of `workbench review` that draws a view."""
+
+
+def write_views(bundle: Bundle) -> str | None:
+    """Draw the recording and the report of a sealed run into its bundle.
+
+    Whatever keeps one from being drawn costs that one alone; only an interrupt passes.
+
+    Returns:
+        What could not be drawn, why, and the command that draws it, in one line; None when all is
+        there.
+    """
+    why: dict[View, str] = {}
+    shown: Comparison | None = None
+    for kind, draw in _DRAW.items():
+        try:
+            shown = shown or recall_whatever(bundle)
+            bundle.write_view(kind, partial(draw, shown))
+        except (KeyboardInterrupt, SystemExit):
+            raise
+        except BaseException as error:  # a panic inside rerun is no Exception
+            why[kind] = " ".join(f"{type(error).__name__}: {error}".split())
+    return _not_drawn(bundle, why) if why else None
+
+
+def _not_drawn(bundle: Bundle, why: Mapping[View, str]) -> str:
+    """Return what could not be drawn, why, and the command that draws it."""
+    names = " and ".join(bundle.view(kind).name for kind in why)
+    later = " ".join(f"{_LATER[kind]} {bundle.view(kind)}" for kind in why)
+    return (
+        f"{names} could not be drawn ({'; '.join(dict.fromkeys(why.values()))}); the run is whole "
+        f"without; draw later: workbench review {bundle.path} {later}"
+    )
+
+
+def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
+    """Compare a run with its twin and with that of an extended model; nothing is written.
+
+    The extended twin gets the same commands. Where the pull or height was found in the data, it is
+    found anew with the extended model.
+
+    Args:
+        bundle: of the run.
+        model: the extended one.
+
+    Raises:
+        TakeError, InputError, WorkbenchError: as `pair`, for either model.
+    """
+    comparison, name = recall(bundle), model.content.name
+    twin = other_twin(bundle, model.content)
+    return replace(
+        comparison,
+        extended=Extended(name, twin.motion, twin.summary, twin.misfit),
+        facts={**comparison.facts, "extended model": f"{name} ({sha256(model.path)[:12]})"},
+        warnings=(*comparison.warnings, *twin.warnings),
+    )
 
 
 @dataclass(frozen=True)

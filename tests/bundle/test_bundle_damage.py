@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import signal
@@ -23,7 +24,7 @@ from tests.bundles import (
     manifest_of,
     remarked,
 )
-from workbench.bundle import Bundle, Measured, Record, damaged_files, events, verify
+from workbench.bundle import Bundle, Measured, Record, damaged_files, events, sha256, verify
 from workbench.catalogue import Query, search
 from workbench.errors import InputError, RecordError
 
@@ -31,8 +32,9 @@ FILES = (
     "manifest.json", "protocol.yaml", "protocol.json", "bench.yaml", "bench.json", "model.yaml",
     "shape.yaml", "calibration.yaml", "journal.jsonl", "wire.log", "guardian.jsonl",
     "take/take 1.csv", "track.parquet", "raw.parquet", "twin.parquet", "supply.parquet",
-    "state.parquet", "compare.rrd", "report.html", "checksums.txt", "remarks.jsonl",
+    "state.parquet", "checksums.txt", "remarks.jsonl",
 )  # fmt: skip
+VIEWS = ("compare.rrd", "report.html")
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +62,7 @@ def listed(run: Path) -> str:
 
 def test_the_bundle_holds_every_kind_of_file_and_is_whole(whole: Path) -> None:
     held = {p.relative_to(whole).as_posix() for p in whole.rglob("*") if p.is_file()}
-    assert held == set(FILES)
+    assert held == {*FILES, *VIEWS}
     assert verify(whole) == []
 
 
@@ -72,6 +74,37 @@ def test_sha256sum_finds_nothing_wrong_either(whole: Path) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.count(": OK") == len(FILES) - 2  # neither of itself nor of the remarks
+
+
+@pytest.mark.parametrize("before", [False, True], ids=["sealed now", "sealed before"])
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_view_may_be_drawn_anew_or_missing(run: Path, name: str, before: bool) -> None:
+    """The seals of the first bundles list the views."""
+    if before:
+        seal_as_before(run)
+    assert (name in (run / "checksums.txt").read_text(encoding="utf-8")) == before
+    for change in (draw_anew, leave_a_draft, Path.unlink):
+        change(run / name)
+        assert verify(run) == [], change
+    flip(run / "model.yaml", 3)
+    assert damaged_files(verify(run)) == {"model.yaml"}
+
+
+def draw_anew(path: Path) -> None:
+    path.write_bytes(b"another picture")
+
+
+def leave_a_draft(path: Path) -> None:
+    """As a program does that is killed while it draws."""
+    path.with_name(f".{path.name}").write_bytes(b"half a pic")
+
+
+def seal_as_before(run: Path) -> None:
+    """Write checksums that list the views, as the first bundles have them."""
+    kept = (run / "checksums.txt").read_text(encoding="utf-8").splitlines(keepends=True)[:-1]
+    lines = "".join([*kept, *(f"{sha256(run / name)}  {name}\n" for name in VIEWS)])
+    own = hashlib.sha256(lines.encode()).hexdigest()
+    (run / "checksums.txt").write_text(f"{lines}# sha256 of the lines above: {own}\n", "utf-8")
 
 
 @pytest.mark.parametrize("name", FILES)

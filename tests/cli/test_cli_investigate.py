@@ -74,6 +74,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     after = {path.name for path in (lab / "out" / "runs").iterdir()}
     facts = [manifest_of(Bundle.open(lab / "out" / "runs" / name)) for name in after - before]
     assert [one["protocol"] for one in facts] == 2 * ["round-1-next.yaml"]
+    assert all((lab / "out" / "runs" / name / "report.html").exists() for name in after)
 
 
 def test_a_budget_that_the_first_protocol_exceeds_starts_nothing(lab: Path) -> None:

@@ -14,8 +14,8 @@ from tests.bundles import carried_out, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, sha256, verify
 from workbench.errors import WorkbenchError
-from workbench.pairing import pair_extended
 from workbench.protocol import load_model
+from workbench.showing import pair_extended
 
 DAMPING = 0.05  # [N m s^2/rad^2] that the robot has and the stated model lacks
 
@@ -64,7 +64,7 @@ def test_the_recording_is_saved_and_the_bundle_stays_as_it_is(
 
 
 def motions(recording: Path) -> dict[str, dict[str, list[object]]]:
-    """What moves and what is plotted; the journal goes on after the recording was made."""
+    """What moves and what is plotted."""
     chunks = RrdReader(recording).stream().to_chunks()
     told = {c.entity_path: c.to_record_batch() for c in chunks if not c.is_static}
     return {

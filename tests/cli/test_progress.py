@@ -55,14 +55,14 @@ def test_a_line_appears_after_two_seconds_with_the_time_gone_and_what_a_phase_la
     assert terminal.shown() == ""
     terminal.now += 1.1
     assert terminal.shown() == "drive 10 s: 17 rad/s 0:03 0:07 left"
-    terminal.stages("track, twin, views")
+    terminal.stages("track, twin")
     terminal.now += 5
-    assert terminal.shown() == "track, twin, views 0:05"
+    assert terminal.shown() == "track, twin 0:05"
     terminal.stages.pause()
     assert terminal.shown() == ""
     kept = terminal.file.getvalue()
     assert "drive 10 s: 17 rad/s  0:03" in kept  # what is over stays to be read
-    assert "track, twin, views  0:05" in kept
+    assert "track, twin  0:05" in kept
 
 
 def test_time_left_follows_the_share_that_is_done() -> None:

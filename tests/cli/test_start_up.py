@@ -18,6 +18,7 @@ HEAVY = SCIPY | {
     "pyarrow", "rerun", "reportlab", "scipy.stats", "sklearn", "uvicorn",
 }  # fmt: skip
 ENGINE = {"mujoco", "numba"}
+DRAWING = {"rerun", "matplotlib", "jinja2", "PIL"}
 BUDGETS = (
     (set[str](), "run ingest live panel schema doctor runs supply"),
     (ENGINE, "calibrate identify resonances simulate modes diagnose investigate review optimize "
@@ -73,11 +74,19 @@ def test_a_take_is_read_without_the_simulation(tmp_path: Path) -> None:
     assert found <= {"pyarrow", "scipy.linalg", "scipy.spatial"}
 
 
+def test_what_a_run_needs_draws_nothing(tmp_path: Path) -> None:
+    """Carrying one out up to its seal loads none of them either: `tests/test_views.py`."""
+    rooms = "bench, engine, ingest, pairing, rehearsal, cli.run, cli.attended, cli.ingest"
+    found = loaded(f"import {', '.join(f'workbench.{r}' for r in rooms.split(', '))}", tmp_path)
+    assert "mujoco" in found
+    assert not found & DRAWING
+
+
 def test_a_run_loads_no_viewer_before_it_is_over(tmp_path: Path) -> None:
     protocol = ROOT / "protocols" / "hop-17.yaml"
     found = loaded_by(tmp_path, "run", str(protocol), "--dry-run")
     assert "mujoco" in found
-    assert not found & {"rerun", "matplotlib", "jinja2", "PIL"}
+    assert not found & DRAWING
 
 
 def test_the_force_laws_are_compiled_when_a_robot_is_built(tmp_path: Path) -> None:

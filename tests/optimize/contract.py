@@ -12,6 +12,7 @@ from workbench.optimize import (
     Cmaes,
     CmaesOptions,
     Evaluation,
+    Generation,
     GeneticAlgorithm,
     GeneticOptions,
     Guided,
@@ -19,6 +20,7 @@ from workbench.optimize import (
     History,
     Pareto,
     Space,
+    Trial,
 )
 
 START = (-2.558, 0.01, 0.112, 0.042, 0.084, 0.126, 0.130, 0.217,
@@ -84,3 +86,23 @@ def facts(history: History) -> list[tuple[object, ...]]:
         for number, generation in enumerate(history.generations)
         for trial in generation.trials
     ]  # fmt: skip
+
+
+def three() -> History:
+    """Return a history of three generations, some of whose trials failed."""
+    return History(
+        ("a", "b"),
+        (
+            _generation((99.0, None), (102.0, "fell"), (99.5, None)),
+            _generation((99.4, None), (98.6, None), (102.0, "fell")),
+            _generation((102.0, "fell"), (102.0, "crashed"), (102.0, "fell")),
+        ),
+    )
+
+
+def _generation(*rows: tuple[float, str | None]) -> Generation:
+    trials = [
+        Trial(np.array([f, -f]), Evaluation((f, -f), {"distance_m": 100 - f}, why))
+        for f, why in rows
+    ]
+    return Generation(tuple(trials), len(trials) - 1, 0.5)

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 from rerun.chunk import Chunk
 
-from tests.bundles import manifest_of
+from tests.bundles import manifest_of, report_of
 from tests.conftest import ROOT
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
@@ -67,7 +67,7 @@ def column(chunks: list[Chunk], path: str, part: str) -> list[list[object]]:
 
 def largest(bundle: Bundle) -> dict[str, float]:
     """Return the largest errors as the report prints them [mm]."""
-    page = bundle.view("report").read_text(encoding="utf-8")
+    page = report_of(bundle)
     row = r'<th scope="row">(Foot|T)</th><td>[\d.]+ mm</td><td>([\d.]+) mm at'
     return {name: float(value) for name, value in re.findall(row, page)}
 

@@ -10,13 +10,15 @@
     take/             the export, byte for byte
     supply.parquet, raw.parquet, track.parquet, twin.parquet
     state.parquet     the estimated pose and the missing force, where the run could be observed
-    compare.rrd, report.html              views, made again from the rest at any time
     checksums.txt     sha256 of every file above, and of itself
     remarks.jsonl     what people said of the run since: tags, notes, good or bad
+    compare.rrd, report.html              views, drawn from the rest once it is sealed
 
-Nothing in it is overwritten once the run is finished, but for the views. A run whose take is
-missing is not finished: the take can be added later. Remarks are only ever appended, and each line
-carries its own sha256.
+Nothing in it is overwritten once the run is finished, but for the views: they are no part of the
+seal, and may be missing or drawn anew at any time. A run whose take is missing is not finished: the
+take can be added later. Remarks are only ever appended, and each line carries its own sha256.
+
+`sentences` tells an event of the journal in words.
 
 A `Bundle` is the folder with its documents, take and views (`folder.py`). Its `record` is what is
 written while the run goes on: the typed manifest (`manifest.py`), the journal of typed events

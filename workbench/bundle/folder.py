@@ -13,7 +13,7 @@ from typing import Any, Literal
 from workbench.bundle.finding import find_folder, is_run, no_bundle
 from workbench.bundle.inside import foreign
 from workbench.bundle.manifest import SCHEMA, Asked, Compared, Manifest, Status
-from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, WIRE
+from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, VIEWS, WIRE, View
 from workbench.bundle.record import Record
 from workbench.bundle.recovery import recovered_manifest
 from workbench.bundle.sealing import seal
@@ -24,9 +24,6 @@ from workbench.errors import InputError, RecordError, what_to_do
 __all__ = ["Bundle", "Document", "View"]
 
 Document = Literal["protocol", "bench", "model", "shape", "sheet", "calibration"]
-View = Literal["recording", "report"]
-
-_VIEWS: dict[View, str] = {"recording": "compare.rrd", "report": "report.html"}
 
 
 @dataclass(frozen=True)
@@ -259,10 +256,10 @@ class Bundle:
 
     def view(self, kind: View) -> Path:
         """Return the path of a view."""
-        return self.path / _VIEWS[kind]
+        return self.path / VIEWS[kind]
 
     def write_view(self, kind: View, write: Callable[[Path], None]) -> None:
-        """Let somebody draw a view; the one before stays until it is done.
+        """Let somebody draw a view, also of a sealed run; the one before stays until it is done.
 
         Raises:
             RecordError: when it cannot be written; then nothing of it stays.

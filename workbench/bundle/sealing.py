@@ -8,7 +8,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from workbench.bundle.inside import contents, foreign
-from workbench.bundle.names import CHECKSUMS, REMARKS
+from workbench.bundle.names import CHECKSUMS, REMARKS, VIEWS
 from workbench.bundle.writing import replaced
 
 __all__ = ["against_checksums", "seal", "sealed_files", "sha256"]
@@ -17,6 +17,8 @@ _ENTRY = re.compile(r"([0-9a-f]{64})  (.+)")  # as sha256sum writes and checks i
 _UNSURE = f"not as {CHECKSUMS} has it, which was changed itself"
 _GROWS = "# still written when the run ended: "
 _OWN = "# sha256 of the lines above: "  # a comment to sha256sum
+_UNSEALED = {*VIEWS.values(), *(f".{name}" for name in VIEWS.values())}
+"""Views and their drafts: drawn anew at any time. The first bundles' checksums list the views."""
 
 
 def sha256(path: Path) -> str:
@@ -26,7 +28,7 @@ def sha256(path: Path) -> str:
 
 
 def seal(folder: Path, growing: Collection[str] = ()) -> None:
-    """Write the checksums of all that a bundle holds; `sha256sum -c` reads them too.
+    """Write the checksums of all that a bundle holds but its views; `sha256sum -c` reads them.
 
     Args:
         folder: of the bundle.
@@ -61,8 +63,8 @@ def against_checksums(path: Path) -> list[str]:
         if entry is None:
             continue  # the list is not as it was written, which has been told
         digest, name = entry.groups()
-        if name in inside.others:
-            continue  # which has been told
+        if name in inside.others or name in _UNSEALED:
+            continue  # which has been told, or may be drawn anew
         file = files.pop(name, None)
         if file is None:
             problems.append(f"{name}: missing")
@@ -91,5 +93,5 @@ def sealed_files(folder: Path) -> list[tuple[str, Path]]:
 
 
 def _sealed(files: list[tuple[str, Path]]) -> list[tuple[str, Path]]:
-    own = (CHECKSUMS, f".{CHECKSUMS}", REMARKS)
-    return [(name, file) for name, file in files if name not in own]
+    left_out = {CHECKSUMS, f".{CHECKSUMS}", REMARKS} | _UNSEALED
+    return [(name, file) for name, file in files if name not in left_out]

@@ -12,6 +12,7 @@ from workbench.between import Choice
 from workbench.bundle import Bundle, add_remark
 from workbench.cli.keyboard import Keyboard
 from workbench.cli.output import QuietOperator, TerminalOperator, tell
+from workbench.cli.views import draw_views
 from workbench.desk import Desk, open_desk
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
@@ -28,8 +29,8 @@ def carry_out_at_desk(
     runs: Path,
     course: Course | None = None,
     pause: bool = False,
-) -> Iterator[Bundle]:
-    """Do what is planned and not yet done, where the panel can see it; yield each bundle.
+) -> Iterator[tuple[Bundle, list[str]]]:
+    """Do what is planned and not yet done, where the panel can see it.
 
     Args:
         experiment: plan and files.
@@ -38,6 +39,9 @@ def carry_out_at_desk(
         course: of an experiment that was begun; None begins one.
         pause: whether to ask after each run what is done next; otherwise after one where somebody
             asked for it in the panel.
+
+    Yields:
+        Each sealed bundle, and what of its views could not be drawn.
 
     Raises:
         InputError: when another process carries this experiment out.
@@ -53,7 +57,8 @@ def carry_out_at_desk(
             tell(text)
 
         between = _Between(experiment, desk, operator, pause)
-        yield from carry_out(experiment, bench, runs, operator, show, course, between)
+        for bundle in carry_out(experiment, bench, runs, operator, show, course, between):
+            yield bundle, draw_views(bundle, show)
 
 
 class _Between:

@@ -28,10 +28,9 @@ from workbench.diagnose import (
 )
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.errors import DataFault, InputError
-from workbench.pairing import pair_extended
 from workbench.protocol import load_model
 from workbench.recall import recall_whatever
-from workbench.showing import Shown
+from workbench.showing import Shown, pair_extended
 from workbench.versions import versions
 
 __all__ = ["diagnose", "next_object", "robot_of", "show_diagnosis", "show_next", "write_report"]

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bundle import Bundle
-from workbench.catalogue import describe
 from workbench.cli.output import (
     JsonFlag,
     RunsFolder,
@@ -20,6 +19,7 @@ from workbench.cli.output import (
     tell,
 )
 from workbench.cli.plain import print_columns
+from workbench.cli.views import described, draw_views
 from workbench.errors import InputError, TakeError
 from workbench.progress import counted
 from workbench.tracking import BodyNames, guess_bodies, quality, read_take
@@ -126,8 +126,9 @@ def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
     from workbench.ingest import add_take
 
     add_take(source, bundle, tell, insist)
+    undrawn = draw_views(bundle, tell)
     if as_json:
-        emit(describe(bundle))
+        emit(described(bundle, undrawn))
     else:
         comparison_table(bundle.asked.title, bundle.compared)
         print(f"bundle: {bundle.path}")
@@ -138,13 +139,15 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
     from workbench.protocol import Sheet, load
 
     done: list[Bundle] = []
+    undrawn: list[str] = []
     for bundle in ingest_sheet(load(source, Sheet), runs, tell):
         done.append(bundle)
+        undrawn += draw_views(bundle, tell)
         if not as_json:
             comparison_table(bundle.asked.title, bundle.compared)
             print(f"bundle: {bundle.path}")
     if as_json:
-        emit({"bundles": [str(bundle.path) for bundle in done]})
+        emit({"bundles": [str(bundle.path) for bundle in done], "warnings": undrawn})
 
 
 def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) -> None:

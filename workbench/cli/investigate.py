@@ -136,7 +136,7 @@ class _Loop:
         """Make the runs of a protocol that do not exist yet."""
         asked = read_experiment(job.protocol.path, self.lab, self.bench.voltage_step)
         asked = replace(asked, plan=asked.plan.without(job.done))
-        for bundle in carry_out_at_desk(asked, self.bench, self.runs):
+        for bundle, _ in carry_out_at_desk(asked, self.bench, self.runs):
             people.print(f"made {bundle.path}", markup=False)
 
     def look(self, number: int) -> tuple[Diagnosis, _Job | None]:

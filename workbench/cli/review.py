@@ -14,11 +14,10 @@ from workbench.cli.completing import run_names
 from workbench.cli.output import RunsFolder, people, show_table, tell
 from workbench.diagnose import extended_model_of
 from workbench.errors import WorkbenchError
-from workbench.pairing import pair_extended
 from workbench.protocol import Document, ModelFile, load_model
 from workbench.recall import recall_whatever, runs_named
 from workbench.review import Comparison
-from workbench.showing import Shown
+from workbench.showing import Shown, pair_extended
 
 if TYPE_CHECKING:
     from PIL.Image import Image

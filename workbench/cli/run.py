@@ -9,7 +9,6 @@ import typer
 
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
-from workbench.catalogue import describe
 from workbench.cli.completing import bench_names, protocol_files, run_names
 from workbench.cli.output import (
     JsonFlag,
@@ -18,6 +17,7 @@ from workbench.cli.output import (
     emit,
     tell,
 )
+from workbench.cli.views import described
 from workbench.experiment import read_experiment
 from workbench.resume import foresee
 from workbench.resume import resume as go_on
@@ -77,24 +77,22 @@ def run(
     from workbench.cli.attended import carry_out_at_desk  # and all that a run needs
 
     done: list[Bundle] = []
-    for bundle in carry_out_at_desk(experiment, device, runs, course, pause):
+    objects: list[dict[str, Any]] = []
+    for bundle, undrawn in carry_out_at_desk(experiment, device, runs, course, pause):
         done.append(bundle)
+        objects.append(described(bundle, undrawn))
         if not as_json:
             _print_bundle(bundle)
     if as_json:
-        emit(_report(done))
+        # a single run needs no list to be read
+        emit((objects[0] if len(objects) == 1 else {}) | {"runs": objects})
     elif len(done) > 1:
         print(f"all runs:  workbench review {done[0].experiment}")
-
-
-def _report(done: list[Bundle]) -> dict[str, Any]:
-    """Return one run's object, or all of them; a single run needs no list to be read."""
-    every = [describe(bundle) for bundle in done]
-    return (every[0] if len(every) == 1 else {}) | {"runs": every}
 
 
 def _print_bundle(bundle: Bundle) -> None:
     comparison_table(bundle.asked.title, bundle.compared)
     print(f"bundle:    {bundle.path}")
-    print(f"report:    {bundle.view('report')}")
+    if bundle.view("report").exists():
+        print(f"report:    {bundle.view('report')}")
     print(f"recording: workbench review {bundle.path}")

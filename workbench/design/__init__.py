@@ -8,7 +8,7 @@ learns from. `objective` lets candidates hop, all at once, by the twin's fan-out
 search in its folder, begun or gone on with, by one of the algorithms of `optimize`, which know no
 physics.
 `appraisal` tells what a design is, `results`, `figures` and `report` write it down;
-`experiments` are those of the thesis.
+`search_figures` draw what searches looked like; `experiments` are those of the thesis.
 
 A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
 algorithm a line in `study`.

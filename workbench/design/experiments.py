@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from workbench.design.appraisal import Appraisal, appraise
 from workbench.design.figures import path_figure, shape_figure
+from workbench.design.search_figures import draw_generations, draw_repeats
 from workbench.design.study import Settings, Study
 from workbench.errors import InputError
 from workbench.optimize import History
 from workbench.optimize import Progress as Generations
-from workbench.optimize.figures import draw_generations, draw_repeats
 from workbench.progress import Progress
 from workbench.protocol import Document, ModelFile, ShapeFile
 from workbench.review.drawing import drawn

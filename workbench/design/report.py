@@ -16,10 +16,10 @@ from workbench.design.figures import path_figure, shape_figure
 from workbench.design.goals import GOALS
 from workbench.design.problem import Problem
 from workbench.design.results import Found
+from workbench.design.search_figures import draw_front, draw_generations, draw_variables
 from workbench.design.study import Study
 from workbench.errors import InputError
 from workbench.optimize import History
-from workbench.optimize.figures import draw_front, draw_generations, draw_variables
 from workbench.review.drawing import as_svg, drawn
 from workbench.review.page import figure, table, warning_list, write_page
 

@@ -18,7 +18,7 @@ from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, minim
 from workbench.fit.fitting import refined
 from workbench.fit.prediction import prediction_errors
 from workbench.fit.state import observed
-from workbench.identify import compared_s
+from workbench.identify.validation import compared_s
 from workbench.sim import Robot
 
 __all__ = ["Errors", "errors_of", "removed"]

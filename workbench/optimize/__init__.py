@@ -4,7 +4,7 @@
 thesis, `guided` the default search, which learns by `surrogate`, `cma_es` the one that needs no
 descriptors, `pareto` the one for several goals. `search` is the loop,
 `evaluation` what a candidate is worth, `history` what was done, `checkpoint` the file that a search
-goes on from and `figures` what it looks like.
+goes on from. `design.search_figures` draws what a search looks like.
 
 The room knows numbers only: no robot, no file of the workbench but its own checkpoint. A new
 algorithm is one file with a subclass of `Algorithm`, and its name in `tests/optimize/contract.py`.

@@ -6,8 +6,8 @@ import time
 from dataclasses import dataclass, field
 
 from workbench.bundle import Bundle, Event, events, foreign, parse_line
+from workbench.bundle.sentences import sentence
 from workbench.output import OutputState
-from workbench.review.journal import sentence
 
 __all__ = ["Following", "Readings"]
 

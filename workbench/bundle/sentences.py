@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import PurePath
 
-from workbench.bundle import Event, events
+from workbench.bundle import events
+from workbench.bundle.events import Event
 
 __all__ = ["sentence"]
 
