@@ -56,23 +56,22 @@ def asked_for(**facts: Any) -> Asked:
 
 
 def manifest_of(bundle: Bundle) -> dict[str, Any]:
-    """The manifest as it is on disk."""
-    return json.loads((bundle.path / "manifest.json").read_text(encoding="utf-8"))
+    """The manifest by its keys on disk."""
+    return _plain(bundle.manifest.flat())
 
 
 def journal_of(bundle: Bundle) -> list[dict[str, Any]]:
-    """The journal as it is on disk."""
-    return _lines(bundle.record.journal_log)
+    """The journal by its keys on disk, as far as it can be read."""
+    return [_plain({"time_s": time} | event.as_json()) for time, event in bundle.record.events()]
 
 
 def guardian_of(bundle: Bundle) -> list[dict[str, Any]]:
-    """The log of the supply's guardian as it is on disk."""
-    return _lines(bundle.record.guardian_log)
+    """The log of the supply's guardian."""
+    return bundle.record.guardian()
 
 
-def _lines(path: Path) -> list[dict[str, Any]]:
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    return [json.loads(line) for line in text.splitlines()]
+def _plain(facts: dict[str, Any]) -> dict[str, Any]:
+    return json.loads(json.dumps(facts, default=str))
 
 
 def note(bundle: Bundle, **facts: Any) -> None:

@@ -68,7 +68,7 @@ def test_words_are_taken_as_listed_and_after_five_tries_it_ends(tmp_path: Path) 
 
 def test_nobody_types_on_a_bench_without_an_operator(tmp_path: Path) -> None:
     one = ask(QuietOperator(), prompt(tmp_path, "{name: remark}"))
-    assert one.fact() == {"remark": {"value": None, "unit": None}}
+    assert one.fact() == {"remark": AnswerFact(value=None, unit=None)}
 
 
 @pytest.mark.parametrize(

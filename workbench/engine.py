@@ -10,21 +10,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Literal, TypedDict
+from typing import Any, Literal
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bench_supply import check_new_scale, made_ready
 from workbench.between import Between, Part, go_on, what_follows
-from workbench.bundle import (
-    AnswerFact,
-    Asked,
-    Bundle,
-    CameraWindow,
-    Event,
-    Measured,
-    SupplyIdentity,
-    events,
-)
+from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
 from workbench.hw import Reading, Supply, switch_on, watch
@@ -123,34 +114,18 @@ def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> No
             )
 
 
-class _Condition(TypedDict, total=False):
-    """The part of what was asked that depends on the mode."""
-
-    voltage_V: float | None
-    speed_rad_s: float | None
-    ramp_s: float | None
-    pull_N: float | None
-    height_m: float | None
-    levels: tuple[tuple[float, float, float | None], ...] | None
-
-
-def _condition(action: PlannedDrive | PlannedRelease) -> _Condition:
-    """Return what the manifest says was asked; what a mode does not have is null."""
-    none: _Condition = {
-        "voltage_V": None, "speed_rad_s": None, "ramp_s": None, "pull_N": None, "height_m": None,
-        "levels": None,
-    }  # fmt: skip
+def _condition(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+    """Return the part of what was asked that depends on the mode; what it does not have is None."""
+    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
     match action:
         case PlannedDrive():
+            volts = None if action.voltage is None else float(action.voltage)
             levels = tuple((since, float(level), speed) for since, level, speed in action.levels)
-            return none | {
-                "voltage_V": None if action.voltage is None else float(action.voltage),
-                "speed_rad_s": action.speed,
-                "ramp_s": action.ramp,
-                "levels": levels if len(levels) > 1 else None,
-            }
+            several = levels if len(levels) > 1 else None
+            values = (volts, action.speed, action.ramp, None, None, several)
         case PlannedRelease():
-            return none | {"pull_N": action.pull, "height_m": action.height}
+            values = (None, None, None, action.pull, action.height, None)
+    return dict(zip(keys, values, strict=True))
 
 
 class _Conductor:
@@ -169,7 +144,6 @@ class _Conductor:
         self.experiment, self.bench, self.run = experiment, bench, run
         self.operator, self.progress, self.course = operator, progress, course
         self.shape = experiment.shape_of(run)
-        self.answers: dict[str, AnswerFact] = {}
         self.readings: list[Reading] = []
         self.signals = Signals()
         self.start = bench.clock.now()
@@ -312,8 +286,8 @@ class _Conductor:
         """Keep an answer in the journal, and its value in the manifest."""
         self._journal(one.event(asked_s))
         if fact := one.fact():
-            self.answers |= fact
-            self.bundle.record.note(Measured(answers=self.answers))
+            answers = self.bundle.manifest.measured.answers | fact
+            self.bundle.record.note(Measured(answers=answers))
 
     def _start_cameras(self) -> datetime:
         """Start the cameras, and with them the run's time, and return the wall time."""

@@ -181,11 +181,11 @@ WRITER = """\
 import sys
 from datetime import datetime
 from pathlib import Path
-from tests.bundles import TRACK
-from workbench.bundle import Bundle
-bundle = Bundle.create(Path(sys.argv[1]), "hop-17", datetime.now(), {"title": "T", "mode": "hop"})
+from tests.bundles import TRACK, asked_for
+from workbench.bundle import Bundle, events
+bundle = Bundle.create(Path(sys.argv[1]), "hop-17", datetime.now(), asked_for(title="T"))
 for k in range(10**9):
-    bundle.record.journal(events.Reading(current_A=0.1), k)
+    bundle.record.journal(events.NoDrive(), k)
     bundle.series.write("supply", TRACK, {})
 """
 

@@ -279,7 +279,7 @@ def test_the_list_is_of_the_newest_and_follows_the_folder(tmp_path: Path) -> Non
     assert len(found["rows"]) == MOST_ROWS
     newest = Bundle.open(runs / found["rows"][0]["name"])
     assert found["rows"][0]["status"] == "not finished"
-    note(newest, real={"distance_m": 1.25}, twin={"distance_m": 1.25}, error_mm=7.0)
+    note(newest, real={"distance_m": 1.25}, twin={"displacement_m": 0.0}, error_mm=7.0)
     newest.finish("complete")
     listing.refresh()
     first = listing.rows()["rows"][0]

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 from types import MappingProxyType
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from workbench.modes import Mode, Role
 
 __all__ = [
     "SCHEMA",
+    "SECTIONS",
     "Alignment",
     "AnswerFact",
     "Asked",
@@ -39,6 +40,7 @@ __all__ = [
     "Status",
     "SupplyIdentity",
     "TrackFacts",
+    "split",
 ]
 
 SCHEMA = "workbench/bundle-1"
@@ -295,11 +297,10 @@ class Signals(Section):
     alignment: Alignment | None = None
 
 
-_SECTIONS: Mapping[str, type[Section]] = MappingProxyType(
+SECTIONS: Mapping[str, type[Section]] = MappingProxyType(
     {"asked": Asked, "measured": Measured, "compared": Compared, "observed": Observed,
      "signals": Signals}
 )  # fmt: skip
-_SectionT = TypeVar("_SectionT", bound=Section)
 
 
 class Manifest(_Frozen):
@@ -324,29 +325,18 @@ class Manifest(_Frozen):
         Raises:
             ValueError: when a fact is missing or of another type; the message names all of them.
         """
-        sections, head = _split(facts)
+        sections, head = split(facts)
         try:
-            found = {name: _SECTIONS[name].model_validate(own) for name, own in sections.items()}
+            found = {name: SECTIONS[name].model_validate(own) for name, own in sections.items()}
             return cls.model_validate(dict(head) | found)
         except ValidationError as error:
-            raise ValueError(_told(error)) from None
-
-    @classmethod
-    def salvage(cls, facts: Mapping[str, Any]) -> Manifest:
-        """Return what can be used of a damaged manifest; facts that cannot are left out.
-
-        A section keeps its good facts; others it has by default, or not at all where there is none:
-        whoever shows it must not rely on more than what `Asked` has.
-        """
-        sections, head = _split(facts)
-        found = {name: _salvaged(_SECTIONS[name], own) for name, own in sections.items()}
-        kept = {name: section for name, section in found.items() if section is not None}
-        return _constructed(cls, head).model_copy(update=kept)
+            raise ValueError(_faults(error)) from None
 
     def flat(self) -> dict[str, Any]:
         """Return the JSON object: head and sections in one, only what was set."""
-        head = self.model_dump(by_alias=True, exclude_unset=True, exclude=set(_SECTIONS))
-        for name in _SECTIONS:
+        own = self.model_dump(by_alias=True, exclude_unset=True, exclude=set(SECTIONS))
+        head = {"schema": self.schema_} | own
+        for name in SECTIONS:
             section = getattr(self, name)
             head |= {} if section is None else section.as_json()
         return head
@@ -370,43 +360,19 @@ class Manifest(_Frozen):
 
 
 def _name_of(section: Section) -> str:
-    return next(name for name, kind in _SECTIONS.items() if kind is type(section))
+    return next(name for name, kind in SECTIONS.items() if kind is type(section))
 
 
-def _split(facts: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
+def split(facts: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Return the facts of each section that has some, and those of the head."""
     left = dict(facts)
     sections = {
         name: {key: left.pop(key) for key in kind.model_fields if key in left}
-        for name, kind in _SECTIONS.items()
+        for name, kind in SECTIONS.items()
     }
     return {name: own for name, own in sections.items() if own}, left
 
 
-def _salvaged(kind: type[_SectionT], facts: Mapping[str, Any]) -> _SectionT | None:
-    """Return a section of the facts that are valid; None where one that it needs is not."""
-    found = _constructed(kind, facts)
-    needed = {key for key, field in kind.model_fields.items() if field.is_required()}
-    return found if needed <= found.model_fields_set else None
-
-
-_ModelT = TypeVar("_ModelT", bound=BaseModel)
-
-
-def _constructed(kind: type[_ModelT], facts: Mapping[str, Any]) -> _ModelT:
-    """Return a model of the facts that are valid, each on its own."""
-    good: dict[str, Any] = {}
-    for key, field in kind.model_fields.items():
-        name = field.alias or key
-        if name in facts:
-            try:
-                annotation: Any = field.annotation
-                good[name] = TypeAdapter(annotation).validate_python(facts[name])
-            except ValidationError:
-                continue
-    return kind.model_construct(**good)
-
-
-def _told(error: ValidationError) -> str:
+def _faults(error: ValidationError) -> str:
     faults = (f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in error.errors())
     return "; ".join(faults)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from workbench.bundle.inside import foreign
-from workbench.bundle.manifest import Manifest
+from workbench.bundle.manifest import SECTIONS, Manifest, split
 from workbench.bundle.names import MANIFEST, NAMED
 
 __all__ = ["recovered_manifest"]
@@ -35,8 +39,8 @@ def recovered_manifest(folder: Path) -> Manifest:
         "shape": "",
     }
     read = _readable(folder / MANIFEST)
-    found = Manifest.salvage(facts | read)
-    return found if found.asked is not None else Manifest.salvage(facts | {"mode": "hop"})
+    found = _salvaged(facts | read)
+    return found if found.asked is not None else _salvaged(facts | {"mode": "hop"})
 
 
 def _readable(path: Path) -> dict[str, Any]:
@@ -54,6 +58,32 @@ def _readable(path: Path) -> dict[str, Any]:
         except (ValueError, RecursionError):
             continue
     return found
+
+
+def _salvaged(facts: Mapping[str, Any]) -> Manifest:
+    """Return a manifest of the valid facts; a section that lacks one it needs is left out."""
+    sections, head = split(facts)
+    found = {name: _valid(SECTIONS[name], own) for name, own in sections.items()}
+    whole = {
+        name: section
+        for name, section in found.items()
+        if all(key in section.model_fields_set or not field.is_required()
+               for key, field in SECTIONS[name].model_fields.items())
+    }  # fmt: skip
+    return _valid(Manifest, head).model_copy(update=whole)
+
+
+_ModelT = TypeVar("_ModelT", bound=BaseModel)
+
+
+def _valid(kind: type[_ModelT], facts: Mapping[str, Any]) -> _ModelT:
+    """Return a model of the facts that are valid, each on its own."""
+    good: dict[str, Any] = {}
+    for key, field in kind.model_fields.items():
+        name, annotation = field.alias or key, cast("Any", field.annotation)
+        with suppress(KeyError, ValidationError):
+            good[name] = TypeAdapter(annotation).validate_python(facts[name])
+    return kind.model_construct(**good)
 
 
 def _created(name: str) -> str:
