@@ -110,7 +110,7 @@ def print_speed(plan: Plan) -> None:
             evaluations=plan.evaluations,
             penalty=(PENALTY,),
             checkpoint=Path(scratch) / "search.json",
-            progress=in_turn,
+            watch=in_turn,
         )
     failed = sum(len(generation.failures) for generation in history.generations)
     own, bare = (Spent(*(sum(each) for each in zip(*all_, strict=True))) for all_ in (ours, base))

@@ -22,9 +22,9 @@ from workbench.bundle import (
     add_remark,
     events,
 )
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
+from workbench.operators import QuietOperator
 from workbench.showing import write_views
 from workbench.timeseries import TimeSeries
 

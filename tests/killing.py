@@ -162,14 +162,14 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool, state: Path
     Attended, its prompts have to be answered in a panel; otherwise they answer themselves.
     """
     from workbench.cli import main
-    from workbench.cli.output import QuietOperator
+    from workbench.operators import QuietOperator
 
     os.environ["WORKBENCH_STATE"] = str(state)
     sys.stderr = sys.stdout = err.open("w")
     os.dup2(sys.stderr.fileno(), 2)
     if not attended:
-        at_desk = import_module("workbench.cli.attended")
-        vars(at_desk)["operator_of"] = lambda bench, desk: QuietOperator()
+        terminal = import_module("workbench.cli.terminal")
+        vars(terminal)["operator_here"] = lambda bench, desk: QuietOperator()
     keep = Record.journal
 
     def journal(self: Record, event: Event, time_s: float) -> None:

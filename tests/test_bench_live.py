@@ -13,12 +13,12 @@ from tests.bundles import manifest_of
 from tests.tracking.natnet_stub import StubServer, packets, recording
 from workbench.bench import RealBench, VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import FileFaults, HardwareError, Interrupted
 from workbench.experiment import Experiment
 from workbench.hw import SystemClock
 from workbench.hw.simulated import SimulatedRiden, serve
+from workbench.operators import QuietOperator
 from workbench.protocol import (
     BenchFile,
     Document,

@@ -13,7 +13,6 @@ import pytest
 from tests.bundles import journal_of, manifest_of, report_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import (
     HardwareError,
@@ -24,6 +23,7 @@ from workbench.errors import (
 )
 from workbench.experiment import Experiment
 from workbench.hw.simulated import Fault
+from workbench.operators import QuietOperator
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 
 STEPS = "  - prompt: Ready?\n  - run: {mode: hop, speed: 17 rad/s, rest: 1 s, duration: 2 s}\n"

@@ -20,12 +20,12 @@ from tests.hw.guardian_rig import OUTPUT, Device, DeviceProcess, device_process,
 from tests.killing import Client, lab_file
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.bundle import Bundle, Event, Record, verify
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import InputError, Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import read_experiment
 from workbench.hw.guardian import LeaseClock
 from workbench.hw.simulated import Fault
+from workbench.operators import QuietOperator
 from workbench.output import Ledger, ledgers
 
 pytestmark = pytest.mark.xdist_group("alone")  # leases are timed

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from workbench.bundle import AnswerFact, events
-from workbench.cli.output import QuietOperator
 from workbench.errors import FileFaults, InputError
+from workbench.operators import QuietOperator
 from workbench.prompting import ask
 from workbench.protocol import PlannedPrompt, Protocol, load
 from workbench.takes import Place

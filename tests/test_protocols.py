@@ -11,9 +11,9 @@ from _pytest.mark import ParameterSet
 from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import verify
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
+from workbench.operators import QuietOperator
 from workbench.protocol import Plan, PlannedDrive, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -15,9 +15,9 @@ import pytest
 
 from tests.bundles import manifest_of, report_of
 from workbench import pairing
-from workbench.bundle import Bundle, verify
+from workbench.bundle import Bundle, runs_named, verify
 from workbench.errors import InputError
-from workbench.recall import recall, recall_damaged, recall_whatever, runs_named
+from workbench.recall import recall, recall_damaged, recall_whatever
 from workbench.review import Comparison, sections, write_recording, write_report
 from workbench.review.geometry import beam_points
 
@@ -237,8 +237,8 @@ def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
         name = file.relative_to(hop.path).as_posix()
         named = any(problem.startswith(name) for problem in verify(hop.path))
         assert named == (name not in views), name
-        (bundle,) = runs_named([hop.path], root)
-        shown = recall_whatever(bundle)
+        (folder,) = runs_named([hop.path], root)
+        shown = recall_whatever(Bundle.recover(folder)[0])
         assert (shown.mark is not None) == (name not in views), name
         write_recording(shown, tmp_path / "shown.rrd")
         write_report(shown, tmp_path / "shown.html")
@@ -246,35 +246,3 @@ def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
             assert shown.mark in (tmp_path / "shown.html").read_text(encoding="utf-8"), name
         file.write_bytes(kept)
     assert recall_whatever(Bundle.open(hop.path)).mark is None
-
-
-def test_a_protocol_stands_for_its_newest_runs(finished: Path) -> None:
-    every = sorted(path for path in finished.iterdir() if path.is_dir())
-    for word in ("short", "short.yaml", "somewhere/short.yaml"):
-        assert [bundle.path for bundle in runs_named([Path(word)], finished)] == every
-    identity = manifest_of(Bundle.open(every[0]))["experiment"]
-    assert [bundle.path for bundle in runs_named([Path(identity)], finished)] == every
-    assert [one.path for one in runs_named([Path(every[1].name)], finished)] == [every[1]]
-
-
-def test_the_protocol_s_own_file_stands_for_its_runs_too(finished: Path) -> None:
-    asked = finished.parent / "short.yaml"
-    assert asked.is_file()
-    assert len(runs_named([asked], finished)) == 2
-
-
-def test_damaged_folders_do_not_hide_an_experiment(hop: Bundle) -> None:
-    root = hop.path.parent
-    for name, text in {"broken": "{", "empty": None, "file": ""}.items():
-        if name == "file":
-            (root / name).write_text("", encoding="utf-8")
-            continue
-        (root / name).mkdir()
-        if text is not None:
-            (root / name / "manifest.json").write_text(text, encoding="utf-8")
-    assert [bundle.path for bundle in runs_named([Path("short")], root)] == [hop.path]
-
-
-def test_a_name_that_is_none_is_answered_with_the_protocols(finished: Path) -> None:
-    with pytest.raises(InputError, match=r"shrt: no run.*did you mean 'short'\?"):
-        runs_named([Path("shrt")], finished)

@@ -20,10 +20,10 @@ import pytest
 from tests.bundles import asked_for, journal_of, manifest_of, note
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import FileFaults, InputError
 from workbench.experiment import Experiment, read_experiment
+from workbench.operators import QuietOperator
 from workbench.resume import Course, foresee, resume
 
 TEXT = """\
@@ -43,6 +43,7 @@ class KilledError(BaseException):
 
 class Recorder(QuietOperator):
     def __init__(self) -> None:
+        super().__init__()
         self.asked: list[str] = []
 
     def confirm(self, text: str) -> None:
@@ -328,3 +329,15 @@ def test_a_real_process_that_is_killed_goes_on_by_the_command_line(tmp_path: Pat
     ]
     assert sorted(f["number"] for f in good) == [1, 2]
     assert all((path / "journal.jsonl").read_bytes() == text for path, text in kept.items())
+
+
+def test_a_protocol_s_name_resumes_its_newest_experiment(tmp_path: Path) -> None:
+    asked, root = experiment(tmp_path), tmp_path / "runs"
+    next(first := runs(asked, root))
+    first.close()  # type: ignore[attr-defined]
+    made = bundles(root)[0].experiment
+    assert resume(Path("p"), root, asked.inputs()).id == made
+    assert resume(Path(made or ""), root, asked.inputs()).done == {bundles(root)[0].asked.number}
+    next(runs(asked, root))
+    with pytest.raises(InputError, match="stands for runs of 2 experiments; name one of them"):
+        resume(root, root, asked.inputs())

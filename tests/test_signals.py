@@ -23,11 +23,11 @@ from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, Event, Record, verify
 from workbench.cli.app import cut_off
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import Interrupted
 from workbench.experiment import Experiment
 from workbench.hw.simulated import SimulatedSupply
+from workbench.operators import QuietOperator
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 from workbench.signals import Signals
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Progress", "Stage", "counted", "within"]
+__all__ = ["Progress", "Stage", "counted", "reached", "within"]
 
 Progress = Callable[[str], None]
-"""Is told each stage as it begins; a `Stage` where more than its words is known."""
+"""Is told each stage as it begins; a `Stage` where more than its words is known.
+
+It is the one way to tell of progress, and how often it is told is up to the work: what is shown of
+it, and where, is up to the command line. What it raises ends the work.
+"""
 
 
 class Stage(str):
@@ -39,6 +43,17 @@ def counted(words: str, number: int, count: int) -> Stage:
         count: of all pieces.
     """
     return Stage(f"{words} ({number} of {count})", (number - 1) / count)
+
+
+def reached(words: str, done: int, count: int) -> Stage:
+    """Return how far one piece of work is, once a part of it is done.
+
+    Args:
+        words: what is counted.
+        done: how many are done.
+        count: of all.
+    """
+    return Stage(f"{words} {done} of {count}", done / max(count, 1))
 
 
 def within(progress: Progress, words: str, share: float) -> Progress:

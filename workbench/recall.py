@@ -7,8 +7,7 @@ named, and the whole is marked.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,12 +25,11 @@ from workbench.bundle import (
     Series,
     Signals,
     events,
-    find_folder,
     sha256,
     verify,
 )
 from workbench.bundle.sentences import sentence
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError
 from workbench.motion import (
     DRIVEN,
     FOOT,
@@ -50,7 +48,7 @@ from workbench.review.phases import phases, with_prompts
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["recall", "recall_damaged", "recall_whatever", "runs_named"]
+__all__ = ["recall", "recall_damaged", "recall_whatever"]
 
 _NAN = float("nan")
 _CHANNELS = (*FOOT, *TOP, *ROTOR, ROTOR_ANGLE, ROTOR_SPEED, "hinge_0_rad")
@@ -112,58 +110,6 @@ def recall_whatever(bundle: Bundle) -> Comparison:
     finished = bundle.manifest.status == "complete" and bundle.is_closed()
     whole = finished and not _wrong(bundle)
     return recall(bundle) if whole else recall_damaged(bundle)
-
-
-def runs_named(words: Sequence[Path], root: Path) -> list[Bundle]:
-    """Return bundles by path or name, those in a folder, or those of an experiment.
-
-    A protocol, by its file's name, stands for the newest experiment that carried it out; so does
-    the id of an experiment for its runs.
-
-    Raises:
-        InputError: when a word is none of these.
-    """
-    found: list[Bundle] = []
-    for word in words:
-        if word.is_dir() or (root / word).is_dir():
-            found += _of_folder(word, root)
-        else:
-            found += _of_experiment(word, root)
-    return found
-
-
-def _of_folder(word: Path, root: Path) -> list[Bundle]:
-    """Return the bundles of a folder; one whose manifest is damaged with what can be read of it."""
-    try:
-        return Bundle.find_all([word], root)
-    except InputError:
-        folder = find_folder(word, root)
-        verify(folder)  # raises where it is no bundle at all
-        return [Bundle.recover(folder)[0]]
-
-
-def _of_experiment(word: Path, root: Path) -> list[Bundle]:
-    """Return the runs of an experiment in the order in which they were begun."""
-    every = [b for b in _readable(root) if b.experiment is not None]
-    protocols = {b.experiment or "": Path(b.asked.protocol or "").stem for b in every}
-    ids = set(protocols)
-    chosen = max((one for one in ids if word.stem == protocols[one]), default=word.name)
-    runs = [bundle for bundle in every if bundle.experiment == chosen]
-    if runs:
-        return runs
-    known = sorted(set(protocols.values()))
-    there = f"; there are the protocols {', '.join(known)}" if known else ""
-    raise InputError(
-        f"{word}: no run, folder of runs, protocol or experiment of that name in {root}"
-        f"{did_you_mean(word.stem, known) or there}; `workbench runs list` shows all runs"
-    )
-
-
-def _readable(root: Path) -> Iterator[Bundle]:
-    """Yield the bundles of a folder by name; one whose manifest is damaged belongs to nothing."""
-    for folder in sorted(root.iterdir()) if root.is_dir() else ():
-        with suppress(InputError, NotADirectoryError):
-            yield Bundle.open(folder)
 
 
 def _wrong(bundle: Bundle) -> list[str]:

@@ -6,7 +6,6 @@ are told are those that really went over the simulated line.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,9 +17,9 @@ from workbench.bundle.sentences import sentence
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.hw import SimulatedClock, written
-from workbench.progress import Stage, counted
+from workbench.operators import QuietOperator
+from workbench.progress import Progress, counted
 from workbench.protocol import BenchFile, PlannedRun
-from workbench.takes import Place
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]
 
@@ -71,24 +70,8 @@ class _RehearsalBench(SimulatedBench):
         """Film nothing."""
 
 
-class _Silent:
-    """Nobody: prompts are told with the rest."""
-
-    present = False
-    answered_at: Place = "nobody"
-
-    def tell(self, text: str) -> None: ...
-
-    def show_picture(self, picture: Path) -> None: ...
-
-    def confirm(self, text: str) -> None: ...
-
-    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
-        return default
-
-
 def rehearse(
-    experiment: Experiment, progress: Callable[[Stage], object] = lambda stage: None
+    experiment: Experiment, progress: Progress = lambda text: None
 ) -> tuple[Rehearsed, ...]:
     """Carry out an experiment on a simulated supply and return what happened, run by run.
 
@@ -115,7 +98,7 @@ def rehearse(
             progress(counted("rehearse a run", place, len(runs)))
             alone = replace(experiment, plan=replace(experiment.plan, items=(run,)))
             begin = bench.clock.now()
-            (bundle,) = carry_out(alone, bench, Path(folder), _Silent(), lambda text: None)
+            (bundle,) = carry_out(alone, bench, Path(folder), QuietOperator(), lambda text: None)
             busy = bench.clock.now() - begin
             known[alike] = Rehearsed(run, busy, _instants(bundle, bench, begin))
             told.append(known[alike])

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, runs_named
 from workbench.desk import holder
 from workbench.errors import InputError
 
@@ -71,15 +71,15 @@ def resume(
     Bundles that were cut off are closed as failed, with all that they hold.
 
     Args:
-        run: any bundle of the experiment, by path or name.
+        run: any run of the experiment, or what stands for its runs, as `runs_named` takes it.
         root: folder of all bundles.
         inputs: of the experiment that shall go on, as in `Course`.
         texts: sha256 of each file as it is written, for experiments that were begun when that
             counted.
 
     Raises:
-        InputError: when it is no bundle of an experiment, an input is another than then, or
-            another process still carries the experiment out.
+        InputError: when it is no run of an experiment, or runs of several, an input is another than
+            then, or another process still carries the experiment out.
     """
     course, begun = _find(run, root, inputs, texts or {})
     for bundle in begun:
@@ -99,8 +99,11 @@ def _find(
     run: Path, root: Path, inputs: Mapping[str, str], texts: Mapping[str, str]
 ) -> tuple[Course, list[Bundle]]:
     """Return the course of an experiment and its bundles, once it is known that it may go on."""
-    one = Bundle.find(run, root)
-    name = one.experiment
+    meant = [Bundle.open(folder) for folder in runs_named([run], root)]
+    one, names = meant[0], {bundle.experiment for bundle in meant}
+    if len(names) > 1:
+        raise InputError(f"{run}: stands for runs of {len(names)} experiments; name one of them")
+    (name,) = names
     if name is None:
         raise InputError(
             f"{one.path}: belongs to no experiment, so there is nothing to resume; start anew "

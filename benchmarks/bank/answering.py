@@ -53,7 +53,7 @@ def answer(folder: Path) -> dict[str, Any]:
     if done.returncode:
         raise RuntimeError(f"workbench ingest: {done.stderr.strip()[-_WORDS:]}")
     told = json.loads(done.stdout)
-    rig, _ = robot_of(Bundle.find_all([Path(one) for one in told["bundles"]], runs))
+    rig, _ = robot_of([Bundle.open(Path(one)) for one in told["bundles"]], lambda text: None)
     begin, times = time.perf_counter(), dict[str, float]()
 
     def heard(stage: str) -> None:

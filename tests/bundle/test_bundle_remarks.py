@@ -5,11 +5,8 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import pytest
-
 from tests.bundles import NOW, make_bundle, remarked
-from workbench.bundle import Remarks, add_remark, find_folder, read_remarks, verify
-from workbench.errors import InputError
+from workbench.bundle import Remarks, add_remark, read_remarks, verify
 
 
 def test_remarks_come_to_the_last_verdict_the_tags_left_and_all_notes(tmp_path: Path) -> None:
@@ -45,21 +42,3 @@ def test_many_may_speak_at_once(tmp_path: Path) -> None:
         list(pool.map(lambda k: add_remark(run, "tag", f"t{k}", "Ada", NOW), range(40)))
     assert sorted(read_remarks(run).tags) == sorted(f"t{k}" for k in range(40))
     assert verify(run) == []
-
-
-def test_a_run_is_found_by_path_name_number_or_part(tmp_path: Path) -> None:
-    names = ("hop-17.00", "clamped-14.00", "clamped-19.00")
-    first, second, third = (make_bundle(tmp_path, n, NOW.replace(minute=k)).path
-                            for k, n in enumerate(names))  # fmt: skip
-    for word in (str(first), first.name, "1", "hop"):
-        assert find_folder(Path(word), tmp_path) == first
-    assert find_folder(Path("CLAMPED-14"), tmp_path) == second
-    assert find_folder(Path("3"), tmp_path) == third
-    with pytest.raises(
-        InputError, match=rf"'clamped' fits 2 runs in .*: {third.name}, {second}"[:60]
-    ):
-        find_folder(Path("clamped"), tmp_path)
-    with pytest.raises(InputError, match=r"run 4: .* holds 3 runs, numbered from 1"):
-        find_folder(Path("4"), tmp_path)
-    with pytest.raises(InputError, match=rf"did you mean '{first.name}'"):
-        find_folder(Path(first.name.replace("hop", "hpo")), tmp_path)

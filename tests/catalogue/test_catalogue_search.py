@@ -44,8 +44,8 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     levels = [[0.0, 4.0, 14.0], [5.0, 5.0, 18.0]]
     make_bundle(root, "d", NOW + 20 * day, mode="clamped", speed_rad_s=None, levels=levels)
     answers = {"operator": {"value": "Emmy", "unit": None}}
-    make_bundle(root, "e", NOW + 90 * day, mode="decay", speed_rad_s=None, real={"displacement_m": 0.02},
-                answers=answers, error_mm=float("nan"))  # fmt: skip
+    make_bundle(root, "e", NOW + 90 * day, mode="decay", speed_rad_s=None,
+                real={"displacement_m": 0.02}, answers=answers, error_mm=float("nan"))  # fmt: skip
     return root
 
 

@@ -164,7 +164,7 @@ def test_a_faulty_protocol_ends_with_2_and_all_faults(workbench: Command, protoc
         (["run", "gone.yaml"], 2, "gone.yaml: no such file"),
         (["run", "PROTOCOL", "--bench", "virtul"], 2, "no bench named 'virtul'; did you mean"),
         (["schema", "protocl"], 2, "no schema 'protocl'; did you mean 'protocol'?"),
-        (["runs", "verify", "gone"], 2, "gone: no such run; runs holds "),
+        (["runs", "verify", "gone"], 2, "gone: no run, folder of runs"),
         (["review", "gone"], 2, "gone: no run, folder of runs"),
         (["simulate", "--model", "tesis"], 2, "no model named 'tesis'; did you mean 'thesis'?"),
         (["simulate", "--mode", "fly"], 2, "mode 'fly' cannot be simulated"),

@@ -94,8 +94,8 @@ MISTAKES = [
     Mistake("supply simulate riden --tcp 5020", "'5020' is not host:port", "127.0.0.1:5020"),
     Mistake("supply simulate riden --tcp 127.0.0.1:BUSY", "can listen there", "another port"),
     # runs that are not there, or cannot be used
-    Mistake("runs show gone", "gone: no such run", "workbench runs list"),
-    Mistake("runs show hop-runn", "hop-runn: no such run", "did you mean 'hop-run'?"),
+    Mistake("runs show gone", "gone: no run, folder of runs", "workbench runs list"),
+    Mistake("runs show hop-runn", "hop-runn: no run, folder of runs", "did you mean 'hop-run'?"),
     Mistake("runs verify folder", "folder: not a bundle", "name the folder of a run"),
     Mistake("runs show runs/hop-run/take", "not a bundle", "did you mean runs/hop-run?"),
     Mistake("review hop.yaml", "no run, folder of runs, protocol or exp", "workbench runs list"),
@@ -114,7 +114,7 @@ MISTAKES = [
     Mistake("ingest cut.csv", "the row is cut short", "export the take again"),
     Mistake("ingest sheet.yaml", "sheet.yaml:7:6: no such file 'gone.csv'", "^"),
     Mistake("ingest take.csv --insist", "--insist goes with", "--into RUN"),
-    Mistake("ingest take.csv --into gone", "gone: no such run", "workbench runs list"),
+    Mistake("ingest take.csv --into gone", "gone: no run, folder of runs", "workbench runs list"),
     Mistake("live --out take.csv", "take.csv: exists", "give another --out"),
     # models, shapes and numbers
     Mistake("simulate --model tesis", "no model named 'tesis'", "did you mean 'thesis'?"),

@@ -106,7 +106,7 @@ def test_quiet_is_silent_about_progress_only(workbench: Command, root: Path) -> 
 def test_what_follows_two_dashes_is_no_option(workbench: Command) -> None:
     answer = workbench("runs", "verify", "--", "--quiet")
     assert answer.code == 2
-    assert "--quiet: no such run" in answer.err
+    assert "--quiet: no run, folder of runs" in answer.err
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
@@ -125,7 +125,7 @@ def test_colours_on_a_terminal_until_they_are_refused(
     terminal = {"TERM": "xterm-256color", "COLUMNS": "100"} | variables
     clean = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")}
     seen = _on_a_terminal(["runs", "show", "nothing-here", *words], clean | terminal)
-    assert "nothing-here: no such run" in " ".join(seen.split())
+    assert "nothing-here: no run, folder of runs" in " ".join(seen.split())
     assert bool(re.search(r"\x1b\[[0-9;]*3[0-9]m", seen)) == coloured
 
 

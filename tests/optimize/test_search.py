@@ -144,7 +144,7 @@ def test_progress_is_told_of_every_generation_and_may_end_the_search() -> None:
             raise Interrupted("enough")
 
     with pytest.raises(Interrupted, match="enough"):
-        search("b", Cmaes(beam(), 0), bowl, evaluations=80, penalty=PENALTY, progress=progress)
+        search("b", Cmaes(beam(), 0), bowl, evaluations=80, penalty=PENALTY, watch=progress)
     assert told == [(8, 80), (16, 80), (24, 80)]
 
 

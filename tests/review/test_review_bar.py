@@ -19,11 +19,11 @@ from tests.bundles import manifest_of, report_of
 from tests.conftest import ROOT
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
-from workbench.cli.output import QuietOperator
 from workbench.engine import carry_out
 from workbench.errors import WorkbenchError
 from workbench.experiment import read_experiment
 from workbench.film import Film, film
+from workbench.operators import QuietOperator
 from workbench.recall import recall
 from workbench.review import HeadlessViewer, picture_recording, write_recording, write_together
 

@@ -87,10 +87,10 @@ def assert_same(found: Sequence[Simulation], wanted: Sequence[Simulation]) -> No
 
 
 def test_without_a_scheduler_it_is_simulate_all(jobs: list[Job], local: list[Simulation]) -> None:
-    told: list[tuple[int, int]] = []
+    told: list[str] = []
     with Fanout() as spread:
-        assert_same(spread.map(jobs, lambda *done: told.append(done)), local)
-    assert told == [(8, 8)]
+        assert_same(spread.map(jobs, told.append), local)
+    assert told == ["simulation 8 of 8"]
 
 
 OTHER_SIZES = [pytest.param(size, marks=pytest.mark.long) for size in (None, 1, 100)]
@@ -103,28 +103,28 @@ def test_two_workers_give_the_same_bits_for_any_batch_size(
     local: list[Simulation],
     batch_size: int | None,
 ) -> None:
-    told: list[tuple[int, int]] = []
+    told: list[str] = []
     with Fanout(cluster.scheduler_address, batch_size=batch_size) as spread:
-        assert_same(spread.map(jobs, lambda *done: told.append(done)), local)
+        assert_same(spread.map(jobs, told.append), local)
         assert spread.map([]) == []
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
-    assert told[-1] == (8, 8)
+    assert told == sorted(told)
+    assert told[-1] == "simulation 8 of 8"
 
 
 @pytest.mark.long
 def test_a_worker_killed_midway_costs_only_its_batch(
     cluster: LocalCluster, jobs: list[Job], local: list[Simulation]
 ) -> None:
-    told: list[int] = []
+    told: list[str] = []
 
-    def kill_once(done: int, total: int) -> None:
+    def kill_once(stage: str) -> None:
         if not told:
             psutil.Process(cluster.workers[0].pid).kill()
-        told.append(done)
+        told.append(stage)
 
     with Fanout(cluster.scheduler_address, batch_size=1) as spread:
         assert_same(spread.map([*jobs, *jobs], kill_once), [*local, *local])
-    assert told == list(range(1, 17))
+    assert told == [f"simulation {k} of 16" for k in range(1, 17)]
 
 
 @pytest.mark.long
@@ -135,7 +135,7 @@ def test_a_scheduler_killed_and_started_again_is_given_what_is_left(
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     running: list[psutil.Popen] = []
-    told: list[int] = []
+    told: list[str] = []
 
     def start() -> None:
         address = f"tcp://127.0.0.1:{port}"
@@ -145,13 +145,13 @@ def test_a_scheduler_killed_and_started_again_is_given_what_is_left(
         ):
             running.append(psutil.Popen([sys.executable, "-m", "dask", *words]))
 
-    def restart_once(done: int, total: int) -> None:
+    def restart_once(stage: str) -> None:
         if not told:
             for process in running:
                 process.kill()
                 process.wait()
             start()
-        told.append(done)
+        told.append(stage)
 
     start()
     try:
@@ -162,7 +162,7 @@ def test_a_scheduler_killed_and_started_again_is_given_what_is_left(
             if process.is_running():
                 process.kill()
             process.wait()
-    assert told == list(range(1, 9))
+    assert told == [f"simulation {k} of 8" for k in range(1, 9)]
 
 
 def listening(address: str) -> str:
@@ -187,7 +187,7 @@ def test_a_scheduler_gone_for_good_is_given_up_in_the_stated_time(
         address = cluster.scheduler_address
         with Fanout(address, batch_size=1, patience=0.5) as spread:
 
-            def stop_all(done: int, total: int) -> None:
+            def stop_all(stage: str) -> None:
                 cluster.close()
 
             with pytest.raises(WorkbenchError, match=f"{address} has not answered for 0.5 s"):
@@ -233,8 +233,8 @@ def test_a_robot_refused_on_a_worker_is_refused_here_in_the_same_words(
 
 @pytest.mark.long
 def test_what_the_progress_raises_ends_the_work(cluster: LocalCluster, jobs: list[Job]) -> None:
-    def stop(done: int, total: int) -> None:
-        raise KeyboardInterrupt(f"{done} of {total}")
+    def stop(stage: str) -> None:
+        raise KeyboardInterrupt(stage)
 
     with (
         Fanout(cluster.scheduler_address, batch_size=1) as spread,

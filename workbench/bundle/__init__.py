@@ -24,6 +24,8 @@ A `Bundle` is the folder with its documents, take and views (`folder.py`). Its `
 written while the run goes on: the typed manifest (`manifest.py`), the journal of typed events
 (`events.py`) and the supply's logs. Its `series` are the Parquet files.
 
+`named.py` says which runs are meant by what a person types, the same for every verb.
+
 Not here: searching many bundles (`catalogue`), what the numbers mean (`motion`). To keep another
 fact, give it a field in `manifest.py`; another event, a class in `events.py`; another file, a name
 in `names.py` and a method in `folder.py`; to check one more kind of damage, a line in `damage.py`.
@@ -34,7 +36,7 @@ listed at once.
 from workbench.bundle import events
 from workbench.bundle.damage import damaged_files, verify
 from workbench.bundle.events import Event, Logged, parse_line
-from workbench.bundle.finding import bundle_names, find_folder
+from workbench.bundle.finding import bundle_names
 from workbench.bundle.folder import Bundle, Document, View
 from workbench.bundle.inside import Contents, contents, foreign, unportable
 from workbench.bundle.manifest import (
@@ -60,6 +62,7 @@ from workbench.bundle.manifest import (
     SupplyIdentity,
     TrackFacts,
 )
+from workbench.bundle.named import run_named, runs_named
 from workbench.bundle.record import Exchange, Record
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
@@ -108,10 +111,11 @@ __all__ = [
     "contents",
     "damaged_files",
     "events",
-    "find_folder",
     "foreign",
     "parse_line",
     "read_remarks",
+    "run_named",
+    "runs_named",
     "sha256",
     "stamping",
     "unportable",

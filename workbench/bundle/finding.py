@@ -1,4 +1,4 @@
-"""From what a person types to the folder of a bundle."""
+"""Which folders are bundles."""
 
 from __future__ import annotations
 
@@ -6,11 +6,8 @@ import os
 from pathlib import Path
 
 from workbench.bundle.names import MANIFEST, NAMED
-from workbench.errors import InputError, did_you_mean
 
-__all__ = ["bundle_names", "find_folder", "is_run", "no_bundle"]
-
-_TOLD = 8  # candidates that a message names
+__all__ = ["bundle_names", "is_run", "no_bundle"]
 
 
 def bundle_names(root: Path) -> list[str]:
@@ -28,41 +25,6 @@ def bundle_names(root: Path) -> list[str]:
         return []
     found = [n for n in names if NAMED.match(n) or os.path.exists(f"{root}/{n}/{MANIFEST}")]
     return sorted(found)
-
-
-def find_folder(run: Path, root: Path) -> Path:
-    """Return the folder of the bundle that is meant.
-
-    Args:
-        run: its path, its name, its number in `runs list`, or a part of the name that only one has.
-        root: folder of all bundles.
-
-    Raises:
-        InputError: when none fits, or several do; they are named.
-    """
-    if run.exists():
-        return run
-    names, wanted = bundle_names(root), str(run)
-    if wanted in names:
-        return root / wanted
-    if wanted.isdecimal():
-        if 1 <= int(wanted) <= len(names):
-            return root / names[int(wanted) - 1]
-        raise InputError(f"run {wanted}: {root} holds {len(names)} runs, numbered from 1")
-    fitting = [name for name in names if wanted.casefold() in name.casefold()]
-    if len(fitting) == 1:
-        return root / fitting[0]
-    if fitting:
-        more = f" and {len(fitting) - _TOLD} older ones" if len(fitting) > _TOLD else ""
-        newest = ", ".join(fitting[: -_TOLD - 1 : -1])
-        raise InputError(
-            f"{wanted!r} fits {len(fitting)} runs in {root}: {newest}{more}; type more of the "
-            "name, or its number in `workbench runs list`"
-        )
-    guess = did_you_mean(wanted, names)
-    raise InputError(
-        f"{wanted}: no such run; {root} holds {len(names)} runs, see `workbench runs list`{guess}"
-    )
 
 
 def is_run(path: Path) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from workbench.bundle.finding import find_folder, is_run, no_bundle
+from workbench.bundle.finding import is_run, no_bundle
 from workbench.bundle.inside import foreign
 from workbench.bundle.manifest import SCHEMA, Asked, Compared, Manifest, Status
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, VIEWS, WIRE, View
@@ -138,31 +138,6 @@ class Bundle:
                 raise
             lost = str(error).removeprefix(f"{path}: ").removeprefix(f"{path / MANIFEST}: ")
             return cls(path, Record(path, recovered_manifest(path))), f"{MANIFEST}: {lost}"
-
-    @classmethod
-    def find(cls, run: Path, root: Path) -> Bundle:
-        """Open the bundle that is meant: by path, name, number or a part of its name.
-
-        Raises:
-            InputError: when none fits, or several do.
-        """
-        return cls.open(find_folder(run, root))
-
-    @classmethod
-    def find_all(cls, runs: Iterable[Path], root: Path) -> list[Bundle]:
-        """Open bundles by path or name; a folder that is none stands for those in it, by name.
-
-        Raises:
-            InputError: when one is neither.
-        """
-        found: list[Bundle] = []
-        for run in runs:
-            inside = sorted(run.glob(f"*/{MANIFEST}")) if run.is_dir() else []
-            if inside and not (run / MANIFEST).exists():
-                found += [cls.open(path.parent) for path in inside]
-            else:
-                found.append(cls.find(run, root))
-        return found
 
     def write_document(self, kind: Document, text: str) -> None:
         """Keep a YAML file as it was given.

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from datetime import date, datetime
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from workbench.bundle import Bundle
-from workbench.cli.completing import run_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
+from workbench.bundle import Bundle, runs_named
+from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import (
     SpeedCalibration,
     SpeedPoint,
     figure_5_3,
+    last_day,
+    on_their_bench,
     propose_protocol,
     speed_points,
     write_calibration,
@@ -28,12 +27,7 @@ __all__ = ["calibrate"]
 
 
 def calibrate(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
-        ),
-    ],
+    runs: RunArguments,
     out: Annotated[
         Path | None,
         typer.Option(help="New calibration file; by default calibrations/<day of the runs>.yaml."),
@@ -48,8 +42,8 @@ def calibrate(
 
     Example: workbench calibrate runs
     """
-    bundles = Bundle.find_all(runs, folder)
-    day = max(_day(bundle) for bundle in bundles)
+    bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
+    day = last_day(bundles)
     target = out or Path("calibrations") / f"{day.isoformat()}.yaml"
     picture, proposal = target.with_suffix(".svg"), target.with_name(f"{target.stem}-protocol.yaml")
     for path in (target, picture, proposal):
@@ -57,7 +51,7 @@ def calibrate(
             raise InputError(f"{path}: exists and is never overwritten; give another --out")
     found = calibrate_runs(*speed_points(bundles, tell))
     if found.line is None:
-        write_new(proposal, propose_protocol(_bench_of(bundles), found.mode))
+        write_new(proposal, propose_protocol(on_their_bench(bundles), found.mode))
         files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}
     else:
         write_calibration(target, name or target.stem, day, found)
@@ -69,10 +63,6 @@ def calibrate(
         _print(found, files)
     if found.line is None:
         raise typer.Exit(1)
-
-
-def _day(bundle: Bundle) -> date:
-    return datetime.fromisoformat(bundle.manifest.created).date()
 
 
 def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:
@@ -123,13 +113,3 @@ def _print_checks(found: SpeedCalibration) -> None:
         for key, one in found.checks.items()
     ]  # fmt: skip
     show_table("against a straight line", ["check", "size", "p", "verdict"], rows)
-
-
-def _bench_of(bundles: Sequence[Bundle]) -> Bundle | None:
-    """Return a run on the bench in question, None where no run says what it was made on."""
-    kept = [
-        bundle
-        for bundle in bundles
-        if bundle.document("bench").exists() or bundle.document("sheet").exists()
-    ]
-    return kept[-1] if kept else None

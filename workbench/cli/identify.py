@@ -3,43 +3,34 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from datetime import date
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from workbench.bundle import Bundle, sha256
-from workbench.cli.completing import run_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
+from workbench.bundle import Bundle, runs_named
+from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
 from workbench.identify import (
     BEAM,
     Identification,
-    MeasuredRun,
     Validation,
     made_from,
-    measured_run,
+    measured_runs,
     report_fit,
+    same_robot,
     validate,
     write_model,
 )
 from workbench.identify import identify as identify_runs
-from workbench.progress import counted
-from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.sim import make_robot
 
-__all__ = ["identify", "read_runs", "same_robot"]
+__all__ = ["identify"]
 
 
 def identify(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUNS...", help="Bundles, or folders that hold some.", autocompletion=run_names
-        ),
-    ],
+    runs: RunArguments,
     fit: Annotated[
         str, typer.Option(help="Parameters of the model file, separated by commas.")
     ] = ",".join(BEAM),
@@ -62,12 +53,12 @@ def identify(
     Example: workbench identify runs --fit ground_stiffness,ground_damping,friction_slide
     """
     begin = time.perf_counter()
-    bundles = Bundle.find_all(runs, folder)
+    bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
     stated, shape = same_robot(bundles)
     target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
     page = target.with_suffix(".html")
     _require_new(target, page)
-    measured = read_runs(bundles)
+    measured = measured_runs(bundles, tell)
     train = [run for run in measured if run.role == "train"]
     found = identify_runs(train, stated.content, shape.content, _names(fit), progress=tell)
     names = tuple(run.name for run in found.runs)
@@ -111,47 +102,6 @@ def _as_json(found: Identification, validation: Validation) -> dict[str, object]
 
 def _names(fit: str) -> list[str]:
     return [name.strip() for name in fit.split(",") if name.strip()]
-
-
-def read_runs(bundles: Sequence[Bundle]) -> list[MeasuredRun]:
-    """Return what was measured in runs, and tell of each; one that is not complete is left out.
-
-    Raises:
-        InputError: when none is complete.
-    """
-    measured: list[MeasuredRun] = []
-    for k, bundle in enumerate(bundles):
-        status = bundle.manifest.status
-        if status != "complete":
-            tell(f"left out {bundle.path.name}: its status is {status}")
-            continue
-        tell(counted(f"read {bundle.path.name}", k + 1, len(bundles)))
-        measured.append(measured_run(bundle))
-    if not measured:
-        raise InputError(
-            "none of these runs is complete, and only a complete run can be fitted; "
-            "`workbench runs list` shows which are"
-        )
-    return measured
-
-
-def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
-    """Return the model and the shape that all bundles were made with.
-
-    Raises:
-        InputError: when they differ; a fit of two robots at once is of neither.
-    """
-    for kind in ("model", "shape"):
-        seen: dict[str, str] = {}
-        for bundle in bundles:
-            seen.setdefault(sha256(bundle.document(kind)), bundle.path.name)
-        if len(seen) > 1:
-            raise InputError(
-                f"the runs were made with different {kind} files: {', '.join(seen.values())}; "
-                f"give only runs of one {kind}"
-            )
-    first = bundles[0]
-    return load(first.document("model"), ModelFile), load(first.document("shape"), ShapeFile)
 
 
 def _print(found: Identification) -> None:

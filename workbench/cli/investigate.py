@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from workbench.bench import Bench, load_bench, make_bench
+from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
-from workbench.cli.attended import carry_out_at_desk
 from workbench.cli.completing import bench_names, protocol_files
-from workbench.cli.diagnose import (
-    next_object,
-    robot_of,
-    show_diagnosis,
-    show_next,
-    write_report,
-)
 from workbench.cli.output import JsonFlag, emit, people, tell
-from workbench.diagnose import Diagnosis, Following, Round, Trial, following, minutes_of
-from workbench.diagnose import diagnose as diagnose_rig
-from workbench.diagnose import investigate as investigate_rounds
+from workbench.cli.showing import show_diagnosis, show_next
+from workbench.cli.terminal import carry_out_here
+from workbench.closed_loop import ClosedLoop, Job
+from workbench.diagnose import Following, Round, next_object
 from workbench.errors import InputError
-from workbench.experiment import read_experiment
-from workbench.protocol import BenchFile, Document, PlannedRun, Protocol, load, parse_quantity
+from workbench.protocol import Protocol, load, parse_quantity
 
 __all__ = ["investigate"]
 
@@ -55,17 +46,10 @@ def investigate(
     """
     minutes = _minutes(budget)
     lab = load_bench(bench)
-    loop = _Loop(lab, make_bench(lab.content), out or Path("investigations") / protocol.stem)
-    first = loop.first(load(protocol, Protocol))
-    number, spent = loop.rounds_before() + 1, loop.minutes_before()
-    needed = spent + (0.0 if first is None else first.minutes)
-    if needed > minutes:
-        raise InputError(
-            f"{protocol} takes about {needed:.0f} min of bench time with all handling, and the "
-            f"budget is {minutes:g} min; give a larger --budget"
-        )
+    folder = out or Path("investigations") / protocol.stem
+    loop = ClosedLoop(lab, make_bench(lab.content), folder, carry_out_here, _show_run, tell)
     rounds = []
-    for found in investigate_rounds(first, loop.run, loop.look, minutes, number, spent):
+    for found in loop.rounds(load(protocol, Protocol), minutes):
         rounds.append(found)
         _show(found, as_json)
     if as_json:
@@ -79,90 +63,15 @@ def _minutes(budget: str) -> float:
         raise InputError(f"--budget: {error}") from None
 
 
-@dataclass(frozen=True)
-class _Job:
-    """What the loop can run: a protocol, those of its runs that are still to be made.
-
-    Args:
-        protocol: as read.
-        done: numbers of the runs that exist.
-        minutes: that the others take on the bench.
-        following: what proposed it; None for the first.
-    """
-
-    protocol: Document[Protocol]
-    done: frozenset[int]
-    minutes: float
-    following: Following | None = None
+def _show_run(bundle: Bundle) -> None:
+    people.print(f"made {bundle.path}", markup=False)
 
 
-class _Loop:
-    """The runs of one investigation, on one bench.
-
-    Args:
-        lab: the bench's file.
-        bench: its devices.
-        out: folder of runs and rounds.
-    """
-
-    def __init__(self, lab: Document[BenchFile], bench: Bench, out: Path) -> None:
-        self.lab, self.bench, self.out = lab, bench, out
-        self.runs = out / "runs"
-
-    def complete(self) -> list[Bundle]:
-        """Return the bundles of the runs that were made, in order."""
-        bundles = Bundle.find_all([self.runs], self.runs) if any(self.runs.glob("*/")) else []
-        return [one for one in bundles if one.manifest.status == "complete"]
-
-    def first(self, protocol: Document[Protocol]) -> _Job | None:
-        """Return what is still to be run of the first protocol, None where all of it is there."""
-        named = [b for b in self.complete() if b.asked.protocol == protocol.path.name]
-        done = frozenset(bundle.asked.number for bundle in named)
-        plan = read_experiment(protocol.path, self.lab, self.bench.voltage_step).plan
-        left = plan.without(done).runs
-        return _Job(protocol, done, _minutes_of(left)) if left else None
-
-    def rounds_before(self) -> int:
-        """Return how many rounds earlier calls came to."""
-        return len(list(self.out.glob("round-*")))
-
-    def minutes_before(self) -> float:
-        """Return the bench time that the runs of earlier calls took [min]."""
-        made = [bundle.asked for bundle in self.complete()]
-        trials = [Trial(one.mode, 0.0, one.duration_s or 0.0, one.rest_s or 0.0) for one in made]
-        return minutes_of(trials)
-
-    def run(self, job: _Job) -> None:
-        """Make the runs of a protocol that do not exist yet."""
-        asked = read_experiment(job.protocol.path, self.lab, self.bench.voltage_step)
-        asked = replace(asked, plan=asked.plan.without(job.done))
-        for bundle, _ in carry_out_at_desk(asked, self.bench, self.runs):
-            people.print(f"made {bundle.path}", markup=False)
-
-    def look(self, number: int) -> tuple[Diagnosis, _Job | None]:
-        """Diagnose all runs that exist and propose the next."""
-        bundles = self.complete()
-        rig, files = robot_of(bundles)
-        name, folder = f"round-{number}", self.out / f"round-{number}"
-        folder.mkdir(parents=True)
-        found = diagnose_rig(rig, folder, name, tell)
-        proposed = following(found, bundles, folder, name, tell)
-        tell(f"report: {write_report(folder, found, files, proposed)}")
-        if proposed is None:
-            return found, None
-        minutes = proposed.proposal.minutes
-        return found, _Job(proposed.protocol, frozenset(), minutes, proposed)
-
-
-def _minutes_of(runs: Sequence[PlannedRun]) -> float:
-    return minutes_of([Trial(run.mode, 0.0, run.duration, run.rest) for run in runs])
-
-
-def _proposal(one: Round[_Job]) -> Following | None:
+def _proposal(one: Round[Job]) -> Following | None:
     return None if one.proposed is None else one.proposed.following
 
 
-def _show(one: Round[_Job], as_json: bool) -> None:
+def _show(one: Round[Job], as_json: bool) -> None:
     """Print a round; its tables would stand in the way of an object on stdout."""
     people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
     if as_json:
@@ -174,7 +83,7 @@ def _show(one: Round[_Job], as_json: bool) -> None:
         people.print(f"ended: {one.ended}", markup=False)
 
 
-def _object(rounds: Sequence[Round[_Job]]) -> dict[str, Any]:
+def _object(rounds: Sequence[Round[Job]]) -> dict[str, Any]:
     """Return the last diagnosis with all rounds."""
     told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
     return told[-1] | {"rounds": told}

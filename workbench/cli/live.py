@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.ingest import print_quality
 from workbench.cli.output import JsonFlag, emit, tell
+from workbench.cli.quality import print_quality
 from workbench.errors import InputError
 from workbench.tracking import Recorder, Stream, Take, guess_bodies, quality, write_motive
 

@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.search_progress import SearchProgress
+from workbench.cli.plain import SchedulerOption, SearchesFolder
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,
@@ -24,6 +24,7 @@ from workbench.design import (
     Settings,
     Study,
     found_by,
+    found_object,
     write_history,
     write_report,
 )
@@ -33,15 +34,8 @@ from workbench.optimize import History
 from workbench.protocol import load_model, load_shape
 from workbench.sim import Fanout
 
-__all__ = ["SchedulerOption", "SearchesFolder", "optimize", "searching"]
+__all__ = ["optimize"]
 
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(help="Of a cluster, tcp://host:8786; by default all cores of this machine."),
-]
-SearchesFolder = Annotated[
-    Path, typer.Option("--searches", help="Folder of all searches.", envvar="WORKBENCH_SEARCHES")
-]
 _MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
 """Options that may be given together with --resume; the others are those of the search."""
 
@@ -111,14 +105,14 @@ def optimize(
         folder = out or searches / datetime.now().strftime("%Y-%m-%d_%H%M%S")
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         study = Study.begin(folder, settings, stated, start)
-    with searching(study, scheduler, patience) as (fanout, progress):
-        history = study.run(fanout, progress)
+    with _searching(study, scheduler, patience) as fanout:
+        history = study.run(fanout, tell.update)
     tell("write the report")
     write_history(study.folder / "history.csv", study, history)
     found = found_by(study, history, datetime.now().date())
     page = study.folder / "report.html"
     write_report(page, study, history, found, versions())
-    result = _object(study, history, found) | {"wall_s": time.perf_counter() - begin}
+    result = found_object(study, history, found) | {"wall_s": time.perf_counter() - begin}
     if as_json:
         emit(result | {"report": str(page)})
         return
@@ -127,15 +121,12 @@ def optimize(
 
 
 @contextmanager
-def searching(
-    study: Study, scheduler: str | None, patience: float
-) -> Iterator[tuple[Fanout, SearchProgress]]:
-    """Yield what simulates and what tells of it; where that ends early, say how to go on."""
-    progress = SearchProgress(study.problem.goals[0], tell)
+def _searching(study: Study, scheduler: str | None, patience: float) -> Iterator[Fanout]:
+    """Yield what simulates; where that ends early, say how to go on."""
     tell(f"search by {study.settings.algorithm}, {study.settings.evaluations} candidates")
     try:
         with Fanout(scheduler, patience=patience) as fanout:
-            yield fanout, progress
+            yield fanout
     except KeyboardInterrupt:
         if study.checkpoint.exists():
             people.print(f"go on with: workbench optimize --resume {study.folder}", markup=False)
@@ -163,34 +154,6 @@ def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
     if "evaluations" in given:
         study = replace(study, settings=replace(study.settings, evaluations=evaluations))
     return study
-
-
-def _object(study: Study, history: History, found: Sequence[Found]) -> dict[str, Any]:
-    best = found[0]
-    table = history.columns()
-    goal = study.problem.goals[0]
-    return {
-        "best_distance_m": best.values.get("distance_m"),
-        "best_shape": str(best.shape),
-        "best_model": None if best.model is None else str(best.model),
-        "omega_rad_s": best.omega,
-        "goals": {g.name: best.values.get(g.column) for g in study.problem.goals},
-        "evaluations": history.asked,
-        "simulated": history.evaluated,
-        "generations": len(history.generations),
-        "failures": int(table["failures"].sum()),
-        "history": [
-            {"best": goal.value_of(best_fitness), "mean": goal.value_of(mean), "failures": int(bad)}
-            for best_fitness, mean, bad in zip(
-                table["best so far"], table["mean"], table["failures"], strict=True
-            )
-        ],
-        "front": [
-            {"shape": str(one.shape)} | {g.name: one.values[g.column] for g in study.problem.goals}
-            for one in found
-        ] if len(study.problem.goals) > 1 else None,
-        "folder": str(study.folder),
-    }  # fmt: skip
 
 
 def _show(study: Study, history: History, found: Sequence[Found]) -> None:

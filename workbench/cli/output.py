@@ -1,31 +1,25 @@
-"""What the verbs share: where results go, tables, the operator at the terminal."""
+"""What the verbs share: where results go, and tables."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
-from workbench.cli.keyboard import Keyboard
-from workbench.cli.plain import JsonFlag, RunsFolder, emit
+from workbench.cli.plain import RUNS_MEANT, JsonFlag, RunArguments, RunsFolder, emit
 from workbench.cli.progress import ProgressLine
-from workbench.desk import Desk, Question, Reply
-from workbench.errors import InputError
 from workbench.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     from workbench.bundle import Compared
-    from workbench.takes import Place  # which loads far more than a table needs
 
 __all__ = [
+    "RUNS_MEANT",
     "JsonFlag",
-    "QuietOperator",
+    "RunArguments",
     "RunsFolder",
-    "TerminalOperator",
     "comparison_table",
     "emit",
     "people",
@@ -35,8 +29,6 @@ __all__ = [
     "tell",
 ]
 
-_WAIT_S = 0.1  # Windows hears Ctrl-C between waits only
-_RELOAD_S = 5.0
 _MOST_NOTES = 12
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
@@ -91,97 +83,3 @@ def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
         for key, (name, unit, factor, digits) in QUANTITIES.items()
         if key in summary
     ]
-
-
-class TerminalOperator:
-    """The person at this terminal, or at a page that shows this run; whoever answers first.
-
-    Args:
-        desk: shows the prompts elsewhere.
-        keyboard: of this terminal.
-        needed: whether somebody has to answer; otherwise a prompt that nobody sees is passed.
-    """
-
-    answered_at: Place = "nobody"
-
-    def __init__(self, desk: Desk, keyboard: Keyboard, needed: bool = True) -> None:
-        self._desk, self._keyboard, self._needed = desk, keyboard, needed
-        self._picture: Path | None = None
-
-    @property
-    def present(self) -> bool:
-        """Whether this is a terminal, or a page is open."""
-        return self._keyboard.present or self._desk.attended
-
-    def tell(self, text: str) -> None:
-        """Show it among the stages, but not to be overlooked."""
-        self._desk.show_notice(text)
-        people.print(text, style="bold", markup=False)
-
-    def show_picture(self, picture: Path) -> None:
-        """Tell where it lies, and show it where the next prompt is shown elsewhere."""
-        self._picture = picture
-        people.print(f"see {picture}", markup=False)
-
-    def confirm(self, text: str) -> None:
-        """Wait for Enter."""
-        picture, self._picture = self._picture, None
-        with self._desk.ask(text, typed=False, picture=picture) as question:
-            self._answer(question, "  (Enter) ")
-
-    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
-        """Read a line; empty takes the default."""
-        offered = f" [{default}]" if default else ""
-        picture, self._picture = self._picture, None
-        asked = self._desk.ask(
-            text, typed=True, default=default, picture=picture, choices=tuple(choices)
-        )
-        with asked as question:
-            return self._answer(question, f"{offered}: ") or default
-
-    def _answer(self, question: Question, end: str) -> str:
-        """Wait for the first answer, and note where it came from."""
-        tell.pause()
-        people.print(question.text, style="bold", markup=False, end=end)
-        with self._keyboard.lines_to(lambda line: question.offer(Reply(line, "terminal"))):
-            reply = self._first(question)
-        if reply.place != "terminal":
-            people.print(f"{reply.text or 'confirmed'} ({reply.place})", markup=False)
-        self.answered_at = reply.place
-        return reply.text
-
-    def _first(self, question: Question) -> Reply:
-        """Wait as long as somebody could answer; a page that is loaded anew is back at once."""
-        seen = time.monotonic() - (0.0 if self.present else _RELOAD_S)
-        while (reply := question.wait(_WAIT_S)) is None:
-            if self.present:
-                seen = time.monotonic()
-            elif time.monotonic() - seen > _RELOAD_S:
-                if self._needed:
-                    raise InputError(f"nobody to ask at this terminal: {question.text!r}")
-                return Reply(question.default, "nobody")
-        return reply
-
-
-class QuietOperator:
-    """Answers every prompt itself: on the virtual bench there is nobody to ask."""
-
-    present = False
-    answered_at: Place = "nobody"
-
-    def tell(self, text: str) -> None:
-        """Show the text."""
-        tell(text)
-
-    def show_picture(self, picture: Path) -> None:
-        """Tell where it lies."""
-        tell(f"see {picture}")
-
-    def confirm(self, text: str) -> None:
-        """Show the text and go on."""
-        tell(f"prompt: {text}")
-
-    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
-        """Take the default."""
-        tell(f"prompt: {text} [{default}]")
-        return default

@@ -15,10 +15,13 @@ from typing import Annotated, Any
 import typer
 
 __all__ = [
+    "RUNS_MEANT",
     "JsonFlag",
     "RunArgument",
     "RunArguments",
     "RunsFolder",
+    "SchedulerOption",
+    "SearchesFolder",
     "emit",
     "print_columns",
     "remark_on",
@@ -27,6 +30,14 @@ __all__ = [
 JsonFlag = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 RunsFolder = Annotated[
     Path, typer.Option("--runs", help="Folder of all bundles.", envvar="WORKBENCH_RUNS")
+]
+
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(help="Of a cluster, tcp://host:8786; by default all cores of this machine."),
+]
+SearchesFolder = Annotated[
+    Path, typer.Option("--searches", help="Folder of all searches.", envvar="WORKBENCH_SEARCHES")
 ]
 
 
@@ -41,18 +52,16 @@ RunArgument = Annotated[
     Path,
     typer.Argument(
         metavar="RUN",
-        help="Bundle: folder, name, part of it, or number.",
+        help="A run: its number, name, a part of the name, or path.",
         autocompletion=_run_names,
     ),
 ]
-RunArguments = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="RUN...",
-        help="Bundles: folders, names, parts or numbers.",
-        autocompletion=_run_names,
-    ),
-]
+RUNS_MEANT = typer.Argument(
+    metavar="RUNS...",
+    help="Runs: numbers, names, parts of them, paths, folders of runs, protocols, experiments.",
+    autocompletion=_run_names,
+)
+RunArguments = Annotated[list[Path], RUNS_MEANT]
 
 _GAP = "  "
 

@@ -53,10 +53,10 @@ class ProgressLine:
         if self._live is None:
             self._live = self._started()
 
-    def update(self, stage: Stage) -> None:
+    def update(self, stage: str) -> None:
         """Change words and share of the stage that lasts; off a terminal nothing is told."""
         if self._live is not None:
-            self._follow(stage)
+            self._follow(stage if isinstance(stage, Stage) else Stage(stage))
 
     def pause(self) -> None:
         """Leave the terminal to others; the next stage takes it again."""

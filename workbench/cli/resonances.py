@@ -8,25 +8,17 @@ from typing import Annotated
 
 import typer
 
-from workbench.bundle import Bundle
-from workbench.cli.completing import run_names
-from workbench.cli.identify import read_runs
-from workbench.cli.output import JsonFlag, RunsFolder, emit, people, show_table, tell
+from workbench.bundle import Bundle, runs_named
+from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
 from workbench.errors import InputError
-from workbench.identify import ModeDamping, Resonances, damping, write_resonances
+from workbench.identify import ModeDamping, Resonances, damping, measured_runs, write_resonances
 from workbench.identify import resonances as find_resonances
 
 __all__ = ["resonances"]
 
 
 def resonances(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Bundles, or folders that hold some.",
-            autocompletion=run_names,
-        ),
-    ],
+    runs: RunArguments,
     folder: RunsFolder = Path("runs"),
     report: Annotated[
         Path | None, typer.Option(help="Write figures and tables to this HTML file.")
@@ -37,14 +29,21 @@ def resonances(
 
     Example: workbench resonances runs --report resonances.html
     """
-    bundles = _bundles(runs, folder)
-    measured = read_runs(bundles)
-    tell(f"look at {len(bundles)} runs")
+    bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
+    if not any(one.manifest.status == "complete" for one in bundles):
+        raise InputError(
+            f"{', '.join(map(str, runs))}: holds no complete bundle; "
+            "`workbench run protocols/clamped-sweep.yaml` makes some"
+        )
+    bundles.sort(key=lambda one: (one.manifest.created, one.asked.number))
+    measured = measured_runs(bundles, tell)
+    tell(f"look at {len(measured)} runs")
     found = find_resonances(measured)
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:
         tell("draw the report")
-        title = bundles[0].asked.title if len(measured) == 1 else "Resonances of the robot"
+        (first, *others) = [b for b in bundles if b.path.name in {run.name for run in measured}]
+        title = "Resonances of the robot" if others else first.asked.title
         write_resonances(report, title, measured, found, modes)
     if as_json:
         emit(found.as_json() | {
@@ -55,25 +54,6 @@ def resonances(
     _show(found, modes)
     if report is not None:
         print(f"report: {report}")
-
-
-def _bundles(given: Sequence[Path], folder: Path) -> list[Bundle]:
-    """Return the complete bundles given, in the order in which they were measured.
-
-    Of a folder of bundles those that are complete are taken; a bundle that is named must be.
-    """
-    named = {path.name for path in given}
-    bundles = [
-        b
-        for b in Bundle.find_all(given, folder)
-        if b.path.name in named or b.manifest.status == "complete"
-    ]
-    if not bundles:
-        raise InputError(
-            f"{', '.join(map(str, given))}: holds no complete bundle; "
-            "`workbench run protocols/clamped-sweep.yaml` makes some"
-        )
-    return sorted(bundles, key=lambda b: (b.manifest.created, b.asked.number))
 
 
 def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:

@@ -4,38 +4,25 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from workbench import review as views
-from workbench.bundle import Bundle
-from workbench.cli.completing import run_names
-from workbench.cli.output import RunsFolder, people, show_table, tell
+from workbench.bundle import Bundle, runs_named
+from workbench.cli.output import RunArguments, RunsFolder, people, show_table, tell
+from workbench.cli.showing import picture_of
 from workbench.diagnose import extended_model_of
-from workbench.errors import WorkbenchError
 from workbench.protocol import Document, ModelFile, load_model
-from workbench.recall import recall_whatever, runs_named
+from workbench.recall import recall_whatever
 from workbench.review import Comparison
 from workbench.showing import Shown, pair_extended
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-__all__ = ["picture_of", "review"]
-
-_TOLD = 10  # times while a film is made
+__all__ = ["review"]
 
 
 def review(
-    runs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RUNS...",
-            help="Bundles, a folder of them, or a protocol: its newest runs.",
-            autocompletion=run_names,
-        ),
-    ],
+    runs: RunArguments,
     web: Annotated[bool, typer.Option(help="Open in the browser instead of a window.")] = False,
     save: Annotated[
         Path | None, typer.Option(help="Write the recording (.rrd) here instead.")
@@ -76,7 +63,7 @@ def review(
 
     Example: workbench review RUN --video hop.mp4 --slow 4
     """
-    bundles = runs_named(runs, folder)
+    bundles = [Bundle.recover(one)[0] for one in runs_named(runs, folder)]
     given = None if model is None else load_model(model, Path())
     shown = Shown(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
     if video is not None or frames is not None:
@@ -120,27 +107,11 @@ def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float)
 
     how = Film(slow=slow)
     if video is not None:
-        write_video(run, video, how, _tell_frames)
+        write_video(run, video, how, tell)
         people.print(f"saved {video}", markup=False)
     if frames is not None:
-        write_frames(run, frames, how, _tell_frames)
+        write_frames(run, frames, how, tell)
         people.print(f"saved {frames}", markup=False)
-
-
-def _tell_frames(done: int, count: int) -> None:
-    """Tell every tenth of a film."""
-    if done * _TOLD // count > (done - 1) * _TOLD // count:
-        tell(f"frame {done} of {count}")
-
-
-def picture_of(shown: Shown) -> Image | None:
-    """Return a picture for a page, None where this computer cannot take one."""
-    tell("picture of the viewer")
-    try:
-        return shown.picture()
-    except WorkbenchError as error:
-        people.print(f"the page has no picture of the viewer: {error}", markup=False)
-        return None
 
 
 def _print_errors(comparison: Comparison) -> None:

@@ -36,7 +36,7 @@ def run(
     resume: Annotated[
         Path | None,
         typer.Option(
-            help="A run of the experiment that was cut off; goes on with it.",
+            help="The experiment that was cut off, by any of its runs; goes on with it.",
             autocompletion=run_names,
         ),
     ] = None,
@@ -74,11 +74,11 @@ def run(
         runs = course.root or runs
         left = len(experiment.plan.without(course.done).runs)
         tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
-    from workbench.cli.attended import carry_out_at_desk  # and all that a run needs
+    from workbench.cli.terminal import carry_out_here  # and all that a run needs
 
     done: list[Bundle] = []
     objects: list[dict[str, Any]] = []
-    for bundle, undrawn in carry_out_at_desk(experiment, device, runs, course, pause):
+    for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
         done.append(bundle)
         objects.append(described(bundle, undrawn))
         if not as_json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from pathlib import Path
 
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, run_named
 from workbench.catalogue.differences import ABSENT, Difference, differences
 from workbench.cli.plain import (
     JsonFlag,
@@ -28,7 +28,7 @@ def diff(
 
     Example: workbench runs diff 17 18
     """
-    first, second = Bundle.find(a, folder), Bundle.find(b, folder)
+    first, second = (Bundle.open(run_named(one, folder)) for one in (a, b))
     found = differences(first, second)
     if as_json:
         told = [one.as_json() for one in found]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.bundle import find_folder
+from workbench.bundle import runs_named
 from workbench.catalogue.export import export
 from workbench.cli.plain import JsonFlag, RunArguments, RunsFolder, emit, remark_on
 
@@ -17,7 +17,7 @@ _MEGABYTE = 1e6
 
 
 def export_runs(
-    paths: RunArguments,
+    runs: RunArguments,
     to: Annotated[Path, typer.Option(metavar="FOLDER|FILE.zip", help="New folder or zip.")],
     csv: Annotated[bool, typer.Option("--csv", help="The traces as CSV, too.")] = False,
     mat: Annotated[bool, typer.Option("--mat", help="The traces for MATLAB, too.")] = False,
@@ -31,7 +31,7 @@ def export_runs(
 
     Example: workbench runs export 17 18 --to for-ada.zip --csv --mat
     """
-    done = export([find_folder(path, folder) for path in paths], to, csv, mat)
+    done = export(runs_named(runs, folder), to, csv, mat)
     for problem in done.problems:
         remark_on(f"damaged: {problem}")
     for name in done.left_out:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from workbench.bundle import Bundle, find_folder, read_remarks, verify
+from workbench.bundle import Bundle, read_remarks, run_named, runs_named, verify
 from workbench.cli.output import comparison_table, show_table
 from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
 
@@ -18,7 +18,7 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
 
     Example: workbench runs show hop-16.99
     """
-    bundle, lost = Bundle.recover(find_folder(run, folder))
+    bundle, lost = Bundle.recover(run_named(run, folder))
     if lost:
         remark_on(f"damaged: {lost}; what can still be read is shown")
     said = read_remarks(bundle.path)
@@ -38,16 +38,14 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
 
 
 def verify_runs(
-    paths: RunArguments, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False
+    runs: RunArguments, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False
 ) -> None:
     """Check every checksum; exit code 1 when a file is missing, changed or unknown.
 
     Example: workbench runs verify hop-16.99
     """
-    found = [(path, find_folder(path, folder)) for path in paths]
-    problems = {
-        str(path) if path.name == one.name else one.name: verify(one) for path, one in found
-    }
+    found = runs_named(runs, folder)
+    problems = {str(one) if one in runs else one.name: verify(one) for one in found}
     bad = any(problems.values())
     if as_json:
         emit({"ok": not bad, "problems": problems})

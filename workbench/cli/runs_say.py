@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.bundle import Kind, add_remark, find_folder, read_remarks
+from workbench.bundle import Kind, add_remark, read_remarks, run_named
 from workbench.cli.plain import RunArgument, RunsFolder, remark_on
 from workbench.errors import InputError
 from workbench.operator_name import VARIABLE, operator_name
@@ -75,7 +75,7 @@ def bad(
 
 def _say(run: Path, root: Path, kind: Kind, texts: list[str], who: str | None) -> None:
     """Append remarks to a run and show what they come to."""
-    folder = find_folder(run, root)
+    folder = run_named(run, root)
     for text in texts:
         add_remark(folder, kind, text, who or operator_name(), datetime.now().astimezone())
     said = read_remarks(folder)

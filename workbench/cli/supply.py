@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Annotated
 
@@ -14,6 +12,7 @@ import typer
 from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
+from workbench.by_hand import acknowledged, opened, switch_off, who_is_at
 from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, emit, people, show_table
 from workbench.cli.supply_set import (
@@ -24,25 +23,20 @@ from workbench.cli.supply_set import (
 )
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
-    DEAD_V,
     MODELS,
-    Connection,
     Model,
-    Supply,
     SystemClock,
     model_named,
 )
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
-from workbench.hw.ports import who_answers
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
-from workbench.output import BY_HAND, MAY_BE_ON, Ledger, Standing
+from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.signals import Signals
 
 __all__ = ["supply"]
 
 POLL_S = 0.1
-_LET_GO_S = 10.0  # for a guardian to switch off and see the terminals dead
 _SERVED_AT = "127.0.0.1:5020"
 FAMILY_NAMES = ", ".join(FAMILIES)
 
@@ -112,7 +106,7 @@ def probe(
         raise InputError(f"no supply family {family!r}; there are {FAMILY_NAMES}")
     ports = [port] if port else [found.device for found in comports()]
     families: list[Family] = [known for known in FAMILIES if family in ("", known)]
-    found = [who for place in ports if (who := _who(place, families, rtu_over_tcp))]
+    found = [who for place in ports if (who := who_is_at(place, families, rtu_over_tcp))]
     if not found:
         raise HardwareError(
             f"no supply of {', '.join(families)} answers at {', '.join(ports) or 'any port'}; "
@@ -125,27 +119,13 @@ def probe(
     show_table("Supplies", columns, [[str(who[name]) for name in columns] for who in found])
 
 
-def _who(place: str, families: list[Family], rtu_over_tcp: bool) -> dict[str, object] | None:
-    """Return who answers at a place, trying each family at the speeds of its models."""
-    is_serial = not place.rpartition(":")[2].isdecimal()
-    kind = "serial" if is_serial else "rtu-over-tcp" if rtu_over_tcp else "tcp"
-    for family in families:
-        bauds = sorted({model.baud for model in MODELS if model.family == family})
-        for baud in bauds if is_serial else bauds[:1]:
-            with suppress(InputError):  # this family cannot be reached in that way
-                who = who_answers(Connection(kind, place, baud=baud), family)
-                if who is not None:
-                    return {"port": place, "family": family, "baud": baud} | who._asdict()
-    return None
-
-
 @supply.command()
 def read(bench: BenchOption, as_json: JsonFlag = False) -> None:
     """Read who the supply is and its state; changes nothing.
 
     Example: workbench supply read --bench lab.yaml
     """
-    with _opened(bench) as device:
+    with opened(_real(bench)) as device:
         found = device.identify()._asdict() | asdict(device.measure())
     if as_json:
         emit(found)
@@ -180,35 +160,10 @@ def off(bench: BenchOption) -> None:
     """
     with Signals() as signals:
         signals.hold()  # an impatient Ctrl-C would cut off the very thing that was asked for
-        dead = _off(bench)
+        dead = switch_off(_real(bench))
     if not dead:
         raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
     print("output off, confirmed")
-
-
-def _off(bench: str) -> bool:
-    """Stop who drives, switch off, and tell whether that was confirmed."""
-    for ledger in _real(bench).ledgers():
-        _stop_who_drives(ledger)
-    try:
-        with _opened(bench, force=True) as device:
-            return device.off() and device.terminals_dead()
-    except HardwareError as error:
-        if any(ledger.held() for ledger in _real(bench).ledgers()):
-            raise SafetyStop(
-                f"{error}\nanother program has it and is trying to switch it off; "
-                f"{MAY_BE_ON}, {BY_HAND}"
-            ) from error
-        raise
-
-
-def _stop_who_drives(ledger: Ledger) -> None:
-    """Ask the guardian that holds the supply to switch off, and wait until it has let go."""
-    end = time.monotonic() + _LET_GO_S
-    while ledger.held() and time.monotonic() < end:
-        ledger.ask_for_off()
-        time.sleep(POLL_S)
-    ledger.asked_for_off()  # for whoever comes next it is no request
 
 
 @supply.command()
@@ -220,39 +175,12 @@ def acknowledge(
 
     Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
-    standing = _standing(_real(bench).ledgers()) or _standing(_asked_for_ledgers(bench))
-    if not standing:
-        raise InputError(f"bench {bench!r}: no stop is waiting for an acknowledgement")
-    if any(stop.output.live for stop in standing.values()):
-        _require_off(bench)
-    for ledger in standing:
-        print(f"acknowledged by {name}: {ledger.acknowledge(name).reason}")
+    for stop in acknowledged(_real(bench), bench, name, _doubt):
+        print(f"acknowledged by {name}: {stop.reason}")
 
 
-def _standing(known: list[Ledger]) -> dict[Ledger, Standing]:
-    return {one: stop for one in known if (stop := one.standing())}
-
-
-def _asked_for_ledgers(bench: str) -> list[Ledger]:
-    """Return the ledger of whoever is there: one that was damaged tells no more where that is."""
-    with suppress(HardwareError), _opened(bench) as device:
-        return [_real(bench).ledger_of(device.identify())]
-    return []
-
-
-def _require_off(bench: str) -> None:
-    """Refuse to sign for an output that is on; where the supply is out of reach, a person knows."""
-    try:
-        with _opened(bench) as device:
-            reading = device.measure()
-    except HardwareError as error:
-        people.print(f"it could not be asked whether it is off: {error}", markup=False)
-        return
-    if reading.output or reading.voltage_V > DEAD_V:
-        raise SafetyStop(
-            f"{bench}: its output is on, {reading.voltage_V:g} V; {BY_HAND}, "
-            f"or type: workbench supply off --bench {bench}"
-        )
+def _doubt(text: str) -> None:
+    people.print(text, markup=False)
 
 
 @supply.command()
@@ -322,13 +250,3 @@ def _real(bench: str) -> RealBench:
     if not isinstance(device, RealBench):
         raise InputError(f"bench {bench!r} has no real supply; see `workbench supply simulate`")
     return device
-
-
-@contextmanager
-def _opened(bench: str, *, force: bool = False) -> Iterator[Supply]:
-    """Open a real bench's supply without touching its output."""
-    found = _real(bench).open_supply(force=force)
-    try:
-        yield found
-    finally:
-        found.close()

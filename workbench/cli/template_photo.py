@@ -17,28 +17,27 @@ from workbench.photo import (
     BOARDS,
     CHECK_BAR_MM,
     TAPES,
-    AsBent,
     find_board,
+    printed_scale,
     read_angles,
     read_photo,
     read_points,
     write_board,
 )
-from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
+from workbench.protocol import load_model, load_shape
 from workbench.readback import (
     Cost,
     Deviation,
     change_in_words,
     deviation_of,
+    numbers_of,
     simulate_cost,
     write_as_bent,
     write_readback,
 )
-from workbench.template import free_angles
+from workbench.template import free_shape
 
 __all__ = ["board", "read", "template"]
-
-_WORST_PRINT = 0.005  # of a length, as for templates
 
 
 @template.command()
@@ -105,10 +104,14 @@ def read(
     Example: workbench template read --angles measured.csv --shape thesis-initial
     """
     robot = load_model(model, Path())
-    target = _free(shape, robot.content)
+    if not shape:
+        raise InputError(
+            "--shape is needed: what the strip was bent to, for example --shape thesis-initial"
+        )
+    target = free_shape(load_shape(shape, Path()).content, robot.content)
     if photo is not None and angles is None and points is None:
         tell(f"read {photo}")
-        printed = _printed(horizontal, vertical)
+        printed = printed_scale(horizontal, vertical)
         bent = read_photo(photo, target, tape=tape, foot_aligned=foot_aligned, printed=printed)
     elif photo is None and angles is not None and points is None:
         bent = read_angles(angles, target)
@@ -129,67 +132,9 @@ def read(
     write_readback(page, written.content.name, bent, deviation, cost, rows)
     files = [str(out), str(page), str(page.with_suffix(".svg"))]
     if as_json:
-        emit(_numbers(bent, deviation, cost) | {"files": files})
+        emit(numbers_of(bent, deviation, cost) | {"files": files})
         return
     _show(deviation, cost, files)
-
-
-def _free(shape: str, model: ModelFile) -> ShapeFile:
-    """Return the target as the free strip has it."""
-    if not shape:
-        raise InputError(
-            "--shape is needed: what the strip was bent to, for example --shape thesis-initial"
-        )
-    target = load_shape(shape, Path()).content
-    free = free_angles(target, model)
-    return target.model_copy(update={"angles": tuple(free), "state": "unloaded"})
-
-
-def _printed(horizontal: float, vertical: float | None) -> tuple[float, float]:
-    """Return what a metre of the board became on paper, across and along [m]."""
-    across = horizontal / CHECK_BAR_MM
-    along = 1.0 if vertical is None else vertical / _stated_height(vertical)
-    for bar, share, measured in (("--h", across, horizontal), ("--v", along, vertical)):
-        if not abs(share - 1) <= _WORST_PRINT:
-            raise InputError(
-                f"{bar} {measured:g} mm is {100 * (share - 1):+.2f} % off, more than "
-                f"{100 * _WORST_PRINT:g} %; print the board again at 100 %, without fitting to "
-                "the page"
-            )
-    return across, along
-
-
-def _stated_height(vertical: float) -> float:
-    """Return the sheet's height of pattern that is nearest to the one measured [mm]."""
-    heights = [1000 * one.square * one.rows_a_sheet for one in BOARDS.values()]
-    return min(heights, key=lambda height: abs(height - vertical))
-
-
-def _numbers(bent: AsBent, deviation: Deviation, cost: Cost | None) -> dict[str, object]:
-    """Return the result under names with units."""
-    found: dict[str, object] = {
-        "angles_rad": bent.angles.tolist(),
-        "uncertainty_rad": None if bent.uncertainty is None else bent.uncertainty.tolist(),
-        "deviation_deg": np.degrees(deviation.difference).tolist(),
-        "foot_seen": bent.foot_seen,
-        "correct": [
-            {"joint": k, "deg": -math.degrees(deviation.difference[k])} for k in deviation.correct
-        ],
-        "tip_error_mm": (1000 * deviation.tip_error).tolist(),
-        "reading": bent.notes,
-    }
-    if cost is not None:
-        found["distance"] = {
-            "omega_rad_s": cost.omega,
-            "target_m": cost.target,
-            "bent_m": cost.bent,
-            "around_target_m": cost.around_target.tolist(),
-            "around_bent_m": cost.around_bent.tolist(),
-            "change_m": cost.change,
-            "change_error_m": cost.change_error,
-            "falls": cost.falls,
-        }
-    return found
 
 
 def _show(deviation: Deviation, cost: Cost | None, files: list[str]) -> None:

@@ -8,9 +8,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.optimize import SchedulerOption, SearchesFolder
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.search_progress import SearchProgress
+from workbench.cli.plain import SchedulerOption, SearchesFolder
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,
@@ -20,7 +19,6 @@ from workbench.design import (
     Lab,
     Settings,
     Table,
-    goal_named,
     write_experiment,
 )
 from workbench.errors import InputError, WorkbenchError, did_you_mean
@@ -70,12 +68,10 @@ def thesis(
     seeds, speeds = SEEDS, SPEEDS
     if quick:
         settings, seeds, speeds = replace(settings, **_QUICK), _QUICK_SEEDS, _QUICK_SPEEDS
-    goal = goal_named(settings.goals[0])
-    progress = SearchProgress(goal, tell)
     with Fanout(scheduler) as fanout:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         folder = out or searches / "thesis"
-        lab = Lab(folder, settings, stated, start, fanout, progress, tell)
+        lab = Lab(folder, settings, stated, start, fanout, tell.update, tell)
         try:
             parts = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:

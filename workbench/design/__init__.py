@@ -21,7 +21,7 @@ from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.report import verdict, write_experiment, write_report
-from workbench.design.results import Found, found_by, shape_text, write_history
+from workbench.design.results import Found, found_by, found_object, shape_text, write_history
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
 from workbench.design.uncertainty import Departure, Uncertainty, altered
@@ -58,6 +58,7 @@ __all__ = [
     "altered",
     "appraise",
     "found_by",
+    "found_object",
     "goal_named",
     "make_space",
     "parse_varied",

@@ -21,7 +21,6 @@ from workbench.design.search_figures import draw_generations, draw_repeats
 from workbench.design.study import Settings, Study
 from workbench.errors import InputError
 from workbench.optimize import History
-from workbench.optimize import Progress as Generations
 from workbench.progress import Progress
 from workbench.protocol import Document, ModelFile, ShapeFile
 from workbench.review.drawing import drawn
@@ -110,7 +109,7 @@ class Lab:
         model: of the robot.
         start: the shape where every search begins.
         fanout: what simulates.
-        progress: told of each generation.
+        progress: is told where a search stands after each generation.
         tell: told what is begun.
     """
 
@@ -119,7 +118,7 @@ class Lab:
     model: Document[ModelFile]
     start: Document[ShapeFile]
     fanout: Fanout
-    progress: Generations
+    progress: Progress
     tell: Progress
 
     def searched(self, omega: float, seed: int = 0) -> Searched:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from ruamel.yaml.comments import CommentedMap
@@ -19,7 +20,7 @@ from workbench.errors import WorkbenchError
 from workbench.optimize import History, Trial, candidate_key
 from workbench.protocol import ShapeFile, parse, write_changed
 
-__all__ = ["Found", "found_by", "shape_text", "write_history"]
+__all__ = ["Found", "found_by", "found_object", "shape_text", "write_history"]
 
 
 @dataclass(frozen=True)
@@ -148,3 +149,32 @@ def write_history(path: Path, study: Study, history: History) -> None:
                 values = [found.numbers.get(name, "") for name in columns]
                 row = [k, *trial.candidate.tolist(), *found.fitness, *values, found.failure or ""]
                 writer.writerow(row)
+
+
+def found_object(study: Study, history: History, found: Sequence[Found]) -> dict[str, Any]:
+    """Return what a search found under names with units, for the command line."""
+    best = found[0]
+    table = history.columns()
+    goal = study.problem.goals[0]
+    return {
+        "best_distance_m": best.values.get("distance_m"),
+        "best_shape": str(best.shape),
+        "best_model": None if best.model is None else str(best.model),
+        "omega_rad_s": best.omega,
+        "goals": {g.name: best.values.get(g.column) for g in study.problem.goals},
+        "evaluations": history.asked,
+        "simulated": history.evaluated,
+        "generations": len(history.generations),
+        "failures": int(table["failures"].sum()),
+        "history": [
+            {"best": goal.value_of(best_fitness), "mean": goal.value_of(mean), "failures": int(bad)}
+            for best_fitness, mean, bad in zip(
+                table["best so far"], table["mean"], table["failures"], strict=True
+            )
+        ],
+        "front": [
+            {"shape": str(one.shape)} | {g.name: one.values[g.column] for g in study.problem.goals}
+            for one in found
+        ] if len(study.problem.goals) > 1 else None,
+        "folder": str(study.folder),
+    }  # fmt: skip

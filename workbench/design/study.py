@@ -20,6 +20,7 @@ from workbench.design.description import Description
 from workbench.design.goals import PENALTY, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
+from workbench.design.search_stage import search_stage
 from workbench.design.uncertainty import Uncertainty
 from workbench.design.variables import BOUNDS, parse_varied
 from workbench.errors import InputError, did_you_mean
@@ -31,9 +32,9 @@ from workbench.optimize import (
     Guided,
     History,
     Pareto,
-    Progress,
     search,
 )
+from workbench.progress import Progress
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Fanout
 
@@ -228,12 +229,12 @@ class Study:
         """The file that the search goes on from."""
         return self.folder / _CHECKPOINT
 
-    def run(self, fanout: Fanout, progress: Progress | None = None) -> History:
+    def run(self, fanout: Fanout, progress: Progress = lambda text: None) -> History:
         """Search, or go on, until the evaluations are used up.
 
         Args:
             fanout: what simulates.
-            progress: told of each generation.
+            progress: is told where the search stands after each generation.
 
         Raises:
             InputError: when the checkpoint is of another search, torn or edited.
@@ -247,7 +248,9 @@ class Study:
             evaluations=self.settings.evaluations,
             penalty=(PENALTY,) * len(self.settings.goals),
             checkpoint=self.checkpoint,
-            progress=progress,
+            watch=lambda history, total: progress(
+                search_stage(self.problem.goals[0], history, total)
+            ),
         )
 
 

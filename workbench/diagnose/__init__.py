@@ -14,7 +14,8 @@ puts `drive_faults`, `body_faults` and `release_faults` together, `onset` tells 
 began. A new check is a function there that yields a sentence.
 
 `missing` tells which force is missing, and what it depends on; `report`, `report_tables` and
-`figures` are the page, `kept` the answer as a file that `workbench review` reads. What comes after:
+`figures` are the page, `kept` the answer as a file that `workbench review` reads, `written` puts
+both into the folder of the diagnosis. What comes after:
 `remaining` is what an answer leaves, `next_experiment` the runs that would tell, `next_protocol`
 the menu of a bench and the file, `investigation` the loop of runs and diagnoses.
 """
@@ -25,11 +26,12 @@ from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.kept import extended_model_of, write_answer
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
 from workbench.diagnose.next_experiment import propose
-from workbench.diagnose.next_protocol import MENU, Following, following
+from workbench.diagnose.next_protocol import MENU, Following, following, next_object
 from workbench.diagnose.proposed import Proposal, minutes_of
 from workbench.diagnose.report import write_diagnosis
-from workbench.diagnose.rig import HopperRig, Rig
+from workbench.diagnose.rig import HopperRig, Rig, robot_of
 from workbench.diagnose.soundness import refused
+from workbench.diagnose.written import write_report
 
 __all__ = [
     "MENU",
@@ -47,8 +49,11 @@ __all__ = [
     "investigate",
     "load_mechanism",
     "minutes_of",
+    "next_object",
     "propose",
     "refused",
+    "robot_of",
     "write_answer",
     "write_diagnosis",
+    "write_report",
 ]

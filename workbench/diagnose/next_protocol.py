@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 from workbench.bench import make_bench
 from workbench.bundle import Bundle
@@ -29,7 +30,16 @@ from workbench.protocol import (
 )
 from workbench.protocol.library import builtin_folder
 
-__all__ = ["MENU", "Following", "bench_of", "following", "menu_of", "name_for", "write_next"]
+__all__ = [
+    "MENU",
+    "Following",
+    "bench_of",
+    "following",
+    "menu_of",
+    "name_for",
+    "next_object",
+    "write_next",
+]
 
 _REST_S, _DURATION_S = 2.0, 8.0
 _LONGEST_TITLE = 120
@@ -88,6 +98,14 @@ class Following:
         likely = f"chance to dismiss what is not true {100 * proposal.chance:.0f} %"
         sentence = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
         return sentence + (f" ({pairs})" if pairs else "")
+
+
+def next_object(proposed: Following | None) -> dict[str, Any]:
+    """Return what the command line's object says of the next experiment."""
+    if proposed is None:
+        return {"next_protocol": None, "next_experiment": None}
+    told = proposed.proposal.as_json()
+    return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
 
 
 def following(

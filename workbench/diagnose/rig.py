@@ -14,17 +14,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.bundle import Bundle
 from workbench.diagnose.candidates import Candidate, hopper_base, hopper_candidates
 from workbench.diagnose.extension import Effects, write_extension
 from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.hopper_faults import hopper_faults
 from workbench.diagnose.validate import Errors, errors_of
-from workbench.fit import Hopper, MeasuredRun, Parameter, System, paced
+from workbench.fit import Hopper, MeasuredRun, Parameter, System, measured_runs, paced, same_robot
 from workbench.fit.noise import coloured_noise
+from workbench.progress import Progress
 from workbench.protocol import UNITS, Document, ModelFile, ShapeFile
 from workbench.sim import make_robot
 
-__all__ = ["HopperRig", "Rig"]
+__all__ = ["HopperRig", "Rig", "robot_of"]
 
 Array = NDArray[np.float64]
 _WARMTH = 1e-3  # share of the stiffness: aluminium's falls by about 5e-4 a degree
@@ -220,3 +222,21 @@ class HopperRig:
         part = run.motion.select(run.channels)
         values = np.where(part.valid, part.values, np.nan)
         return Facts(run.name, run.mode, run.role, run.channels, values)
+
+
+def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict[str, Path]]:
+    """Return the robot that made some runs, and the files that it is known from.
+
+    Args:
+        bundles: of the runs.
+        tell: is told each run that is read.
+
+    Returns:
+        the rig; the shape under `shape`, and each run's take under the name of its bundle.
+
+    Raises:
+        InputError: when several robots made them, a take is missing, or none is complete.
+    """
+    stated, shape = same_robot(bundles)
+    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
+    return HopperRig(measured_runs(bundles, tell), stated, shape.content), files

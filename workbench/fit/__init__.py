@@ -18,7 +18,7 @@ from workbench.fit.estimator import Estimator
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
 from workbench.fit.identifiability import Combination, told_apart, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
-from workbench.fit.measured import MeasuredRun, measured_run, paced
+from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
 from workbench.fit.parameters import Acts, Parameter, ParameterVector, Scope
 from workbench.fit.soundness import warnings_of
@@ -52,10 +52,12 @@ __all__ = [
     "free_parameters",
     "intervals",
     "measured_run",
+    "measured_runs",
     "minimised",
     "observe",
     "paced",
     "refined",
+    "same_robot",
     "settled",
     "told_apart",
     "undetermined",

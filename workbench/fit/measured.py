@@ -1,4 +1,7 @@
-"""What a fit sees of one run: the raw samples of its channels, their noise, and what was asked."""
+"""What a fit sees of runs: the raw samples of their channels, their noise, and what was asked.
+
+Which robot made them is told here, too: a fit of two robots at once is of neither.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.bundle import Bundle, ReleaseFacts
+from workbench.bundle import Bundle, ReleaseFacts, sha256
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
+from workbench.progress import Progress, counted
+from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.sim import SAMPLE_RATE_HZ
 from workbench.timeseries import TimeSeries
 
-__all__ = ["PLACES", "MeasuredRun", "measured_run", "paced"]
+__all__ = ["PLACES", "MeasuredRun", "measured_run", "measured_runs", "paced", "same_robot"]
 
 PLACES: dict[Mode, tuple[str, ...]] = {
     "clamped": (TOP[0], TOP[2]),
@@ -138,6 +143,51 @@ def measured_run(bundle: Bundle) -> MeasuredRun:
         height=release.height_m,
         role=bundle.asked.role,
     )
+
+
+def measured_runs(bundles: Sequence[Bundle], tell: Progress) -> list[MeasuredRun]:
+    """Return what a fit sees of bundles, in their order; one that is not complete is left out.
+
+    Args:
+        bundles: of the runs.
+        tell: is told each run that is read, and each that is left out.
+
+    Raises:
+        InputError: when none is complete.
+    """
+    measured: list[MeasuredRun] = []
+    for number, bundle in enumerate(bundles, start=1):
+        status = bundle.manifest.status
+        if status != "complete":
+            tell(f"left out {bundle.path.name}: its status is {status}")
+            continue
+        tell(counted(f"read {bundle.path.name}", number, len(bundles)))
+        measured.append(measured_run(bundle))
+    if not measured:
+        raise InputError(
+            "none of these runs is complete, and only a complete run can be fitted; "
+            "`workbench runs list` shows which are"
+        )
+    return measured
+
+
+def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
+    """Return the model and the shape that all bundles were made with.
+
+    Raises:
+        InputError: when they differ.
+    """
+    for kind in ("model", "shape"):
+        seen: dict[str, str] = {}
+        for bundle in bundles:
+            seen.setdefault(sha256(bundle.document(kind)), bundle.path.name)
+        if len(seen) > 1:
+            raise InputError(
+                f"the runs were made with different {kind} files: {', '.join(seen.values())}; "
+                f"give only runs of one {kind}"
+            )
+    first = bundles[0]
+    return load(first.document("model"), ModelFile), load(first.document("shape"), ShapeFile)
 
 
 def paced(run: MeasuredRun) -> MeasuredRun:

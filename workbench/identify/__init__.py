@@ -13,7 +13,7 @@ answers and rings; `figures` and `report` show it, `fit_report` beside what a fi
 The room simulates and fits; it opens no device.
 """
 
-from workbench.fit.measured import MeasuredRun, measured_run
+from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, same_robot
 from workbench.identify.calibrate import (
     LeftOut,
     SpeedCalibration,
@@ -22,7 +22,13 @@ from workbench.identify.calibrate import (
     speed_points,
 )
 from workbench.identify.calibration_figure import figure_5_3
-from workbench.identify.calibration_files import propose_protocol, write_calibration, write_new
+from workbench.identify.calibration_files import (
+    last_day,
+    on_their_bench,
+    propose_protocol,
+    write_calibration,
+    write_new,
+)
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.fit_report import made_from, report_fit
 from workbench.identify.identification import BEAM, FOOT, Estimate, Identification, identify
@@ -53,11 +59,15 @@ __all__ = [
     "figure_5_3",
     "fit_line",
     "identify",
+    "last_day",
     "made_from",
     "measured_run",
+    "measured_runs",
+    "on_their_bench",
     "propose_protocol",
     "report_fit",
     "resonances",
+    "same_robot",
     "shaft_speed",
     "speed_point",
     "speed_points",

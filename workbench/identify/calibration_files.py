@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from datetime import date
+from collections.abc import Sequence
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,13 @@ from workbench.protocol import (
     load,
 )
 
-__all__ = ["propose_protocol", "write_calibration", "write_new"]
+__all__ = [
+    "last_day",
+    "on_their_bench",
+    "propose_protocol",
+    "write_calibration",
+    "write_new",
+]
 
 LOWEST_V, HIGHEST_V = 1.0, 5.0  # thesis, fig. 5.3
 RUNS = 10
@@ -77,6 +84,21 @@ def write_calibration(path: Path, name: str, day: date, found: SpeedCalibration)
         warnings=found.warnings,
     )
     write_new(path, calibration_text(content))
+
+
+def last_day(bundles: Sequence[Bundle]) -> date:
+    """Return the day of the last of some runs."""
+    return max(datetime.fromisoformat(one.manifest.created).date() for one in bundles)
+
+
+def on_their_bench(bundles: Sequence[Bundle]) -> Bundle | None:
+    """Return the last of some runs that says what it was made on, None where none does."""
+    kept = [
+        bundle
+        for bundle in bundles
+        if bundle.document("bench").exists() or bundle.document("sheet").exists()
+    ]
+    return kept[-1] if kept else None
 
 
 def propose_protocol(bundle: Bundle | None = None, mode: Mode = "clamped") -> str:

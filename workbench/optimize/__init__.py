@@ -18,7 +18,7 @@ from workbench.optimize.guided import Guided, GuidedOptions
 from workbench.optimize.history import Generation, History, Trial
 from workbench.optimize.niches import Describe, Likely, Possible
 from workbench.optimize.pareto import Pareto, ParetoOptions, hypervolume
-from workbench.optimize.search import Progress, search
+from workbench.optimize.search import Watch, search
 from workbench.optimize.space import Space
 
 __all__ = [
@@ -38,10 +38,10 @@ __all__ = [
     "Pareto",
     "ParetoOptions",
     "Possible",
-    "Progress",
     "Space",
     "State",
     "Trial",
+    "Watch",
     "candidate_key",
     "hypervolume",
     "search",

@@ -17,9 +17,9 @@ from workbench.optimize.checkpoint import Checkpoint
 from workbench.optimize.evaluation import Evaluate, Evaluation, candidate_key
 from workbench.optimize.history import Generation, History, Trial
 
-__all__ = ["Progress", "search"]
+__all__ = ["Watch", "search"]
 
-Progress = Callable[[History, int], None]
+Watch = Callable[[History, int], None]
 """Is told, after each generation, the history so far and the evaluations asked for in all."""
 
 
@@ -31,7 +31,7 @@ def search(
     evaluations: int,
     penalty: Sequence[float],
     checkpoint: Path | None = None,
-    progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> History:
     """Let an algorithm search its space until its next generation would exceed the evaluations.
 
@@ -49,7 +49,7 @@ def search(
         evaluations: how many candidates may be asked for, generations being whole.
         penalty: fitness of an evaluation that raised or gave no finite number, one for each goal.
         checkpoint: written after each generation; where it exists, the search goes on from it.
-        progress: told of each generation; what it raises ends the search.
+        watch: is told of each generation; what it raises ends the search.
 
     Raises:
         InputError: when the checkpoint is of another search, torn or edited.
@@ -67,8 +67,8 @@ def search(
         history = replace(history, generations=(*history.generations, generation))
         if checkpoint:
             Checkpoint(problem_id, history, algorithm.state()).write(checkpoint, algorithm)
-        if progress:
-            progress(history, evaluations)
+        if watch:
+            watch(history, evaluations)
 
 
 def _require_penalty(penalty: Sequence[float], algorithm: Algorithm) -> None:

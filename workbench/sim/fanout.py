@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import socket
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from importlib import metadata
@@ -23,6 +23,7 @@ from urllib.parse import urlsplit
 
 import workbench
 from workbench.errors import InputError, WorkbenchError
+from workbench.progress import Progress, reached
 from workbench.sim.condition import Condition
 from workbench.sim.robot import Robot
 from workbench.sim.simulate import Admit, Simulation, attempt_all, simulate_all
@@ -30,7 +31,7 @@ from workbench.sim.simulate import Admit, Simulation, attempt_all, simulate_all
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["Fanout", "Progress", "versions"]
+__all__ = ["Fanout", "versions"]
 
 Job = tuple[Robot, Condition]
 
@@ -45,9 +46,7 @@ class Work(Protocol[R]):
         ...
 
 
-Progress = Callable[[int, int], None]
-"""Is told how many simulations are done, of how many; what it raises ends the work."""
-
+_COUNTED = "simulation"
 _LARGEST_BATCH = 8
 _BATCHES_A_THREAD = 4  # so that a slow machine does not keep the others waiting at the end
 _CONNECT_S = 5.0
@@ -94,22 +93,26 @@ class Fanout:
         if self._client is not None:
             _leave(self._client)
 
-    def map(self, jobs: Sequence[Job], progress: Progress | None = None) -> list[Simulation]:
+    def map(self, jobs: Sequence[Job], progress: Progress = lambda text: None) -> list[Simulation]:
         """Simulate every job; the results are in the order of the jobs.
 
         Args:
             jobs: any mix of robots and conditions.
-            progress: called after each batch; on this machine's cores once, at the end.
+            progress: is told after each batch, as `simulation 8 of 24`; on this machine's cores
+                once, at the end.
 
         Raises:
             InputError: when a robot cannot be built or does not stand, or when a worker's software
                 is not the same as here.
             WorkbenchError: when workers or scheduler are lost for good.
         """
-        return self._spread(simulate_all, jobs, progress or _tell_nobody)
+        return self._spread(simulate_all, jobs, progress)
 
     def attempt(
-        self, jobs: Sequence[Job], admit: Admit | None = None, progress: Progress | None = None
+        self,
+        jobs: Sequence[Job],
+        admit: Admit | None = None,
+        progress: Progress = lambda text: None,
     ) -> list[Simulation | InputError]:
         """Simulate every job as `map` does; one that is refused costs only its own place.
 
@@ -123,12 +126,12 @@ class Fanout:
             InputError: when a worker's software is not the same as here.
             WorkbenchError: when workers or scheduler are lost for good.
         """
-        return self._spread(partial(attempt_all, admit=admit), jobs, progress or _tell_nobody)
+        return self._spread(partial(attempt_all, admit=admit), jobs, progress)
 
     def _spread(self, work: Work[R], jobs: Sequence[Job], tell: Progress) -> list[R]:
         if self._client is None:
             results = work(jobs)
-            tell(len(jobs), len(jobs))
+            tell(reached(_COUNTED, len(jobs), len(jobs)))
             return results
         size = self._batch_size or _batch_size(len(jobs), self._threads_or_none(self._client))
         batches = [jobs[i : i + size] for i in range(0, len(jobs), size)]
@@ -160,7 +163,7 @@ class Fanout:
         try:
             for future in self._finished(client, list(places)):
                 done[places[future]] = self._fetch(client, future)
-                tell(sum(len(batches[k]) for k in done), total)
+                tell(reached(_COUNTED, sum(len(batches[k]) for k in done), total))
         finally:
             with suppress(OSError, RuntimeError, AttributeError):  # nobody there to cancel them
                 client.cancel([future for future, k in places.items() if k not in done])
@@ -264,10 +267,6 @@ def _sources() -> str:
 
 def _batch_size(jobs: int, threads: int) -> int:
     return min(_LARGEST_BATCH, max(1, jobs // (_BATCHES_A_THREAD * max(1, threads))))
-
-
-def _tell_nobody(done: int, total: int) -> None:
-    pass
 
 
 def _work_on_batch(work: Work[R], jobs: Sequence[Job], wanted: dict[str, str]) -> list[R]:

@@ -2,54 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, Protocol
 
 from workbench.bundle import Bundle, Event, Measured, events
 from workbench.errors import HardwareError
 from workbench.hw import Clock
 from workbench.takes.belonging import CameraTime, Verdict, judge
 from workbench.takes.folder import TakeFolder
+from workbench.takes.operator import Operator
 
-__all__ = ["Collector", "Operator", "Place"]
-
-Place = Literal["terminal", "panel", "nobody"]
-"""Where a prompt was answered; on a bench without an operator it answers itself."""
+__all__ = ["Collector"]
 
 _POLL_S = 0.25
 _INSIST = "yes"
-
-
-class Operator(Protocol):
-    """The person at the bench."""
-
-    @property
-    def present(self) -> bool:
-        """Whether somebody can answer."""
-        ...
-
-    @property
-    def answered_at(self) -> Place:
-        """Where the last prompt was answered."""
-        ...
-
-    def tell(self, text: str) -> None:
-        """Show a text and go on."""
-        ...
-
-    def show_picture(self, picture: Path) -> None:
-        """Show a picture with the next prompt, or where it lies."""
-        ...
-
-    def confirm(self, text: str) -> None:
-        """Show a text and return when it is confirmed."""
-        ...
-
-    def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
-        """Show a question and return the answer; choices are the only ones that will be taken."""
-        ...
 
 
 class Collector:

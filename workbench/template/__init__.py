@@ -13,7 +13,7 @@ from workbench.template.canvas import NO_COMPENSATION, Compensation
 from workbench.template.confirm import AT_SCALE_MM, REFUSED_MM, Confirmed, confirm_template
 from workbench.template.dxf import dxf_drawing
 from workbench.template.files import FORMATS, formats_named, write_template
-from workbench.template.free import free_angles
+from workbench.template.free import free_angles, free_shape
 from workbench.template.metal import Metal, metal_of
 from workbench.template.overbend import held_radius, overbends
 from workbench.template.pages import pdf_pages
@@ -39,6 +39,7 @@ __all__ = [
     "dxf_drawing",
     "formats_named",
     "free_angles",
+    "free_shape",
     "held_radius",
     "make_sheet",
     "make_strip",

@@ -7,7 +7,7 @@ from dataclasses import replace
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import applied, make_robot, unloaded
 
-__all__ = ["free_angles"]
+__all__ = ["free_angles", "free_shape"]
 
 
 def free_angles(shape: ShapeFile, model: ModelFile) -> tuple[float, ...]:
@@ -25,3 +25,8 @@ def free_angles(shape: ShapeFile, model: ModelFile) -> tuple[float, ...]:
         return shape.angles
     robot = make_robot(model.values(), shape, model.increments, model.quantities())
     return unloaded(replace(applied(robot), drift=())).angles
+
+
+def free_shape(shape: ShapeFile, model: ModelFile) -> ShapeFile:
+    """Return a shape as the free strip has it; arguments as for `free_angles`."""
+    return shape.model_copy(update={"angles": free_angles(shape, model), "state": "unloaded"})

@@ -25,7 +25,7 @@ from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
 from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
-from workbench.tracking.quality import quality
+from workbench.tracking.quality import exports_in, quality, quality_or_error
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recipe
 from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
@@ -66,6 +66,7 @@ __all__ = [
     "as_stated",
     "clock_fit",
     "delay",
+    "exports_in",
     "fit_floor",
     "format_start_time",
     "guess_bodies",
@@ -76,6 +77,7 @@ __all__ = [
     "motor_speed_thesis",
     "noise_floor",
     "quality",
+    "quality_or_error",
     "raw_points",
     "read_take",
     "record",

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from workbench.errors import TakeError
 from workbench.tracking.chains import Chain, chains
 from workbench.tracking.missing import gaps
+from workbench.tracking.reader import read_take
 from workbench.tracking.size import unit_hint
 from workbench.tracking.take import Missing, Take, known
 
-__all__ = ["quality"]
+__all__ = ["exports_in", "quality", "quality_or_error"]
+
+_EXPORTS = (".csv", ".c3d", ".trc")
 
 
 def quality(take: Take) -> dict[str, Any]:
@@ -40,6 +45,19 @@ def quality(take: Take) -> dict[str, Any]:
         else [_point(take, chain) for chain in chains(take.cloud, take.rate_hz)],
         "warnings": [*take.warnings, *filter(None, [unit_hint(take)])],
     }
+
+
+def exports_in(folder: Path) -> list[Path]:
+    """Return the files of a folder that may be exports, by name."""
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in _EXPORTS)
+
+
+def quality_or_error(path: Path) -> dict[str, Any]:
+    """Return the quality report of an export; of one that cannot be read, why, under `error`."""
+    try:
+        return quality(read_take(path))
+    except TakeError as error:
+        return {"error": str(error)}
 
 
 def _body(take: Take, name: str) -> dict[str, Any]:

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from tests.bundles import manifest_of
+from workbench.attended import carry_out_at_desk
 from workbench.bench import Operator, SimulatedBench, Subject, Window, load_bench
 from workbench.bundle import Bundle, read_remarks
-from workbench.cli import attended
-from workbench.cli.output import QuietOperator
 from workbench.desk import cards, pause
 from workbench.experiment import Experiment, read_experiment
 from workbench.hw import SimulatedClock
+from workbench.operators import QuietOperator
 from workbench.resume import resume
 from workbench.takes import Place
 
@@ -67,14 +67,18 @@ def asked(folder: Path) -> Experiment:
     return read_experiment(folder / "p.yaml", load_bench("virtual"), Decimal("0.01"))
 
 
-def made(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, operator: QuietOperator, always: bool = True
-) -> list[Bundle]:
-    monkeypatch.setattr(attended, "operator_of", lambda bench, desk: operator)
+def made(folder: Path, operator: QuietOperator, always: bool = True) -> list[Bundle]:
     lab = Unfilmed(load_bench("virtual").content, SimulatedClock())
     experiment = asked(folder)
-    monkeypatch.setattr(attended, "draw_views", lambda bundle, progress: [])
-    done = attended.carry_out_at_desk(experiment, lab, folder / "runs", None, pause=always)
+    done = carry_out_at_desk(
+        experiment,
+        lab,
+        folder / "runs",
+        lambda *at: operator,
+        lambda text: None,
+        lambda bundle, progress: [],
+        pause=always,
+    )
     return [bundle for bundle, _ in done]
 
 
@@ -86,11 +90,9 @@ def notes(bundle: Bundle) -> list[str]:
     return [note.text for note in read_remarks(bundle.path).notes]
 
 
-def test_a_run_is_repeated_with_its_prompts_and_the_next_is_skipped(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_is_repeated_with_its_prompts_and_the_next_is_skipped(tmp_path: Path) -> None:
     operator = Chooser("repeat", "SKIP RUN 2", "go", "end")
-    bundles = made(tmp_path, monkeypatch, operator)
+    bundles = made(tmp_path, operator)
     assert numbers(bundles) == [(1, 1), (1, 2), (3, 1)]
     assert operator.confirmed == 2
     first, second, third, last = operator.asked
@@ -109,24 +111,20 @@ def test_a_run_is_repeated_with_its_prompts_and_the_next_is_skipped(
     assert course.done == {1, 3}
 
 
-def test_an_end_leaves_the_rest_and_what_is_no_choice_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_end_leaves_the_rest_and_what_is_no_choice_is_told(tmp_path: Path) -> None:
     operator = Chooser("what", "", "end")
-    assert numbers(made(tmp_path, monkeypatch, operator)) == [(1, 1)]
+    assert numbers(made(tmp_path, operator)) == [(1, 1)]
     assert operator.told[0].startswith("not taken: 'what' is not one of go on with run 2, skip")
 
 
-def test_without_a_wish_nobody_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_wish_nobody_is_asked(tmp_path: Path) -> None:
     operator = Chooser()
-    assert len(made(tmp_path, monkeypatch, operator, always=False)) == 3
+    assert len(made(tmp_path, operator, always=False)) == 3
     assert operator.asked == []
 
 
-def test_where_nobody_is_there_a_pause_is_passed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert len(made(tmp_path, monkeypatch, QuietOperator())) == 3
+def test_where_nobody_is_there_a_pause_is_passed(tmp_path: Path) -> None:
+    assert len(made(tmp_path, QuietOperator())) == 3
 
 
 def test_a_pause_that_is_wanted_from_elsewhere_is_made_once(
@@ -141,5 +139,5 @@ def test_a_pause_that_is_wanted_from_elsewhere_is_made_once(
         assert pause(card, True)
 
     monkeypatch.setattr(operator, "confirm", confirm)
-    assert len(made(tmp_path, monkeypatch, operator, always=False)) == 3
+    assert len(made(tmp_path, operator, always=False)) == 3
     assert len(operator.asked) == 1

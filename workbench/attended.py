@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -10,23 +10,30 @@ from typing import Any
 from workbench.bench import Bench, Operator
 from workbench.between import Choice
 from workbench.bundle import Bundle, add_remark
-from workbench.cli.keyboard import Keyboard
-from workbench.cli.output import QuietOperator, TerminalOperator, tell
-from workbench.cli.views import draw_views
 from workbench.desk import Desk, open_desk
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.operator_name import operator_name
+from workbench.progress import Progress
 from workbench.protocol import BenchFile, Item, PlannedPause, PlannedRun
 from workbench.resume import Course, begin
 
-__all__ = ["carry_out_at_desk", "operator_of"]
+__all__ = ["DrawViews", "OperatorAt", "carry_out_at_desk"]
+
+OperatorAt = Callable[[BenchFile, Desk], Operator]
+"""Returns who answers the prompts of a bench, which a desk shows elsewhere too."""
+
+DrawViews = Callable[[Bundle, Progress], list[str]]
+"""Draws recording and report of a sealed bundle, and returns what could not be drawn and why."""
 
 
 def carry_out_at_desk(
     experiment: Experiment,
     bench: Bench,
     runs: Path,
+    operator_at: OperatorAt,
+    tell: Progress,
+    draw: DrawViews,
     course: Course | None = None,
     pause: bool = False,
 ) -> Iterator[tuple[Bundle, list[str]]]:
@@ -36,6 +43,9 @@ def carry_out_at_desk(
         experiment: plan and files.
         bench: what it is done on.
         runs: folder of all bundles.
+        operator_at: returns who answers the prompts.
+        tell: is told each stage.
+        draw: draws the views of each sealed bundle.
         course: of an experiment that was begun; None begins one.
         pause: whether to ask after each run what is done next; otherwise after one where somebody
             asked for it in the panel.
@@ -50,25 +60,30 @@ def carry_out_at_desk(
     now = datetime.now()
     course = course or begin(experiment.inputs(), now)
     with open_desk(runs, course.id, _facts(experiment, course, now)) as desk:
-        operator = operator_of(bench.file, desk)
+        operator = operator_at(bench.file, desk)
 
         def show(text: str) -> None:
             desk.show_phase(text)
             tell(text)
 
-        between = _Between(experiment, desk, operator, pause)
+        between = _Between(experiment, desk, operator, tell, pause)
         for bundle in carry_out(experiment, bench, runs, operator, show, course, between):
-            yield bundle, draw_views(bundle, show)
+            yield bundle, draw(bundle, show)
 
 
 class _Between:
     """Asks the operator between two runs, where that was asked for."""
 
     def __init__(
-        self, experiment: Experiment, desk: Desk, operator: Operator, always: bool
+        self,
+        experiment: Experiment,
+        desk: Desk,
+        operator: Operator,
+        tell: Progress,
+        always: bool,
     ) -> None:
         self._of = len(experiment.plan.runs)
-        self._desk, self._operator, self._always = desk, operator, always
+        self._desk, self._operator, self._tell, self._always = desk, operator, tell, always
         self._skipped = False
 
     def __call__(self, bundle: Bundle, run: PlannedRun, following: PlannedRun | None) -> Choice:
@@ -77,7 +92,7 @@ class _Between:
             return "go on"
         self._desk.want_pause(False)
         if not self._operator.present:
-            tell("nobody is there to be asked what is done next; going on")
+            self._tell("nobody is there to be asked what is done next; going on")
             return "go on"
         words = self._words(run, following)
         choice = self._choose(run, following, words)
@@ -113,18 +128,6 @@ class _Between:
             if len(meant) == 1:
                 return meant[0]
             self._operator.tell(f"not taken: {typed!r} is not one of {', '.join(words.values())}")
-
-
-def operator_of(bench: BenchFile, desk: Desk) -> Operator:
-    """Return who answers the prompts of a bench.
-
-    On a virtual one nobody, unless it runs in real time: then it is there to practise.
-    """
-    if bench.virtual is None:
-        return TerminalOperator(desk, Keyboard())
-    if bench.virtual.real_time:
-        return TerminalOperator(desk, Keyboard(), needed=False)
-    return QuietOperator()
 
 
 def _facts(experiment: Experiment, course: Course, now: datetime) -> dict[str, Any]:

@@ -12,10 +12,10 @@ from queue import Queue
 
 import pytest
 
-from workbench.cli.keyboard import Keyboard
-from workbench.cli.output import TerminalOperator
+from workbench.cli.terminal import show
 from workbench.desk import Desk, answer, cards, open_desk, watch
 from workbench.errors import InputError
+from workbench.operators import Keyboard, TerminalOperator
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
 
@@ -56,7 +56,7 @@ def soon(what: object, *arguments: object) -> None:
 
 
 def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: Desk) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor))
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
     assert operator.present
     soon(terminal.type, "12 cm\n")
     assert operator.ask("How far?", "") == "12 cm"
@@ -70,7 +70,7 @@ def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: Desk) -> None:
 def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
     tmp_path: Path, terminal: Terminal, desk: Desk, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor))
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
     (card,) = cards(tmp_path / "runs")
     soon(answer, card, 1, "12 cm")
     assert operator.ask("How far?", "") == "12 cm"
@@ -81,7 +81,7 @@ def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
 def test_a_line_begun_for_one_prompt_never_confirms_the_next(
     tmp_path: Path, terminal: Terminal, desk: Desk
 ) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor))
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
     (card,) = cards(tmp_path / "runs")
     soon(answer, card, 1, "")
     operator.confirm("First?")
@@ -104,13 +104,13 @@ def test_what_was_typed_before_a_prompt_does_not_answer_it(terminal: Terminal) -
 def test_with_nobody_there_a_prompt_that_is_needed_is_refused(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("workbench.cli.output._RELOAD_S", 0.2)
+    monkeypatch.setattr("workbench.operators.terminal._RELOAD_S", 0.2)
     with Path(os.devnull).open() as nothing:
         keyboard = Keyboard(nothing.fileno())
         assert not keyboard.present
         with pytest.raises(InputError, match=r"nobody to ask at this terminal: 'Ready\?'"):
-            TerminalOperator(desk, keyboard).confirm("Ready?")
-        passed = TerminalOperator(desk, keyboard, needed=False)
+            TerminalOperator(desk, keyboard, show).confirm("Ready?")
+        passed = TerminalOperator(desk, keyboard, show, needed=False)
         assert passed.ask("How far?", "1 m") == "1 m"
         assert passed.answered_at == "nobody"
 
@@ -119,7 +119,7 @@ def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> N
     (card,) = cards(tmp_path / "runs")
     with Path(os.devnull).open() as nothing, watch(card) as line:
         line.send({"pages": 1})
-        operator = TerminalOperator(desk, Keyboard(nothing.fileno()))
+        operator = TerminalOperator(desk, Keyboard(nothing.fileno()), show)
         assert operator.present
         soon(answer, card, 1, "")
         operator.confirm("Ready?")
@@ -129,8 +129,8 @@ def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> N
 def test_a_terminal_that_was_closed_is_nobody(
     terminal: Terminal, desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("workbench.cli.output._RELOAD_S", 0.2)
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor))
+    monkeypatch.setattr("workbench.operators.terminal._RELOAD_S", 0.2)
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
     soon(terminal.type, "\x04")  # Ctrl-D
     with pytest.raises(InputError, match="nobody to ask"):
         operator.confirm("Ready?")

@@ -1,0 +1,44 @@
+"""This terminal as a bench's operator sees it, for the verbs that carry out experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from workbench.attended import carry_out_at_desk
+from workbench.bench import Bench, Operator
+from workbench.bundle import Bundle
+from workbench.cli.output import people, tell
+from workbench.cli.views import draw_views
+from workbench.desk import Desk
+from workbench.experiment import Experiment
+from workbench.operators import operator_of
+from workbench.protocol import BenchFile
+from workbench.resume import Course
+
+__all__ = ["carry_out_here", "operator_here", "show"]
+
+
+def carry_out_here(
+    experiment: Experiment,
+    bench: Bench,
+    runs: Path,
+    course: Course | None = None,
+    pause: bool = False,
+) -> Iterator[tuple[Bundle, list[str]]]:
+    """Carry an experiment out as `carry_out_at_desk` does, with the person at this terminal."""
+    return carry_out_at_desk(
+        experiment, bench, runs, operator_here, tell, draw_views, course, pause
+    )
+
+
+def operator_here(bench: BenchFile, desk: Desk) -> Operator:
+    """Return who answers the prompts of a bench, where this is the terminal."""
+    return operator_of(bench, desk, show, tell)
+
+
+def show(text: str, *, bold: bool = False, end: str = "\n") -> None:
+    """Print a text for people; where an answer follows on its line, nothing is drawn meanwhile."""
+    if not end.endswith("\n"):
+        tell.pause()
+    people.print(text, style="bold" if bold else None, markup=False, end=end)

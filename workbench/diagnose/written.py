@@ -1,0 +1,38 @@
+"""What a diagnosis leaves in its folder: the answer, and the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from workbench.diagnose.diagnosis import Diagnosis
+from workbench.diagnose.kept import write_answer
+from workbench.diagnose.next_protocol import Following
+from workbench.diagnose.report import write_diagnosis
+from workbench.versions import versions
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    folder: Path,
+    found: Diagnosis,
+    files: Mapping[str, Path],
+    proposed: Following | None,
+    moving: bytes | None = None,
+) -> Path:
+    """Write answer and page of a diagnosis into its folder and return the page's path.
+
+    Args:
+        folder: of the diagnosis; the files bear its name.
+        found: the answer.
+        files: what it was made from.
+        proposed: what is to be run next.
+        moving: a JPEG of the viewer with a run, for the page.
+    """
+    next_run = None
+    if proposed is not None:
+        next_run = f"{proposed.sentence}: workbench run {proposed.protocol.path}"
+    write_answer(folder / f"{folder.name}.json", found, files)
+    page = folder / f"{folder.name}.html"
+    return write_diagnosis(page, found, files, versions(), next_run, moving)

@@ -1,0 +1,31 @@
+"""Which operator a bench has."""
+
+from __future__ import annotations
+
+from workbench.desk import Desk
+from workbench.operators.keyboard import Keyboard
+from workbench.operators.quiet import QuietOperator
+from workbench.operators.terminal import Show, TerminalOperator
+from workbench.progress import Progress
+from workbench.protocol import BenchFile
+from workbench.takes import Operator
+
+__all__ = ["operator_of"]
+
+
+def operator_of(bench: BenchFile, desk: Desk, show: Show, tell: Progress) -> Operator:
+    """Return who answers the prompts of a bench.
+
+    On a virtual one nobody, unless it runs in real time: then it is there to practise.
+
+    Args:
+        bench: its file.
+        desk: shows the prompts elsewhere.
+        show: puts a text before the person at the terminal.
+        tell: is told the prompts that nobody answers.
+    """
+    if bench.virtual is None:
+        return TerminalOperator(desk, Keyboard(), show)
+    if bench.virtual.real_time:
+        return TerminalOperator(desk, Keyboard(), show, needed=False)
+    return QuietOperator(tell)
