@@ -3,6 +3,7 @@
 # make test-all  run both tiers: statistics at full draws, 100 kills, the first hour, every command
 #             of the documentation, wheel, benchmarks' own tests; up to an hour
 # make check  ruff, format, pyright, import-linter
+# make wheel  install the wheel with an extra outside the clone, and use it there
 # make feedback  time tests, CI and commands beside their bars
 # make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading,
 #             kill clients and print how long their outputs stayed on
@@ -19,7 +20,7 @@ INSTALLED := .venv/installed
 # Compiled modules are kept: the tests start hundreds of processes, each of which would compile anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: install demo test test-all check feedback bench bank fuzz schemas effects supplies pictures clean
+.PHONY: install demo test test-all check wheel feedback bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)
 
@@ -42,6 +43,9 @@ check: install
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
+
+wheel: install
+	.ci/wheel
 
 feedback: install
 	$(BIN)/python benchmarks/feedback.py

@@ -90,6 +90,9 @@ def test_from_a_clone_to_a_diagnosis_and_a_template(beginner: Beginner) -> None:
     assert start[0].line == "make install"
     for quoted in [*start, *hour]:
         beginner.types(quoted)
+    status = ["git", "status", "--porcelain"]
+    left = subprocess.run(status, cwd=beginner.clone, capture_output=True, text=True, check=True)
+    assert left.stdout == "", "what commands write is not for git"
     (page,) = beginner.clone.glob("diagnoses/*/*.html")
     assert "frictionloss = 0.00150 N m" in page.read_text("utf-8")
     (pdf,) = beginner.clone.glob("templates/*.pdf")

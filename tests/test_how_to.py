@@ -44,15 +44,14 @@ def test_another_model_of_a_known_family_is_a_row_and_an_identity(copy: Path) ->
 
 
 @pytest.mark.long
-def test_another_effect_is_the_page_s_file_named_where_it_says(copy: Path) -> None:
+def test_another_effect_is_the_page_s_entry_named_where_it_says(copy: Path) -> None:
     page = (HOW_TO / "new-effect.md").read_text("utf-8")
-    (file,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    effects = copy / "workbench" / "sim" / "effects"
-    (effects / "head_wind.py").write_text(file.replace('"air_drag"', '"head_wind"'), "utf-8")
-    library = effects / "library.py"
-    add(library, "    air_drag,\n", "    head_wind,\n")  # imported, and named in `_FILES`
-    for other in ("hinge_quadratic_damping", "hinge_damping"):
-        add(effects / f"{other}.py", "confused_with=(", '"head_wind", ')
+    (entry,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    file = copy / "workbench" / "sim" / "effects" / "dissipation.py"
+    another = entry.replace("AIR_DRAG", "HEAD_WIND").replace('"air_drag"', '"head_wind"')
+    add(file, entry, f"\n{another}")
+    add(file, "    AIR_DRAG,\n", "    HEAD_WIND,\n")  # in `EFFECTS`
+    add(file, ' "air_drag",', ' "head_wind",')  # what is confused with the one, is with the other
     names = copy / "tests" / "sim" / "test_effects_library.py"
     add(names, "hinge_quadratic_damping air_drag", " head_wind")
     reference = copy / "docs" / "reference" / "effects.md"

@@ -35,14 +35,32 @@ def test_a_file_is_one_room_s_size_and_names_what_it_exports() -> None:
 
 
 def test_no_file_names_a_machine_s_path() -> None:
-    listed = subprocess.run(
-        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    if listed.returncode:
-        pytest.skip("not a git checkout")
     pattern = re.compile(r"(/home/[a-z]|/Users/|/root/|[A-Z]:\\Users)")
-    for name in listed.stdout.splitlines():
+    for name in _git("ls-files").splitlines():
         path = ROOT / name
         if path.suffix in (".py", ".md", ".yaml", ".toml", ".txt", ".json") and path.exists():
             found = pattern.search(path.read_text(encoding="utf-8"))
             assert not found or path == Path(__file__), f"{name}: {found}"
+
+
+def test_git_ignores_what_commands_write_and_nothing_that_it_keeps() -> None:
+    cli = "".join(path.read_text("utf-8") for path in (ROOT / "workbench" / "cli").glob("*.py"))
+    named = set(re.findall(r'Path\(\s*"([\w.-]+)"', cli)) - {"protocols"}  # which are read
+    assert {"runs", "diagnoses", "models", "as-bent.yaml"} <= named
+    written = [name if "." in name else f"{name}/any.html" for name in named - {"models"}]
+    written += [
+        "models/thesis-2026-11-27.yaml",
+        "models/thesis-2026-11-27.html",
+        "as-bent.html",
+        "runs.live/a",
+    ]
+    ignored = _git("check-ignore", *written)
+    assert sorted(ignored.split()) == sorted(written)
+    assert _git("ls-files", "--cached", "--ignored", "--exclude-standard") == ""
+
+
+def _git(*words: str) -> str:
+    done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False)
+    if done.returncode > 1:
+        pytest.skip("not a git checkout")
+    return done.stdout

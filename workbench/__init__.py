@@ -4,5 +4,3 @@ Rooms, from the top: `cli`, `engine`, `review`, `bench`, then side by side `hw`,
 `sim`, then `shape`, `bundle` and `protocol`, `motion`, `timeseries`, `errors`. A room imports only
 from rooms below it; `lint-imports` holds that.
 """
-
-__version__ = "0.1.0"

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
@@ -24,7 +24,7 @@ from tests.bundles import (
     manifest_of,
     remarked,
 )
-from workbench.bundle import Bundle, Measured, Record, damaged_files, events, sha256, verify
+from workbench.bundle import Bundle, Measured, Record, events, sha256, verify
 from workbench.catalogue import Query, search
 from workbench.errors import InputError, RecordError
 
@@ -51,6 +51,11 @@ def flip(path: Path, at: int) -> None:
     data = bytearray(path.read_bytes())
     data[at] ^= 0x04
     path.write_bytes(data)
+
+
+def damaged_files(problems: Iterable[str]) -> frozenset[str]:
+    """The names of the files that the sentences of `verify` are about."""
+    return frozenset(problem.partition(": ")[0] for problem in problems)
 
 
 def listed(run: Path) -> str:

@@ -11,6 +11,7 @@ import sys
 import time
 from datetime import datetime
 from decimal import Decimal
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,10 @@ def protocol(tmp_path: Path) -> Path:
     path = tmp_path / "short.yaml"
     path.write_text(PROTOCOL)
     return path
+
+
+def test_the_version_is_the_installed_package_s(workbench: Command) -> None:
+    assert workbench("--version").out == f"workbench {metadata.version('hopping-workbench')}\n"
 
 
 def verbs() -> list[list[str]]:

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.fit import MeasuredRun, commanded_speed
+from tests.commanding import commanded_speed
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP, Mode
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all

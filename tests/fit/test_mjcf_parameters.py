@@ -262,9 +262,12 @@ def test_what_is_given_is_in_the_model_and_where_a_fit_begins():
     channels = [Channel("place", "position", "rail", sigma=PLACE_NOISE)]
     given = {Edit("stiffness", "rail"): 44.0, Edit("input_delay", "force"): 0.01}
     free = [Free("stiffness", "rail", 4), Free("input_delay", "force", 0.01)]
-    system = MjcfSystem(spec, channels, [run], [Input("force", "coil")], free, given=given)
+    system, held = (
+        MjcfSystem(spec, channels, [run], [Input("force", "coil")], fitted, given=given)
+        for fitted in (free, [])
+    )
     assert [one.nominal for one in system.parameters] == [44.0, 0.01]
-    held = system.freeing([]).start(0, {}, coarse=False)
+    held = held.start(0, {}, coarse=False)
     moved_there = cart(places, free).start(
         0, dict(zip(cart(places, free).parameters, (44.0, 0.01), strict=True)), coarse=False
     )

@@ -13,7 +13,6 @@ from workbench.fit.systems.mjcf_runs import (
     channel_noise,
     common_sample,
     held_control,
-    white_noise,
 )
 
 STAMPS = np.array([0.0, 0.04, 0.08, 0.2])
@@ -58,13 +57,6 @@ def test_a_smooth_input_acts_with_its_full_amplitude():
     inner = slice(5, 5 + 157)  # ten periods of 40 rad/s
     amplitude = 2 * held * np.abs(np.mean(acted[inner] * phase[inner]))
     assert amplitude == pytest.approx(1, abs=2e-3)  # the plain mean gives 0.987
-
-
-def test_noise_is_found_at_nine_samples_a_period():
-    rng, t = np.random.default_rng(6), np.arange(3000)
-    values = 0.1 * np.sin(2 * np.pi * t / 9.1) + 5e-4 * rng.normal(size=len(t))
-    values[100:140] = np.nan
-    assert white_noise(values) == pytest.approx(5e-4, rel=0.08)
 
 
 def test_a_channel_of_coarse_steps_needs_its_noise_stated():

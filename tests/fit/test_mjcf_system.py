@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -83,16 +83,16 @@ def pendulum_runs() -> list[MjcfRun]:
     return runs
 
 
-def pendulum(runs: list[MjcfRun], **off: float) -> MjcfSystem:
+def pendulum(runs: list[MjcfRun], free: Sequence[Free] = PIVOT, **off: float) -> MjcfSystem:
     """Return the pendulum with numbers that are off by factors."""
     values = {name: value * off.get(name, 1.0) for name, value in TRUTH.items()}
     spec = mujoco.MjSpec.from_string(PENDULUM.format(**values))
     channels = [Channel("angle", "position", "pivot", sigma=ANGLE_NOISE)]
-    return MjcfSystem(spec, channels, runs, [Input("torque", "motor")], PIVOT)
+    return MjcfSystem(spec, channels, runs, [Input("torque", "motor")], free)
 
 
 def test_innovations_at_the_true_pendulum_are_the_noise(pendulum_runs):
-    _, x, estimator = fitted(pendulum(pendulum_runs).freeing([]), {HINGES: 3e-5})
+    _, x, estimator = fitted(pendulum(pendulum_runs, []), {HINGES: 3e-5})
     assert ratios(estimator, x) == pytest.approx(1, abs=0.05)
 
 
@@ -192,14 +192,14 @@ def arm_runs() -> list[MjcfRun]:
     return runs
 
 
-def arm(runs: list[MjcfRun], **off: float) -> MjcfSystem:
+def arm(runs: list[MjcfRun], free: Sequence[Free] = ARM_FREE, **off: float) -> MjcfSystem:
     values = {name: value * off.get(name, 1.0) for name, value in ARM_TRUTH.items()}
     spec = mujoco.MjSpec.from_string(ARM.format(**values))
-    return MjcfSystem(spec, ARM_CHANNELS, runs, [Input("torque", "motor")], ARM_FREE)
+    return MjcfSystem(spec, ARM_CHANNELS, runs, [Input("torque", "motor")], free)
 
 
 def test_innovations_of_places_and_a_speed_are_the_noise_at_the_true_arm(arm_runs):
-    _, x, estimator = fitted(arm(arm_runs).freeing([]), {HINGES: 3e-5})
+    _, x, estimator = fitted(arm(arm_runs, []), {HINGES: 3e-5})
     assert ratios(estimator, x) == pytest.approx(1, abs=0.05)
 
 

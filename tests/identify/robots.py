@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.fit import MeasuredRun, commanded_speed
+from tests.commanding import commanded_speed
+from workbench.fit import MeasuredRun
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, make_robot, sample_times, simulate

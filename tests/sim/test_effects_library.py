@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -27,8 +26,6 @@ from workbench.sim import (
     simulate_all,
 )
 from workbench.sim.effects import Group
-from workbench.sim.effects.apply import applied
-from workbench.sim.robot import compile_model
 
 NAMES: dict[Group, str] = {
     "structure": "hinge_stiffness root_stiffness hinge_cubic_stiffness root_play "
@@ -187,18 +184,6 @@ def test_an_effect_is_told_in_full(effect: Effect) -> None:
 def test_a_size_is_told_with_the_word_for_its_sign(effect: Effect) -> None:
     sizes = re.findall(r"{(\w+):size}", effect.sentence)
     assert set(sizes) <= set(re.findall(r"{(\w+):\w[^}]*\|\w[^}]*}", effect.sentence))
-
-
-@by_effect
-def test_only_dear_effects_ask_for_constraints_more_steps_or_increments(
-    robot: Robot, effect: Effect
-) -> None:
-    first = effect.quantities[0]
-    there = applied(with_effect(robot, effect.name, **{first.name: first.tolerance}))
-    model = compile_model(there, "fixed")
-    constraints = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    finer = (there.steps_per_sample, there.increments) != (robot.steps_per_sample, robot.increments)
-    assert effect.dear == (constraints or finer)
 
 
 @by_effect

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP, position
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
-from workbench.tracking import fit_floor, levelled
+from workbench.tracking import fit_floor
 
 RATE = 120.0
 
@@ -83,20 +83,3 @@ def test_a_foot_that_stays_tells_no_floor() -> None:
     still = np.tile(run.values[:1], (len(run), 1))
     assert fit_floor(TimeSeries(run.times, still, run.names, run.valid)) is None
     assert fit_floor(TimeSeries(run.times[:3], run.values[:3], run.names, run.valid[:3])) is None
-
-
-def test_a_levelled_motion_has_a_level_floor_and_keeps_its_shape() -> None:
-    run = hops(0.02, 0.03, sideways=0.2)
-    floor = fit_floor(run)
-    assert floor is not None
-    level = levelled(run, floor)
-    again = fit_floor(level)
-    assert again is not None
-    assert again.slope_x_rad == pytest.approx(0.0, abs=1e-4)
-    assert again.slope_y_rad == pytest.approx(0.0, abs=1e-4)
-    arms = [np.linalg.norm(position(m, TOP) - position(m, FOOT), axis=1) for m in (run, level)]
-    np.testing.assert_allclose(arms[0], arms[1], atol=1e-12)
-    assert np.abs(level[PITCH]).max() < 2e-3
-    arm = position(level, ROTOR) - position(level, TOP)
-    told = np.median(np.arctan2(-arm[:, 2], arm[:, 0]))
-    assert np.median(level[ROTOR_ANGLE]) == pytest.approx(told, abs=2e-3)

@@ -46,8 +46,6 @@ def test_rest_white_and_synchronous_noise_are_the_noise_that_was_added() -> None
             assert value == pytest.approx(NOISE, rel=0.15)
         assert told.correlation_s == pytest.approx(1 / RATE, rel=0.3)
         assert told.turns == pytest.approx(24, abs=1)
-        assert told.unrepeated is not None
-        assert told.unrepeated < 0.4 * NOISE
     assert found[ROTOR_ANGLE].synchronous == pytest.approx(1e-3, rel=0.15)
 
 
@@ -60,7 +58,6 @@ def test_noise_with_memory_is_not_white() -> None:
     assert told.white < 0.5 * NOISE
     assert told.synchronous == pytest.approx(NOISE, rel=0.2)
     assert told.correlation_s == pytest.approx(1.9 / 0.1 / RATE, rel=0.4)
-    assert told.unrepeated == pytest.approx(NOISE, rel=0.25)
 
 
 def test_what_cannot_be_told_is_none() -> None:
@@ -81,7 +78,7 @@ def test_harmonics_are_recovered_and_their_errors_cover(memory: float) -> None:
             place = 2 * k - 1
             errors = np.sqrt(np.diag(fit.covariance)[place : place + 2])
             apart += [miss.real / errors[0], miss.imag / errors[1]]
-        assert abs(fit.coefficients[4]) < 5 * fit.standard_errors[4]
+        assert abs(fit.coefficients[4]) < 5 * np.sqrt(np.diag(fit.covariance)[7:9].sum())
     assert 0.75 < np.std(apart) < 1.4
     assert np.mean(np.abs(apart) < 2) > 0.85
 

@@ -34,7 +34,7 @@ listed at once.
 """
 
 from workbench.bundle import events
-from workbench.bundle.damage import damaged_files, verify
+from workbench.bundle.damage import verify
 from workbench.bundle.events import Event, Logged, parse_line
 from workbench.bundle.finding import bundle_names
 from workbench.bundle.folder import Bundle, Document, View
@@ -109,7 +109,6 @@ __all__ = [
     "add_remark",
     "bundle_names",
     "contents",
-    "damaged_files",
     "events",
     "foreign",
     "parse_line",

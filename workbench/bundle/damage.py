@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from workbench.bundle.finding import is_run, no_bundle
@@ -14,7 +14,7 @@ from workbench.bundle.remarks import faults_of_remarks
 from workbench.bundle.sealing import against_checksums, sealed_files
 from workbench.errors import InputError
 
-__all__ = ["damaged_files", "verify"]
+__all__ = ["verify"]
 
 _LINES = (JOURNAL, GUARDIAN, WIRE)
 _PARQUET_ENDS = b"PAR1"
@@ -33,11 +33,6 @@ def verify(path: Path) -> list[str]:
     sealed = (path / CHECKSUMS).exists()
     found = against_checksums(path) if sealed else _cut_off(path)
     return found + faults_of_remarks(path)
-
-
-def damaged_files(problems: Iterable[str]) -> frozenset[str]:
-    """Return the names of the files that the sentences of `verify` are about."""
-    return frozenset(problem.partition(": ")[0] for problem in problems)
 
 
 def _cut_off(path: Path) -> list[str]:

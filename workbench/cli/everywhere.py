@@ -9,8 +9,6 @@ from typing import Annotated
 
 import typer
 
-import workbench
-
 __all__ = ["NoColorFlag", "QuietFlag", "VersionFlag", "moved_to_front", "obey"]
 
 _MOVED = ("--quiet", "--no-color")
@@ -19,7 +17,9 @@ _END = "--"  # what follows it are values, whatever they look like
 
 def _version(asked: bool) -> None:
     if asked:
-        print(f"workbench {workbench.__version__}")
+        from workbench.versions import workbench_version
+
+        print(f"workbench {workbench_version()}")
         raise typer.Exit
 
 

@@ -26,6 +26,7 @@ from workbench.diagnose.linear import Linear, Solved, edges_of
 from workbench.fit import Hopper, MeasuredRun, commanded_angle
 from workbench.fit.drive import calm, fit_drive
 from workbench.motion import ROTOR, TOP, position
+from workbench.noise import robust_sigma
 from workbench.sim import EFFECTS
 
 __all__ = ["DRIVE", "Arm", "DriveFits", "arm_of", "drive_fits"]
@@ -138,7 +139,7 @@ def arm_of(
         length = np.hypot(arm[:, 0], arm[:, 2])
         seen = np.isfinite(length)
         usual = np.median(length[seen])
-        seen &= np.abs(length - usual) < 8 * 1.4826 * np.median(np.abs(length[seen] - usual))
+        seen &= np.abs(length - usual) < 8 * robust_sigma(length[seen] - usual)
         rows.append(
             np.column_stack([np.ones(seen.sum()), -np.cos(angle[seen]), np.sin(angle[seen])])
         )

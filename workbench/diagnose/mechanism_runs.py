@@ -13,7 +13,8 @@ from workbench.diagnose.facts import repeats_from
 from workbench.diagnose.mechanism_table import Table, require_even
 from workbench.errors import FileFaults, InputError, did_you_mean
 from workbench.fit.systems.mjcf_parameters import Edit
-from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun, white_noise
+from workbench.fit.systems.mjcf_runs import Channel, JointStart, MjcfRun
+from workbench.noise import white_noise
 from workbench.protocol import Document, RigFile, RigInput, RigStart
 from workbench.protocol.files import Location
 
@@ -134,14 +135,16 @@ def _noise(run: Measured, c: int) -> float:
     steps = np.diff(np.unique(values[np.isfinite(values)]))
     if not len(steps):
         return np.nan
-    twice = np.diff(values[~run.begun], 2)
-    twice = twice[np.isfinite(twice)]
-    if len(twice) >= _LEAST_REST:
-        twice = np.clip(twice, *(np.median(twice) + _GLITCH * np.std(twice) * np.array([-1, 1])))
-        found = float(np.std(twice)) / np.sqrt(6)
-    else:
+    found = white_noise(values[~run.begun], (2,), least=_LEAST_REST, sigma=_clipped)
+    if np.isnan(found):  # it does not rest
         found = white_noise(values)
     return max(np.nan_to_num(found), float(steps.min()) / np.sqrt(12))
+
+
+def _clipped(differences: Array) -> float:
+    """Return their standard deviation, those far off clipped: surer at rest than a median."""
+    far = _GLITCH * np.std(differences) * np.array([-1, 1])
+    return float(np.std(np.clip(differences, *(np.median(differences) + far))))
 
 
 def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:

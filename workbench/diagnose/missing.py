@@ -22,6 +22,7 @@ from workbench.diagnose.missing_force import CONTACT_M, MissingForce, force_of
 from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.wording import digits
 from workbench.fit import Hopper
+from workbench.noise import robust_sigma
 
 __all__ = ["ABSENT", "INDEPENDENT", "Dependence", "Missing", "missing_force"]
 
@@ -300,8 +301,8 @@ def _robust(columns: Array, force: Array) -> Array:
 
 
 def _weights(left: Array) -> Array:
-    scale = 1.4826 * float(np.median(np.abs(left)))
-    return np.minimum(1.0, _FAR * max(scale, 1e-300) / np.maximum(np.abs(left), 1e-300))
+    scale = max(float(robust_sigma(left)), 1e-300)
+    return np.minimum(1.0, _FAR * scale / np.maximum(np.abs(left), 1e-300))
 
 
 def _columns(term: _Term, coordinate: Array) -> Array:

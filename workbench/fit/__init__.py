@@ -13,7 +13,7 @@ far start to the minimum, `process` how much process noise the data ask for, `in
 Nothing here knows of a diagnosis, a report or a command line.
 """
 
-from workbench.fit.drive import commanded_angle, commanded_speed
+from workbench.fit.drive import commanded_angle
 from workbench.fit.estimator import Estimator
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
 from workbench.fit.identifiability import Combination, told_apart, undetermined
@@ -44,7 +44,6 @@ __all__ = [
     "Start",
     "System",
     "commanded_angle",
-    "commanded_speed",
     "covariance",
     "estimated_state",
     "fit_near",

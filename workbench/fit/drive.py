@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["DriveFit", "calm", "commanded_angle", "commanded_speed", "fit_drive"]
+__all__ = ["DriveFit", "calm", "commanded_angle", "fit_drive"]
 
 Array = NDArray[np.float64]
 Steps = Sequence[tuple[float, float]]
@@ -64,19 +64,6 @@ def commanded_angle(times: Array, steps: Steps, gain: float, lag: float, delay: 
         angle += gain * (speed - before) * (since + lag * np.expm1(-since / lag))
         before = speed
     return angle
-
-
-def commanded_speed(times: Array, steps: Steps, gain: float, lag: float) -> Array:
-    """Return the speeds that turn a rotor by `commanded_angle` from sample to sample, (n,) [rad/s].
-
-    Args:
-        times: (n,) evenly spaced samples of a simulation [s].
-        steps: as commanded.
-        gain: true over commanded speed.
-        lag: [s].
-    """
-    turned = np.diff(commanded_angle(times, steps, gain, lag, 0.0)) / np.diff(times)
-    return np.append(turned, turned[-1])
 
 
 def fit_drive(

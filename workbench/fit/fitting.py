@@ -23,6 +23,7 @@ from workbench.fit.observer import Innovations, observe
 from workbench.fit.parameters import ParameterVector, Scope
 from workbench.fit.process import likeliest
 from workbench.fit.system import System
+from workbench.noise import robust_sigma
 from workbench.progress import Progress
 
 __all__ = ["Fit", "fit_near", "fit_system", "minimised", "refined", "settled"]
@@ -32,7 +33,6 @@ Array = NDArray[np.float64]
 _FIRST_S = 3.0
 _FAR = 5.0  # times the strong process noise, where nothing is known
 _GLITCH = 7.0  # deviations of one that is left out
-_MAD = 1.4826  # standard deviation of normal noise over its median absolute one
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
@@ -267,7 +267,7 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)
     runs = range(len(system.names))
     found = observe([whole.job(k, x, coarse=True) for k in runs], whole.threads)
-    gates = [_GLITCH * _MAD * np.nanmedian(np.abs(one.error), axis=0) for one in found]
+    gates = [_GLITCH * robust_sigma(one.error, axis=0) for one in found]
     jobs = [whole.job(k, x, coarse=True, gate=gate) for k, gate in enumerate(gates)]
     found = observe(jobs, whole.threads, keep=True)
     masks = tuple(

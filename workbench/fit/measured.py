@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from workbench.bundle import Bundle, ReleaseFacts, sha256
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
+from workbench.noise import robust_sigma, white_noise
 from workbench.progress import Progress, counted
 from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.sim import SAMPLE_RATE_HZ
@@ -31,7 +32,6 @@ PLACES: dict[Mode, tuple[str, ...]] = {
 
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
-_MAD = 1.4826  # standard deviation of normal noise over its median absolute one
 _LEAST_REST = 30  # samples at rest that tell of noise
 _MEMORY = 1.4  # times what differences show: beyond chance
 _LEAST_S = 0.5
@@ -77,10 +77,6 @@ class MeasuredRun:
         """Return all channels that are compared: the places, and the angle of a driven rotor."""
         return (*self.places, ROTOR_ANGLE) if self.driven else self.places
 
-    def during(self, stop: float) -> TimeSeries:
-        """Return the compared channels from time zero to `stop` [s]."""
-        return self.motion.between(0.0, stop).select(self.channels)
-
     def at_rest(self) -> NDArray[np.float64]:
         """Return the median place before time zero, (p,) [m], NaN where it was not seen."""
         rest = self.motion.between(-np.inf, 0.0).select(self.places)
@@ -94,21 +90,18 @@ class MeasuredRun:
         Args:
             channels: names; those that are compared where left out.
 
-        From third differences, which no motion of the robot survives at 120 Hz: their variance is
-        20 times that of the noise. The median makes it deaf to impacts. Noise with a memory hides
-        from differences; where the channel scatters clearly more at rest, that is taken.
+        From third differences, which no motion of the robot survives at 120 Hz. Noise with a memory
+        hides from them; where the channel scatters clearly more at rest, that is taken.
         """
         chosen = self.motion.select(channels or self.channels)
         still = chosen.times < 0
         found = []
         for k, name in enumerate(chosen.names):
             seen = np.where(chosen.valid[:, k], chosen.values[:, k], np.nan)
-            third = np.diff(seen, 3)
-            third = np.abs(third[np.isfinite(third)])
-            sigma = _MAD * float(np.median(third)) / np.sqrt(20) if len(third) else np.nan
+            sigma = white_noise(seen, (3,), least=1)
             rest = seen[still & np.isfinite(seen)]
             if len(rest) >= _LEAST_REST:
-                scatter = _MAD * float(np.median(np.abs(rest - np.median(rest))))
+                scatter = float(robust_sigma(rest, centred=True))
                 sigma = scatter if scatter > _MEMORY * sigma else sigma
             floor = _LEAST_NOISE_RAD if name in (ROTOR_ANGLE, PITCH) else _LEAST_NOISE_M
             found.append(max(sigma, floor) if np.isfinite(sigma) else floor)

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.fit.measured import MeasuredRun
+from workbench.noise import robust_sigma
 
 __all__ = ["Coloured", "coloured_noise"]
 
 Array = NDArray[np.float64]
 
-_MAD = 1.4826  # standard deviation of normal noise over its median absolute one
 _FARTHEST = 5.0  # deviations; what is beyond is no noise
 _LEAST = 0.2  # memory that matters: information of a sum is a third less
 _SURE = 3.0  # deviations of a memory that is found where there is none
@@ -64,6 +64,5 @@ def _rest_of(run: MeasuredRun, channel: str) -> Array:
     if not np.isfinite(seen).any():
         return seen
     noise = seen - np.nanmedian(seen)
-    size = _MAD * float(np.nanmedian(np.abs(noise)))
-    noise[np.abs(np.nan_to_num(noise)) > _FARTHEST * size] = np.nan
+    noise[np.abs(np.nan_to_num(noise)) > _FARTHEST * robust_sigma(noise)] = np.nan
     return noise - np.nanmean(noise) if np.isfinite(noise).any() else noise

@@ -75,7 +75,6 @@ class Spectrum:
         run: of which it is.
         hz: (n,) frequencies.
         amplitude: (n, 2) of T along x and z [m]; a sine reaches its own amplitude.
-        resolution_hz: two lines nearer than this are not told apart.
         speed: of the rotor, zero where nothing drove the robot [rad/s].
         lines: the strongest first.
     """
@@ -83,7 +82,6 @@ class Spectrum:
     run: str
     hz: NDArray[np.float64]
     amplitude: NDArray[np.float64]
-    resolution_hz: float
     speed: float
     lines: tuple[Line, ...]
 
@@ -122,7 +120,7 @@ def spectrum(run: MeasuredRun) -> Spectrum:
     keep = hz <= _HIGHEST_HZ
     speed = next((s for _, s in reversed(run.steps) if s), 0.0)
     lines = _lines(hz[keep], amplitude[keep], duration, abs(speed))
-    return Spectrum(run.name, hz[keep], amplitude[keep], 2 * _LOBE_BINS / duration, speed, lines)
+    return Spectrum(run.name, hz[keep], amplitude[keep], speed, lines)
 
 
 def _lines(

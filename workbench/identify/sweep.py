@@ -105,11 +105,6 @@ class SweepPoint:
         pull = np.array([1.0, 1j])  # along x cos(angle), along z -sin(angle)
         return -np.angle(self.answer[:, ORDERS.index(1.0)] / pull)
 
-    @property
-    def lag_error(self) -> NDArray[np.float64]:
-        """Return the standard errors of the lags, (2,) [rad]."""
-        return self.amplitude_error() / np.maximum(self.amplitude(), np.finfo(float).tiny)
-
 
 class Sweep(NamedTuple):
     """What a sweep told: its points in the order of time, and what could not be used and why."""

@@ -17,7 +17,7 @@ from workbench.optimize.genetic import GeneticAlgorithm, GeneticOptions
 from workbench.optimize.guided import Guided, GuidedOptions
 from workbench.optimize.history import Generation, History, Trial
 from workbench.optimize.niches import Describe, Likely, Possible
-from workbench.optimize.pareto import Pareto, ParetoOptions, hypervolume
+from workbench.optimize.pareto import Pareto, ParetoOptions
 from workbench.optimize.search import Watch, search
 from workbench.optimize.space import Space
 
@@ -43,6 +43,5 @@ __all__ = [
     "Trial",
     "Watch",
     "candidate_key",
-    "hypervolume",
     "search",
 ]

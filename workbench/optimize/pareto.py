@@ -6,7 +6,6 @@ elitist multiobjective genetic algorithm: NSGA-II", IEEE Trans. Evol. Comput. 6 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,7 @@ from workbench.optimize.space import Space
 if TYPE_CHECKING:
     from pymoo.algorithms.moo.nsga2 import NSGA2
 
-__all__ = ["Pareto", "ParetoOptions", "hypervolume"]
+__all__ = ["Pareto", "ParetoOptions"]
 
 
 @dataclass(frozen=True)
@@ -123,23 +122,6 @@ class Pareto(Algorithm):
         self._search.random_state = self.generator
         self._asked: Any = None  # a Population of pymoo
         self._told: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
-
-
-def hypervolume(fitness: NDArray[np.float64], reference: Sequence[float]) -> float:
-    """Return the volume between fitness (n, goals) and a point that is worse in all goals.
-
-    Args:
-        fitness: of trials; those that are worse than the reference in a goal add nothing.
-        reference: (goals,).
-
-    Raises:
-        InputError: when `pymoo` is not installed.
-    """
-    _require_pymoo()
-    from pymoo.indicators.hv import Hypervolume
-
-    volume = Hypervolume(ref_point=np.array(reference, dtype=np.float64))(fitness)
-    return float(volume) if volume is not None else 0.0
 
 
 def _nsga2(space: Space, goals: int, first: NDArray[np.float64]) -> NSGA2:

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.noise import robust_sigma
 from workbench.shape import Arcs, equal_length_arcs
 
 __all__ = ["Points", "StripFit", "fit_strip"]
@@ -24,7 +25,6 @@ _SCALE_PRIOR = 0.1
 _LEAST_NOISE_M = 1e-6
 _LEAST_SLOPE = 0.1  # where most points are doubted
 _FIRST_NOISE_M = 1e-3
-_MAD = 1.4826  # of a median absolute deviation to a normal one
 _CAUCHY = 2.385  # deviations beyond which a point counts less (95 % efficient, Holland 1977)
 _BAND = 2.5  # octave and a bit of wavelengths, beyond those that the fit can follow
 _PERPENDICULARS = 2
@@ -130,7 +130,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
     noise, trust = _FIRST_NOISE_M, np.ones(len(weights))
     for _ in range(_ROUNDS):
         across = problem.across(numbers) / points.doubt
-        noise = max(_MAD * float(np.median(np.abs(across))), _LEAST_NOISE_M)
+        noise = max(float(robust_sigma(across)), _LEAST_NOISE_M)
         trust = 1 / np.sqrt(1 + (across / (_CAUCHY * noise)) ** 2)
         weights = trust / (noise * points.doubt)
         jacobian = problem.jacobian(numbers, weights)

@@ -9,6 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.noise import robust_sigma
 from workbench.photo.board import Board
 from workbench.photo.camera import Camera
 from workbench.photo.opencv import opencv
@@ -165,7 +166,7 @@ def _mask(view: View, field: Picture, fine: float) -> NDArray[np.uint8]:
     smooth = cv2.GaussianBlur(field, (0, 0), max(0.8, 0.0002 * fine))
     above = cv2.morphologyEx(smooth, cv2.MORPH_TOPHAT, _disc(_WIDEST_M * fine))
     strength = float(np.percentile(above, _STRENGTH))
-    noise = 1.4826 * float(np.median(np.abs(above - np.median(above))))
+    noise = float(robust_sigma(above, centred=True))
     if strength < max(_FAINTEST * noise, 0.02):
         raise _not_found(view.name)
     mask = (above > _THRESHOLD * strength).astype(np.uint8) * 255

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +14,7 @@ from workbench.review import palette
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["code", "figure", "heat_table", "picture", "table", "warning_list", "write_page"]
-
-_DEEPEST = 0.6  # opacity of the strongest cell: the number in it stays readable
+__all__ = ["code", "figure", "picture", "table", "warning_list", "write_page"]
 
 
 def write_page(
@@ -81,46 +78,6 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "
     head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
     body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)
     return Markup('<table class="{}">{}<tbody>{}</tbody></table>').format(css, head, body)
-
-
-def heat_table(
-    rows: Iterable[tuple[str, Sequence[float]]],
-    heads: Sequence[str],
-    groups: Sequence[tuple[str, int]],
-    hottest: float,
-) -> Markup:
-    """Return a table of numbers whose cells are the deeper coloured the more they exceed 1.
-
-    Args:
-        rows: name and numbers; one that is NaN leaves its cell empty.
-        heads: of the columns, that of the names first.
-        groups: (title, number of columns) above the heads of the numbers.
-        hottest: number that gets the deepest colour.
-    """
-    above = Markup().join(
-        Markup('<th colspan="{}">{}</th>').format(count, title) for title, count in groups
-    )
-    head = Markup("<thead><tr><td></td>{}</tr><tr>{}</tr></thead>").format(
-        above, _cells(heads, "th")
-    )
-    body = Markup().join(
-        Markup('<tr><th scope="row">{}</th>{}</tr>').format(
-            name, Markup().join(_heated(value, hottest) for value in values)
-        )
-        for name, values in rows
-    )
-    return Markup('<table class="heat">{}<tbody>{}</tbody></table>').format(head, body)
-
-
-def _heated(value: float, hottest: float) -> Markup:
-    """Return a cell; its colour grows by the logarithm of its number."""
-    if not math.isfinite(value):
-        return Markup("<td></td>")
-    share = math.log(max(value, 1.0)) / math.log(max(hottest, math.e))
-    red, green, blue = palette.rgb(palette.REAL)
-    return Markup('<td style="background: rgb({} {} {} / {:.2f})">{:.2f}</td>').format(
-        red, green, blue, _DEEPEST * min(share, 1.0), value
-    )
 
 
 def _row(row: Sequence[str]) -> Markup:

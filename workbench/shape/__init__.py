@@ -8,7 +8,7 @@ drawing. A new property of a shape is a function of the curve.
 
 from workbench.shape.arcs import Arcs, Box, crossing, equal_length_arcs
 from workbench.shape.curve import bend_radii, curve
-from workbench.shape.metrics import Metrics, clearance, crosses_itself, metrics
+from workbench.shape.metrics import Metrics, clearance, metrics
 
 __all__ = [
     "Arcs",
@@ -16,7 +16,6 @@ __all__ = [
     "Metrics",
     "bend_radii",
     "clearance",
-    "crosses_itself",
     "crossing",
     "curve",
     "equal_length_arcs",

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Metrics", "clearance", "crosses_itself", "metrics"]
+__all__ = ["Metrics", "clearance", "metrics"]
 
 Points = NDArray[np.float64]
 """Ends of the increments from the root, (N + 1, 2) as x, z [m]; see `curve`."""
@@ -48,19 +48,6 @@ def metrics(points: Points) -> Metrics:
     depth = float(off.max()) / length if length else float(np.hypot(*away.T).max())
     ratio = depth / length if length else float("inf")
     return Metrics(length, depth, ratio, float(chord[0]), float(chord[1]))
-
-
-def crosses_itself(points: Points, thickness: float = 0.0) -> bool:
-    """Tell whether a strip of a thickness [m] passes through itself.
-
-    Its contours lie half a thickness to either side, so they touch where two increments that are
-    no neighbours come closer than the thickness.
-
-    Args:
-        points: (N + 1, 2) x, z [m].
-        thickness: of the strip; 0 takes the centreline alone.
-    """
-    return clearance(points) <= thickness
 
 
 def clearance(points: Points) -> float:

@@ -5,11 +5,11 @@
 `compiling` keeps on disk; `drive` is what turns the rotor, `uneven` how that gives way and ripples,
 `motor` its numbers and `command` what it is told; `effects` are the causes by which a robot differs
 from its model. `equilibrium` finds the pose at rest, `modes` how it rings about that, `checks`
-refuses what cannot be simulated, `simulate` runs it, `stance` lets it go on from the middle of a
-hop, `fanout` runs many on one machine or several, and `gait` tells how it hopped. Nothing here
-knows of cameras, supplies or files. A new part of the robot is a function in `robot` that edits the
-spec, a new drive one in `drive`, a new effect a file in `effects`; a force that the engine has no
-field for belongs in `laws`, whose callback is installed once for the process.
+refuses what cannot be simulated, `simulate` runs it, `fanout` runs many on one machine or several,
+and `gait` tells how it hopped. Nothing here knows of cameras, supplies or files. A new part of the
+robot is a function in `robot` that edits the spec, a new drive one in `drive`, a new effect an
+entry in a file of `effects`; a force that the engine has no field for belongs in `laws`, whose
+callback is installed once for the process.
 """
 
 from workbench.sim.checks import require_stable
@@ -48,7 +48,6 @@ from workbench.sim.simulate import (
     simulate_all,
     spread,
 )
-from workbench.sim.stance import STANCE, Standing
 
 __all__ = [
     "EFFECTS",
@@ -56,7 +55,6 @@ __all__ = [
     "LIMITS",
     "MOTOR",
     "SAMPLE_RATE_HZ",
-    "STANCE",
     "Admit",
     "Condition",
     "Drive",
@@ -71,7 +69,6 @@ __all__ = [
     "Quantity",
     "Robot",
     "Simulation",
-    "Standing",
     "Stick",
     "applied",
     "attempt_all",

@@ -252,11 +252,11 @@ class _SchedulerLost(Exception):
 def versions() -> dict[str, str]:
     """Return what must be the same on all machines, for the same numbers everywhere."""
     packages = {name: metadata.version(name) for name in ("mujoco", "numba", "numpy")}
-    return {"workbench": f"{workbench.__version__} (sources {_sources()})"} | packages
+    return {"workbench": f"of sources {_sources()}"} | packages
 
 
 def _sources() -> str:
-    """Return a short hash of the workbench's code: checkouts of one version can differ."""
+    """Return a short hash of the workbench's code, which its installed version may be behind."""
     root = Path(workbench.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py"), key=lambda p: p.relative_to(root).as_posix()):

@@ -32,7 +32,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
-__all__ = ["FA_130RA_2270", "FA_130RA_18100", "MOTOR", "Motor"]
+__all__ = ["MOTOR", "Motor"]
 
 _RPM = 2 * pi / 60
 
@@ -102,22 +102,12 @@ class Motor:
         """Return torque behind the gearbox over torque before it."""
         return self.gear * self.efficiency
 
-    def free_speed(self, volts: float) -> float:
-        """Return the speed behind the gearbox without load [rad/s] at a voltage above zero [V]."""
-        left = volts - self.no_load_current * self.resistance
-        return max(left, 0.0) / (self.back_emf * self.gear)
-
     def holding_torque(self, volts: float) -> float:
         """Return the torque behind the gearbox that just stops it [N m], at a voltage above 0."""
         torque = self.torque_constant * volts / self.resistance - self.friction
         return max(torque, 0.0) * self.passed_on
 
 
-FA_130RA_18100 = Motor("FA-130RA-18100", 3.0, 12300 * _RPM, 0.15, 3.53e-3, 2.10)
-"""Data sheet at 3 V: 12300 rpm and 0.15 A free, 3.53 mN m (36 g cm) and 2.10 A stalled."""
-
-FA_130RA_2270 = Motor("FA-130RA-2270", 1.5, 9100 * _RPM, 0.20, 2.55e-3, 2.20)
-"""Data sheet at 1.5 V: 9100 rpm and 0.20 A free, 2.55 mN m (26 g cm) and 2.20 A stalled."""
-
-MOTOR = FA_130RA_18100
-"""The motor of the robot, as the module's table suggests; the thesis does not give its winding."""
+MOTOR = Motor("FA-130RA-18100", 3.0, 12300 * _RPM, 0.15, 3.53e-3, 2.10)
+"""The motor of the robot, as the module's table suggests; the thesis does not give its winding.
+Data sheet at 3 V: 12300 rpm and 0.15 A free, 3.53 mN m (36 g cm) and 2.10 A stalled."""

@@ -40,7 +40,6 @@ __all__ = [
     "simulate",
     "simulate_all",
     "spread",
-    "stepped",
 ]
 
 Outcome = Literal["completed", "fell", "diverged"]
@@ -181,7 +180,7 @@ def _step(jobs: Sequence[_Prepared]) -> list[Simulation]:
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
-        recorder, sane = stepped(
+        recorder, sane = _stepped(
             [(jobs[i].model, jobs[i].data) for i in members],
             np.array([jobs[i].condition.command for i in members]),
             steps,
@@ -223,7 +222,7 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
     return model, data
 
 
-def stepped(
+def _stepped(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
     command: NDArray[np.float64],
     steps: int,

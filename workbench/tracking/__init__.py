@@ -20,7 +20,7 @@ from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_poin
 from workbench.tracking.body_names import BodyNames, guess_bodies
 from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.exchanges import Exchange
-from workbench.tracking.floor import Floor, fit_floor, levelled
+from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
@@ -70,7 +70,6 @@ __all__ = [
     "fit_floor",
     "format_start_time",
     "guess_bodies",
-    "levelled",
     "make_track",
     "mean_speed",
     "motor_speed_fft",

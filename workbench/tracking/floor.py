@@ -2,7 +2,7 @@
 
 Appendix C takes 0.015 times the forward coordinate off the height, silently. Here the slope is
 fitted and told with its error, and the motion stays as it was measured: whether the floor slopes
-or the cameras are tilted, the contacts alone do not say. `levelled` turns a motion where wanted.
+or the cameras are tilted, the contacts alone do not say.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP, position
+from workbench.motion import FOOT, position
+from workbench.noise import robust_sigma
 from workbench.timeseries import TimeSeries
 from workbench.tracking.missing import runs
 
-__all__ = ["Floor", "fit_floor", "levelled"]
+__all__ = ["Floor", "fit_floor"]
 
 _STANDING_M_S = 0.04  # a standing foot rocks at 0.03 m/s
 _STANDING_S = 0.03  # the top of a hop is as slow for a sample or two only
@@ -26,7 +27,6 @@ _LEAST_CONTACTS = 5
 _LEAST_SPREAD_M = 0.03
 _LEAST_SIDEWAYS_M = 0.03
 _INLIER_M = 1e-3  # how far a rocking foot stands from its place
-_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def fit_floor(motion: TimeSeries) -> Floor | None:
             lambda x: height - terms @ x, found, loss=loss, f_scale=_INLIER_M
         ).x
     left = height - terms @ found
-    sigma = _TO_SIGMA * float(np.median(np.abs(left - np.median(left))))
+    sigma = float(robust_sigma(left, centred=True))
     spare = len(places) / max(1, len(places) - terms.shape[1])
     errors = sigma * np.sqrt(spare * np.diag(np.linalg.inv(terms.T @ terms)))
     slopes = np.arctan(found)
@@ -87,31 +87,6 @@ def fit_floor(motion: TimeSeries) -> Floor | None:
         contacts=len(places),
         left_m=sigma,
     )
-
-
-def levelled(motion: TimeSeries, floor: Floor) -> TimeSeries:
-    """Return a motion turned about its origin so that its floor is level.
-
-    Points turn as a rigid whole; pitch and rotor angle turn with them. Right where the cameras are
-    tilted against the floor. Where the floor slopes, gravity would be tilted afterwards.
-    """
-    across = np.tan(floor.slope_y_rad or 0.0)
-    normal = np.array([-np.tan(floor.slope_x_rad), -across, 1.0])
-    normal /= np.linalg.norm(normal)
-    turn = np.cross(normal, [0.0, 0.0, 1.0])
-    sine = float(np.linalg.norm(turn))
-    rotation = scipy.spatial.transform.Rotation.from_rotvec(
-        turn * (np.arcsin(sine) / sine if sine > 0 else 1.0)
-    )
-    columns = {name: motion[name] for name in motion.names}
-    for names in (FOOT, TOP, ROTOR):
-        path = motion.select(names).values @ rotation.as_matrix().T
-        columns |= dict(zip(names, path.T, strict=True))
-    for name in (PITCH, ROTOR_ANGLE):
-        if name in columns:
-            columns[name] = columns[name] + floor.slope_x_rad
-    valid = {name: motion.validity(name) for name in motion.names}
-    return TimeSeries.of(motion.times, columns, valid)
 
 
 def _places(motion: TimeSeries) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.noise import robust_sigma
 from workbench.tracking.take import known
 
 __all__ = ["bursts", "off_length", "out_of_reach", "spikes", "strays"]
@@ -125,7 +126,7 @@ def strays(
     """
     apart = np.zeros(len(path))
     apart[seen] = _length(path[seen] - curve[seen])
-    usual = 1.4826 * float(np.median(apart[seen])) if seen.any() else 0.0
+    usual = float(robust_sigma(apart[seen])) if seen.any() else 0.0
     slow = max(1.0, _RESOLVING_HZ / rate) ** 2
     far = apart > max(_PULL_M * slow, _FAR_SCALES * usual)
     if not far.any():
@@ -148,7 +149,7 @@ def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
-    return max(least, _FAR_SCALES * 1.4826 * float(np.median(apart)))
+    return max(least, _FAR_SCALES * float(robust_sigma(apart)))
 
 
 def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:

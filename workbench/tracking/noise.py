@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.motion import ROTOR_ANGLE, ROTOR_SPEED, last_motion
+from workbench.noise import robust_sigma, white_noise
 from workbench.timeseries import TimeSeries
 from workbench.tracking.blocks import block_covariance, correlation_time, time_blocks
 
@@ -26,8 +28,7 @@ _ORDER = 6
 _DRIFT = 2  # degree of the slow part: a hopper travels
 _LEAST_TURNS = 4
 _MOST_BLOCKS = 10
-_TO_SIGMA = 1.4826  # median absolute deviation of a normal distribution
-_THIRD = np.sqrt(20.0)  # of the noise of third differences: 1 + 9 + 9 + 1
+_centred_sigma = partial(robust_sigma, centred=True)
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,6 @@ class ChannelNoise:
         scaled = {key: None if v is None else scale * v for key, v in told.items()}
         return scaled | {"correlation_s": self.correlation_s}
 
-    @property
-    def unrepeated(self) -> float | None:
-        """What does not repeat from turn to turn, without the white part."""
-        if self.synchronous is None or self.white is None:
-            return None
-        return float(np.sqrt(max(0.0, self.synchronous**2 - self.white**2)))
-
 
 class Harmonics(NamedTuple):
     """A channel over a window as harmonics of the rotor's angle phi.
@@ -83,12 +77,6 @@ class Harmonics(NamedTuple):
     times: NDArray[np.float64]
     left: NDArray[np.float64]
     turns: float
-
-    @property
-    def standard_errors(self) -> NDArray[np.float64]:
-        """(order + 1,) of the complex h_k: root of the sum of both parts' variances."""
-        variance = np.diag(self.covariance)
-        return np.sqrt(np.concatenate([variance[:1], variance[1::2] + variance[2::2]]))
 
 
 def noise_floor(
@@ -175,15 +163,11 @@ def _rest(t: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:
     """Return the robust standard deviation about a line."""
     if len(t) < _LEAST_REST:
         return None
-    return _robust(values - np.polyval(np.polyfit(t - t[0], values, 1), t - t[0]))
+    line = np.polyval(np.polyfit(t - t[0], values, 1), t - t[0])
+    return float(_centred_sigma(values - line))
 
 
 def _white(values: NDArray[np.float64]) -> float | None:
     """Return the noise that third differences show, robust against landings."""
-    third = np.diff(values, 3)
-    third = third[np.isfinite(third)]
-    return None if len(third) < _LEAST_WHITE else float(_robust(third) / _THIRD)
-
-
-def _robust(values: NDArray[np.float64]) -> float:
-    return _TO_SIGMA * float(np.median(np.abs(values - np.median(values))))
+    found = white_noise(values, (3,), least=_LEAST_WHITE, sigma=_centred_sigma)
+    return found if np.isfinite(found) else None

@@ -43,7 +43,6 @@ class Sample(NamedTuple):
         poses: (b, 8) x, y, z [m], qx, qy, qz, qw, mean marker error [m]; NaN while not tracked.
         markers: (k, 3) of all bodies, as the cameras saw them [m], NaN where not seen.
         loose: number and place [m] of each marker that belongs to no body.
-        exposure: ticks of the server's clock at the middle of the exposure, 0 where not streamed.
         timecode: as streamed, 0 without a timecode generator.
     """
 
@@ -52,7 +51,6 @@ class Sample(NamedTuple):
     poses: NDArray[np.float64]
     markers: NDArray[np.float64]
     loose: Mapping[int, tuple[float, float, float]]
-    exposure: int = 0
     timecode: int = 0
 
 
@@ -125,7 +123,6 @@ class Layout:
             poses=poses,
             markers=markers,
             loose=loose,
-            exposure=suffix.stamp_camera_mid_exposure or 0,
             timecode=suffix.timecode,
         )
 
@@ -187,7 +184,6 @@ def make_take(
             **_errors(layout, poses),
         },
         began=(began,),
-        exposures_s=_exposures(ordered, stamps),
     )
     return checked(replace(take, warnings=(*warnings, *_losses(samples, numbers), *found)))
 
@@ -287,22 +283,6 @@ def _rate(indices: NDArray[np.int64], stamps: NDArray[np.float64]) -> float:
         )
     rate = float(indices[-1]) / seconds
     return float(round(rate)) if abs(rate - round(rate)) < _SNAP * rate else rate
-
-
-def _exposures(
-    samples: Sequence[Sample], stamps: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
-    """Return when the middle of each exposure was on the server's clock (n,) [s].
-
-    None where the stream has no such stamps. How fast they tick the stream does not say: it comes
-    from the frames' own times.
-    """
-    ticks = np.array([sample.exposure for sample in samples], dtype=float)
-    if len(ticks) < 2 or (np.diff(ticks) <= 0).any():
-        return None
-    per_second = (ticks[-1] - ticks[0]) / (stamps[-1] - stamps[0])
-    whole = 10.0 ** round(np.log10(per_second))
-    return ticks / (whole if abs(per_second / whole - 1) < _SNAP else per_second)
 
 
 def _timecode(samples: Sequence[Sample]) -> dict[str, str]:

@@ -141,8 +141,6 @@ class Take:
         began: local wall time of frame 0; two where the file leaves morning or afternoon open, none
             where it tells no start time.
         axes: up and forward where the file names them, None where it does not.
-        exposures_s: (n,) when the middle of each exposure was, by the clock of the PC that streams
-            [s]; None where nothing tells.
         unit_m: metres in the unit of length that the file was read in.
         unit_stated: whether the file says that unit.
     """
@@ -161,7 +159,6 @@ class Take:
     warnings: tuple[str, ...] = ()
     began: tuple[datetime, ...] = ()
     axes: Axes | None = None
-    exposures_s: NDArray[np.float64] | None = None
     unit_m: float = 1.0
     unit_stated: bool = True
 

@@ -163,11 +163,6 @@ class MjcfSystem:
         ]
         return (*self.edits, *own)
 
-    def freeing(self, free: Sequence[Free]) -> MjcfSystem:
-        """Return the system with other numbers to be fitted."""
-        return MjcfSystem(self.spec, self.channels, self.runs, self.inputs, free, self.per_joint,
-                          self.most_modes, self.given)  # fmt: skip
-
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
         one = self.runs[run]

@@ -16,6 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.noise import white_noise
 
 __all__ = [
     "Channel",
@@ -25,7 +26,6 @@ __all__ = [
     "channel_noise",
     "common_sample",
     "held_control",
-    "white_noise",
 ]
 
 Array = NDArray[np.float64]
@@ -33,8 +33,6 @@ Hold = Literal["zero", "first"]
 
 _UNEVEN = 0.1  # of a sample that a stamp may be off
 _LEAST = 12  # samples of a run
-_ORDERS = range(2, 11)
-_NEAR = 1.3  # two to four times the scatter of one order at a thousand samples
 _RATE_TOLERANCE = 1e-3
 _FIRST = 9  # samples that determine a moving start
 _WEAK = 10.0  # standard errors: the prior of a start that was read from the data themselves
@@ -207,28 +205,6 @@ def held_control(
     return mean[before : before + count]
 
 
-def white_noise(values: Array) -> float:
-    """Return the standard deviation of white noise in a channel.
-
-    From differences of increasing order, whose variance is binomial(2 m, m) times that of the noise
-    while a smooth motion dies out: the median over the orders that come near the least, each a
-    median itself, so that impacts and glitches count little. NaN when nothing can be said: too few
-    samples, or steps so coarse that most differences vanish.
-
-    Args:
-        values: (n,), NaN where not seen.
-    """
-    found = []
-    for order in _ORDERS:
-        differences = np.abs(np.diff(values, order))
-        differences = differences[np.isfinite(differences)]
-        if len(differences) >= _LEAST:
-            gain = np.sqrt(scipy.special.binom(2 * order, order))
-            found.append(1.4826 * float(np.median(differences)) / gain)
-    near = [sigma for sigma in found if sigma <= _NEAR * min(found)]
-    return float(np.median(near)) if near and min(near) > 0 else np.nan
-
-
 def common_sample(runs: Sequence[MjcfRun]) -> float:
     """Return the time from one sample to the next in all runs [s].
 
@@ -255,7 +231,7 @@ def channel_noise(channels: Sequence[Channel], runs: Sequence[MjcfRun]) -> Array
         sigma = channel.sigma
         if sigma is None:
             guesses = np.array([white_noise(run.values[:, c]) for run in runs])
-            known = guesses[np.isfinite(guesses)]
+            known = guesses[guesses > 0]
             sigma = float(np.median(known)) if len(known) else 0.0
         if not sigma > 0:
             raise InputError(

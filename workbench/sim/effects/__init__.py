@@ -1,8 +1,8 @@
-"""The named causes by which a robot can differ from its model, one file each.
+"""The named causes by which a robot can differ from its model, one file for each group of them.
 
-`effect` says what an effect is, `apply` puts effects into a robot, a condition and what is seen. A
-new effect is a file with one `EFFECT` and its name in the list below, and a test that it moves the
-motion the way it should.
+`effect` says what an effect is, `library` finds one by its name, `apply` puts effects into a robot,
+a condition and what is seen. A new effect is an entry in its group's file, named in the `EFFECTS`
+at the end of that, and a test that it moves the motion the way it should.
 """
 
 from workbench.sim.effects.apply import applied, driven, observed

@@ -73,7 +73,6 @@ class Effect:
         build: changes the MjSpec of a robot with this effect.
         drive: changes what the rotor is told.
         observe: changes what is seen of the motion.
-        dear: whether a robot with it takes several times as long to simulate.
     """
 
     name: str
@@ -87,4 +86,3 @@ class Effect:
     build: Build | None = None
     drive: Drive | None = None
     observe: Observe | None = None
-    dear: bool = False

@@ -6,82 +6,23 @@ from collections.abc import Mapping
 
 from workbench.errors import InputError, did_you_mean
 from workbench.sim.effects import (
-    air_drag,
-    beam_discretisation,
-    camera_tilt,
-    foot_cg,
-    foot_mass,
-    friction_anisotropy,
-    friction_level,
-    ground_damping,
-    ground_hunt_crossley,
-    ground_slope,
-    ground_stiffness,
-    hinge_coulomb_friction,
-    hinge_cubic_stiffness,
-    hinge_damping,
-    hinge_quadratic_damping,
-    hinge_stiffness,
-    length_scale,
-    local_stiffness_loss,
-    marker_offset,
-    motor_droop,
-    rest_shape_drift,
-    root_play,
-    root_stiffness,
-    rotor_unbalance,
-    sole_adhesion,
-    speed_drift,
-    speed_offset,
-    speed_ripple,
-    speed_scale,
-    tether,
-    time_offset,
-    time_step,
-    top_mass,
+    dissipation,
+    drive,
+    ground,
+    mass,
+    numerics,
+    outside,
+    sensor,
+    structure,
 )
 from workbench.sim.effects.effect import Effect
 
 __all__ = ["EFFECTS", "effect_named", "effect_values"]
 
-_FILES = (
-    hinge_stiffness,
-    root_stiffness,
-    hinge_cubic_stiffness,
-    root_play,
-    local_stiffness_loss,
-    rest_shape_drift,
-    hinge_damping,
-    hinge_coulomb_friction,
-    hinge_quadratic_damping,
-    air_drag,
-    top_mass,
-    foot_mass,
-    foot_cg,
-    rotor_unbalance,
-    speed_scale,
-    speed_offset,
-    speed_drift,
-    motor_droop,
-    speed_ripple,
-    ground_slope,
-    ground_stiffness,
-    ground_damping,
-    ground_hunt_crossley,
-    friction_level,
-    friction_anisotropy,
-    sole_adhesion,
-    tether,
-    camera_tilt,
-    time_offset,
-    length_scale,
-    marker_offset,
-    beam_discretisation,
-    time_step,
-)
+_GROUPS = (structure, dissipation, mass, drive, ground, outside, sensor, numerics)
 
-EFFECTS: dict[str, Effect] = {file.EFFECT.name: file.EFFECT for file in _FILES}
-"""Name -> effect, in the order of the groups."""
+EFFECTS: dict[str, Effect] = {effect.name: effect for group in _GROUPS for effect in group.EFFECTS}
+"""Name -> effect, in the order of the groups, which is that in which effects act."""
 
 
 def effect_named(name: str) -> Effect:

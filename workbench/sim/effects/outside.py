@@ -1,8 +1,4 @@
-"""A cable pulls on T: by a constant force and one that grows with the way from the place at rest.
-
-force = pull - k (x - x0) forward. The cable hangs from far above, so it acts along the floor only;
-x0 is where T stands at rest, the rotor hanging, with the foot clamped. Its weight is `top_mass`.
-"""
+"""Effects from outside: what pulls on the robot beside floor and gravity."""
 
 from __future__ import annotations
 
@@ -15,13 +11,12 @@ from workbench.sim.equilibrium import settle, unloaded
 from workbench.sim.laws import Law, add_law
 from workbench.sim.robot import Robot
 
-__all__ = ["EFFECT"]
-
+__all__ = ["EFFECTS"]
 
 _HANGING = np.pi / 2  # the rotor straight below T
 
 
-def _alter(robot: Robot, values: Values) -> Robot:
+def _tether(robot: Robot, values: Values) -> Robot:
     _, data = settle(unloaded(robot), "fixed", _HANGING)
     place = float(data.body("top").xpos[0])
     pull: dict[Law, float] = {
@@ -32,7 +27,7 @@ def _alter(robot: Robot, values: Values) -> Robot:
     return replace(robot, edits=(*robot.edits, lambda spec, _: add_law(spec, pull)))
 
 
-EFFECT = Effect(
+TETHER = Effect(
     name="tether",
     group="outside",
     sentence=(
@@ -46,5 +41,12 @@ EFFECT = Effect(
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("rest_shape_drift", "ground_slope"),
     separated_by="a run with the cable slack or on a battery; runs far from the anchor and near it",
-    alter=_alter,
+    alter=_tether,
 )
+"""A cable pulls on T: by a constant force and one that grows with the way from the place at rest.
+
+force = pull - k (x - x0) forward. The cable hangs from far above, so it acts along the floor only;
+x0 is where T stands at rest, the rotor hanging, with the foot clamped. Its weight is `top_mass`.
+"""
+
+EFFECTS = (TETHER,)
