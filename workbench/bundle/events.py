@@ -53,7 +53,7 @@ class _Event(BaseModel):
     def as_json(self) -> dict[str, Any]:
         """Return the line: the event's name and the facts that were given."""
         given = self.model_fields_set | {"event"}
-        return {key: value for key, value in self.model_dump().items() if key in given}
+        return {key: v for key, v in self.model_dump(mode="json").items() if key in given}
 
 
 class Asked(_Event):
