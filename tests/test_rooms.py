@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import os
 import re
@@ -32,6 +33,43 @@ def test_a_file_is_one_room_s_size_and_names_what_it_exports() -> None:
     inside = {name: text for name, text in texts.items() if name.count(os.sep) > 1}
     assert len(inside) > 400
     assert [name for name, text in inside.items() if "__all__" not in text] == []
+
+
+OF_THE_RECORD = re.compile(
+    r"(manifest\.json|journal\.jsonl|guardian\.jsonl|wire\.log|compare\.rrd|remarks\.jsonl"
+    r"|(supply|raw|track|twin|state)\.parquet)"
+)
+READERS = ("workbench/bundle/", "workbench/output/", "workbench/hw/guardian/")
+"""What knows the files and keys of a run: the record, and who writes the supply's own logs."""
+TOLD = {"workbench/catalogue/export.py"}  # which explains to people what lies in an export
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
+def test_only_the_record_knows_its_files_and_keys(path: Path) -> None:
+    name = path.relative_to(ROOT).as_posix()
+    if name.startswith(READERS) or name in TOLD:
+        return
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
+            assert not OF_THE_RECORD.search(node.value), f"{name}:{node.lineno} names a file"
+            assert node.value != "event", f"{name}:{node.lineno} reads a journal by its keys"
+        of = node.value if isinstance(node, ast.Subscript) else _got_from(node)
+        if isinstance(of, ast.Call):  # manifest.flat()
+            assert not _named(of.func, "flat"), f"{name}: reads a manifest by a key"
+        assert not _named(of, "manifest"), f"{name}: reads a manifest by a key"
+
+
+def _got_from(node: ast.AST) -> ast.AST | None:
+    """What `.get` is called of, where it is."""
+    if isinstance(node, ast.Call) and _named(node.func, "get"):
+        return getattr(node.func, "value", None)
+    return None
+
+
+def _named(node: ast.AST | None, name: str) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr == name
 
 
 def test_no_file_names_a_machine_s_path() -> None:

@@ -16,8 +16,9 @@ _HEAD_BYTES = 2048  # a file says what it is near its top
 def run_names(incomplete: str) -> list[str]:
     """Return the names of bundles, newest first; nothing where a path is being typed."""
     folder = Path(os.environ.get("WORKBENCH_RUNS", "runs"))
-    names = sorted((path.parent.name for path in folder.glob("*/manifest.json")), reverse=True)
-    return _beginning(incomplete, names)
+    from workbench.bundle import bundle_names  # only where a run is typed
+
+    return _beginning(incomplete, reversed(bundle_names(folder)))
 
 
 def protocol_files(incomplete: str) -> list[str]:
