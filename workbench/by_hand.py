@@ -1,22 +1,31 @@
-"""A supply by hand: who is there, switching it off, and signing for a safety stop."""
+"""A supply by hand: who is there, a voltage, switching it off, signing for a safety stop."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from decimal import Decimal
+from math import isinf
 
 from workbench.bench import RealBench
-from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import DEAD_V, MODELS, Connection, Supply
+from workbench.bench_supply import check_new_scale, made_ready
+from workbench.errors import HardwareError, InputError, Interrupted, SafetyStop
+from workbench.hw import DEAD_V, MODELS, Connection, Reading, Supply, switch_on, watch
 from workbench.hw.models import Family
 from workbench.hw.ports import who_answers
 from workbench.output import BY_HAND, MAY_BE_ON, Ledger, Standing
-from workbench.progress import Progress
+from workbench.progress import Progress, Stage
+from workbench.protocol.plan import Level
+from workbench.protocol.ramps import Ramps
+from workbench.signals import Signals
 
-__all__ = ["acknowledged", "opened", "switch_off", "who_is_at"]
+__all__ = ["acknowledged", "drive", "opened", "switch_off", "who_is_at"]
 
 _POLL_S = 0.1
+_WATCH_S = 0.2
+_RAMP_S = 0.5
+_LOWEST_V = 1.0  # the ramp begins there, as a run's does on the built-in bench
 _LET_GO_S = 10.0  # for a guardian to switch off and see the terminals dead
 
 
@@ -53,6 +62,96 @@ def opened(bench: RealBench, *, force: bool = False) -> Iterator[Supply]:
         yield found
     finally:
         found.close()
+
+
+def drive(
+    bench: RealBench,
+    voltage: float,
+    seconds: float,
+    progress: Progress,
+    update: Progress,
+    current: float | None = None,
+) -> Reading | None:
+    """Drive a voltage, watch what the supply reads, and switch off; return the last reading.
+
+    Args:
+        bench: whose supply it is.
+        voltage: [V].
+        seconds: how long; infinite until Ctrl-C.
+        progress: is told what begins.
+        update: is told each reading.
+        current: limit [A]; the bench's where it is left out.
+
+    Raises:
+        InputError: when it is outside the bench's limits; nothing was sent.
+        SafetyStop: as a run.
+        Interrupted: on Ctrl-C; the output is off.
+    """
+    limits = bench.file.supply.limits
+    _require_within("voltage", voltage, limits.voltage, "V")
+    current = limits.current if current is None else current
+    _require_within("current", current, limits.current, "A")
+    reading: Reading | None = None
+    confirmed = False
+    with Signals() as signals:
+        try:
+            with signals.first_only(), bench.open_supply() as supply:
+                try:
+                    progress("prepare the supply")
+                    _prepare(
+                        supply, bench, limits.current if current is None else current, progress
+                    )
+                    reading = _ramp(supply, bench, voltage)
+                    reading = _hold(supply, reading, seconds, progress, update)
+                    supply.ramp_down()
+                finally:
+                    signals.hold()  # a second Ctrl-C would cut off what the first one leads to
+                    confirmed = supply.off() and supply.terminals_dead()
+        except KeyboardInterrupt:
+            if not confirmed:
+                raise SafetyStop(f"stopped by the user; {MAY_BE_ON}, {BY_HAND}") from None
+            raise Interrupted("stopped by the user; the output is off, confirmed") from None
+    return reading
+
+
+def _require_within(what: str, value: float, highest: float, unit: str) -> None:
+    if not 0 < value <= highest:
+        raise InputError(
+            f"{what} {value:g} {unit} is outside the bench's limits, above 0 to {highest:g} "
+            f"{unit}; nothing was sent"
+        )
+
+
+def _prepare(supply: Supply, bench: RealBench, current: float, progress: Progress) -> None:
+    identity = made_ready(bench.file, supply, bench.limits(current)).identity
+    check_new_scale(supply, bench.ledger_of(identity), identity.firmware, progress)
+
+
+def _ramp(supply: Supply, bench: RealBench, voltage: float) -> Reading:
+    volts = Decimal(repr(voltage)).quantize(bench.voltage_step)
+    ramps = Ramps(_LOWEST_V, bench.voltage_step, bench.file.supply.limits.slew)
+    (_, first), *steps = ramps.through([Level(0.0, volts, 0.0)], _RAMP_S, 0.0)
+    reading, began = switch_on(supply, first), supply.clock.now()
+    for after, step in steps:
+        supply.clock.sleep(began + after - supply.clock.now())
+        supply.set_voltage(step)
+        reading = watch(supply)
+    return reading
+
+
+def _hold(
+    supply: Supply, reading: Reading, seconds: float, progress: Progress, update: Progress
+) -> Reading:
+    """Watch the running supply and report what it reads."""
+    end = supply.clock.now() + seconds
+    known = None if isinf(seconds) else seconds
+    how_long = "Ctrl-C switches off" if known is None else f"for {known:g} s"
+    progress(Stage(f"on, {how_long}", seconds=known))
+    while (left := end - supply.clock.now()) > 0:
+        supply.clock.sleep(min(_WATCH_S, left))
+        reading = watch(supply)
+        update(Stage(f"{reading.voltage_V:.2f} V, {reading.current_A:.3f} A, {how_long}"))
+    return reading
 
 
 def switch_off(bench: RealBench) -> bool:

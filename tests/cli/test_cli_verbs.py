@@ -23,9 +23,9 @@ HELPERS = {
     "progress": "the line of progress",
     "quality": "prints a take's quality",
     "showing": "prints a diagnosis; the picture of a page",
-    "supply_set": "prints a supply driven by hand, for `supply`",
     "template": "the group that `template_photo` adds its commands to",
     "terminal": "this terminal as an operator sees it",
+    "views": "draws the views of a run, and prints what could not be drawn",
 }
 """Modules of `cli` that others may import -> what they print or parse."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 from contextlib import suppress
@@ -12,15 +13,9 @@ import typer
 from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
-from workbench.by_hand import acknowledged, opened, switch_off, who_is_at
+from workbench.by_hand import acknowledged, drive, opened, switch_off, who_is_at
 from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, emit, people, show_table
-from workbench.cli.supply_set import (
-    AmpsOption,
-    SecondsOption,
-    VoltsArgument,
-    drive_by_hand,
-)
+from workbench.cli.output import JsonFlag, emit, people, show_table, tell
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
     MODELS,
@@ -32,6 +27,7 @@ from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
 from workbench.output import BY_HAND, MAY_BE_ON
+from workbench.protocol.quantity import parse_quantity
 from workbench.signals import Signals
 
 __all__ = ["supply"]
@@ -45,6 +41,14 @@ supply = typer.Typer(name="supply", help="The motor's supply by hand.", no_args_
 BenchOption = Annotated[
     str,
     typer.Option("--bench", help="Bench file that names the supply.", autocompletion=bench_names),
+]
+
+VoltsArgument = Annotated[str, typer.Argument(metavar="VOLTAGE", help="Such as '2.5 V'.")]
+AmpsOption = Annotated[
+    str, typer.Option("--current", help="Current limit, such as '0.8 A'; the bench's if left out.")
+]
+SecondsOption = Annotated[
+    str, typer.Option("--for", help="Such as '10 s'; until Ctrl-C when left out.")
 ]
 
 
@@ -134,7 +138,7 @@ def read(bench: BenchOption, as_json: JsonFlag = False) -> None:
 
 
 @supply.command(name="set")
-def drive(
+def set_voltage(
     volts: VoltsArgument,
     bench: BenchOption,
     amps: AmpsOption = "",
@@ -147,7 +151,27 @@ def drive(
 
     Example: workbench supply set "2.5 V" --bench lab.yaml --for "10 s"
     """
-    drive_by_hand(_real(bench), volts, amps, seconds, as_json)
+    reading = drive(
+        _real(bench),
+        _typed(volts, "voltage"),
+        _typed(seconds, "time") if seconds else math.inf,
+        tell,
+        tell.update,
+        _typed(amps, "current") if amps else None,
+    )
+    if reading is not None:
+        people.print(f"{reading.voltage_V:.2f} V, {reading.current_A:.3f} A", markup=False)
+    if as_json and reading is not None:
+        emit(asdict(reading) | {"output": False})
+    else:
+        print("output off, confirmed")
+
+
+def _typed(text: str, dimension: str) -> float:
+    try:
+        return parse_quantity(text, dimension, typed=True)[0]
+    except ValueError as fault:
+        raise InputError(str(fault)) from None
 
 
 @supply.command()
