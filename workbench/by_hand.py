@@ -98,9 +98,7 @@ def drive(
             with signals.first_only(), bench.open_supply() as supply:
                 try:
                     progress("prepare the supply")
-                    _prepare(
-                        supply, bench, limits.current if current is None else current, progress
-                    )
+                    _prepare(supply, bench, current, progress)
                     reading = _ramp(supply, bench, voltage)
                     reading = _hold(supply, reading, seconds, progress, update)
                     supply.ramp_down()
