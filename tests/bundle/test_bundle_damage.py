@@ -190,7 +190,7 @@ from tests.bundles import TRACK, asked_for
 from workbench.bundle import Bundle, events
 bundle = Bundle.create(Path(sys.argv[1]), "hop-17", datetime.now(), asked_for(title="T"))
 for k in range(10**9):
-    bundle.record.journal(events.NoDrive(), k)
+    bundle.record.journal(events.Complete(), k)
     bundle.series.write("supply", TRACK, {})
 """
 
