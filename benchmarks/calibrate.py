@@ -88,8 +88,10 @@ def row(name: str, slope: float, offset: float, truth: tuple[float, float]) -> N
     """Print one way's line."""
     share, apart = slope / truth[0] - 1, offset - truth[1]
     held = abs(share) <= SLOPE_BAR and abs(apart) <= OFFSET_BAR
-    print(f"{name:34} {slope:9.5f} {100 * share:+9.4f} {offset:9.5f} {apart:+12.5f}"
-          f"  {'held' if held else 'missed'}")  # fmt: skip
+    print(
+        f"{name:34} {slope:9.5f} {100 * share:+9.4f} {offset:9.5f} {apart:+12.5f}"
+        f"  {'held' if held else 'missed'}"
+    )
 
 
 def interval(found: SpeedCalibration, name: str) -> str:
@@ -101,9 +103,10 @@ def interval(found: SpeedCalibration, name: str) -> str:
 def other_speeds(bundles: list[Bundle]) -> dict[str, list[float]]:
     """Return the speed of every run by the ways that there were before."""
     out: dict[str, list[float]] = {
-        "polyfit of the thesis' FFT": [], "polyfit of a Hann-window FFT": [],
+        "polyfit of the thesis' FFT": [],
+        "polyfit of a Hann-window FFT": [],
         "polyfit of lines through the angle": [],
-    }  # fmt: skip
+    }
     for bundle in bundles:
         run, track = measured_run(bundle), bundle.series.read("track")
         part = track.between(run.steps[-2][0] + 1.0, run.steps[-1][0])
@@ -136,8 +139,9 @@ def print_draws(count: int, truth: tuple[float, float]) -> None:
     bent = [drawn(seed, truth, BEND) for seed in range(count)]
     lines = [one.line for one in straight if one.line is not None]
     for k, name in enumerate(("slope", "offset")):
-        held = np.mean([getattr(line, name).low <= truth[k] <= getattr(line, name).high
-                        for line in lines])  # fmt: skip
+        held = np.mean(
+            [getattr(line, name).low <= truth[k] <= getattr(line, name).high for line in lines]
+        )
         print(f"90 % interval of the {name} holds the truth in {100 * held:.0f} % of {count} draws")
     alarms = np.mean([one.checks["curvature"].found for one in straight])
     power = np.mean([one.checks["curvature"].found for one in bent])

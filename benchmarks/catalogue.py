@@ -63,8 +63,11 @@ def make_bundles(root: Path, count: int) -> None:
 def facts(draw: random.Random, mode: str, speed: float | None, k: int) -> dict[str, Any]:
     """Return what the manifest of such a run says, as long as a real one's."""
     real = {"distance_m": draw.gauss(0.2, 0.05), "hop_height_m": 0.018, "speed_rad_s": speed or 0.0}
-    noise = {f"{point}_{axis}_m": {"rest": 0.1, "white": 0.14, "synchronous": draw.random()}
-             for point in ("foot", "top", "rotor") for axis in "xyz"}  # fmt: skip
+    noise = {
+        f"{point}_{axis}_m": {"rest": 0.1, "white": 0.14, "synchronous": draw.random()}
+        for point in ("foot", "top", "rotor")
+        for axis in "xyz"
+    }
     return {
         "kind": "run",
         "title": f"{mode} {'' if speed is None else f'at {speed:.0f} rad/s'}, series {k // 40}",
@@ -118,8 +121,10 @@ def main() -> None:
         if not root.exists():
             make_bundles(root, count)
         manifest = next(root.glob("*/manifest.json")).stat().st_size
-        print(f"{count} bundles, a manifest of {manifest} byte each, "
-              f"made in {time.perf_counter() - start:.0f} s; medians of {REPEATS}")  # fmt: skip
+        print(
+            f"{count} bundles, a manifest of {manifest} byte each, "
+            f"made in {time.perf_counter() - start:.0f} s; medians of {REPEATS}"
+        )
         print_table(root, count)
 
 

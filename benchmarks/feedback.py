@@ -98,8 +98,9 @@ def timed(words: Sequence[str], repeats: int, cwd: Path, code: int = 0) -> Cost:
         )
         wall, after = time.perf_counter() - start, os.times()
         if done.returncode != code:
-            raise RuntimeError(f"{' '.join(words)}: {done.returncode}\n{done.stdout[-3000:]}"
-                               f"{done.stderr[-3000:]}")  # fmt: skip
+            raise RuntimeError(
+                f"{' '.join(words)}: {done.returncode}\n{done.stdout[-3000:]}{done.stderr[-3000:]}"
+            )
         spent = after.children_user + after.children_system
         found.append(Cost(spent - used.children_user - used.children_system, wall))
     return Cost(median(one.processor for one in found), median(one.wall for one in found))
@@ -125,14 +126,16 @@ def commands(repeats: int, folder: Path) -> list[Row]:
 
     return [
         Row("python", timed([*PYTHON, "pass"], repeats, folder)),
-        Row("typer, pydantic, ruamel.yaml, numpy", timed(
-            [*PYTHON, "import typer, pydantic, ruamel.yaml, numpy"], repeats, folder)),
+        Row(
+            "typer, pydantic, ruamel.yaml, numpy",
+            timed([*PYTHON, "import typer, pydantic, ruamel.yaml, numpy"], repeats, folder),
+        ),
         Row("workbench --help", ours("--help"), 0.3),
         Row("workbench run --help", ours("run", "--help"), 0.8),
         Row("a misspelt key in a protocol", ours("run", "wrong.yaml", code=2), 0.8),
         Row(f"workbench ingest, a take of {size:.1f} kB", ours("ingest", "take.csv"), 1.0),
         Row("make demo", ours("run", hop, "--bench", "virtual"), 5.0),
-    ]  # fmt: skip
+    ]
 
 
 def tests() -> Row:
@@ -159,8 +162,11 @@ def main() -> None:
     options.add_argument("--only", choices=["commands", "tests", "ci"])
     given = options.parse_args()
     only = "commands" if given.quick else given.only
-    print(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before" if os.name == "posix"
-          else f"{os.cpu_count()} cores")  # fmt: skip
+    print(
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before"
+        if os.name == "posix"
+        else f"{os.cpu_count()} cores"
+    )
     print(f"{'':44}{'processor [s]':>13}{'wall [s]':>10}{'bar [s]':>12}")
     with tempfile.TemporaryDirectory() as scratch:
         if only in (None, "commands"):

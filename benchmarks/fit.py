@@ -28,14 +28,7 @@ from benchmarks.bank.cases_twin import TwinGenerator  # noqa: E402
 from benchmarks.bank.courses import Course, Generator, Job  # noqa: E402
 from benchmarks.bank.observe import NOISE_M, film  # noqa: E402
 from benchmarks.bank.write import measured_run  # noqa: E402
-from workbench.fit import (  # noqa: E402
-    Estimator,
-    Hopper,
-    MeasuredRun,
-    ParameterVector,
-    free_parameters,
-    refined,
-)
+from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, free_parameters, refined  # noqa: E402
 from workbench.fit.process import likeliest  # noqa: E402
 from workbench.identify import identify  # noqa: E402
 from workbench.motion import TOP  # noqa: E402
@@ -50,9 +43,12 @@ ENGINES: dict[str, Generator] = {
 BEAM = {"hinge_stiffness": 1.2, "root_stiffness": 0.8, "hinge_damping": 0.75, "root_damping": 1.25}
 """True over stated value: up to 30 % off where the fit begins."""
 GROUND = {
-    "ground_stiffness": 0.77, "ground_damping": 1.4, "friction_slide": 0.77, "friction_stick": 0.77,
+    "ground_stiffness": 0.77,
+    "ground_damping": 1.4,
+    "friction_slide": 0.77,
+    "friction_stick": 0.77,
     "foot_mass": 0.95,
-}  # fmt: skip
+}
 BARS = {"stiffness": 1.0, "damping": 5.0, "ground": 10.0}
 SWUNG_M, HELD_S = 0.3, 4.0
 MANY = 50  # robots, of whom fewer say little about a share
@@ -131,8 +127,10 @@ def held(robots: int, seed: int) -> None:
     """
     free = free_parameters(MODEL, list(BEAM))
     courses = _clamped((8.5, 11.0, 14.0), HELD_S) | _decays((0.4,), HELD_S)
-    print(f"\n90 % intervals that hold the truth, {robots} robots, runs of {HELD_S:g} s; "
-          "bar 82 to 97 of 100")  # fmt: skip
+    print(
+        f"\n90 % intervals that hold the truth, {robots} robots, runs of {HELD_S:g} s; "
+        "bar 82 to 97 of 100"
+    )
     for engine in ENGINES:
         inside, far = dict.fromkeys(BEAM, 0), dict.fromkeys(BEAM, 0.0)
         spent = time.process_time()
@@ -150,8 +148,11 @@ def held(robots: int, seed: int) -> None:
         for name in BEAM:
             share = inside[name] / robots
             verdict = _verdict(robots < MANY or 0.82 <= share <= 0.97)
-            print(f"{name:20}{inside[name]:4d} of {robots}; off by {far[name] ** 0.5:.2f} % "
-                  f"(root mean square){verdict}", flush=True)  # fmt: skip
+            print(
+                f"{name:20}{inside[name]:4d} of {robots}; off by {far[name] ** 0.5:.2f} % "
+                f"(root mean square){verdict}",
+                flush=True,
+            )
 
 
 def lines(seconds: float, seed: int) -> None:
@@ -183,8 +184,11 @@ def _print_fit(
         bar = BARS[kind] if title.startswith("beam") else BARS["ground"]
         error = 100 * (one.value / true - 1)
         holds = "yes" if one.low <= true <= one.high else "no"
-        print(f"{name:20}{100 * (one.stated / true - 1):9.1f}{error:9.2f}{bar:6.0f}  {holds}"
-              f"{_verdict(abs(error) <= bar)}", flush=True)  # fmt: skip
+        print(
+            f"{name:20}{100 * (one.stated / true - 1):9.1f}{error:9.2f}{bar:6.0f}  {holds}"
+            f"{_verdict(abs(error) <= bar)}",
+            flush=True,
+        )
     noise = _sizes(found.fit.estimator.noise)
     print(f"process noise {noise}, beam of {found.robot.increments} increments")
     for word in (*found.not_determined, *found.warnings):

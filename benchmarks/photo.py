@@ -91,8 +91,11 @@ def main() -> None:
                 continue
             read.append(one)
             rms, worst = (np.degrees(f(one.error)) for f in (_rms, lambda e: np.abs(e).max()))
-            print(f"{k:5d}  {rms:9.3f}  {worst:11.3f}  {_rms(one.pull):8.2f}  "
-                  f"{one.residual_mm:10.3f}  {one.seconds:7.1f}", flush=True)  # fmt: skip
+            print(
+                f"{k:5d}  {rms:9.3f}  {worst:11.3f}  {_rms(one.pull):8.2f}  "
+                f"{one.residual_mm:10.3f}  {one.seconds:7.1f}",
+                flush=True,
+            )
     if read:
         _summarize(read, len(refused))
 
@@ -103,8 +106,10 @@ def _summarize(read: list[Reading], refused: int) -> None:
     print("\njoint  rms [deg]  mean pull  sd of pull  in 90 %")
     for joint in range(errors.shape[1]):
         own = pulls[:, joint]
-        print(f"{joint:5d}  {_rms(errors[:, joint]):9.3f}  {own.mean():+9.2f}  {own.std():10.2f}  "
-              f"{np.mean(np.abs(own) < WITHIN_90):7.0%}")  # fmt: skip
+        print(
+            f"{joint:5d}  {_rms(errors[:, joint]):9.3f}  {own.mean():+9.2f}  {own.std():10.2f}  "
+            f"{np.mean(np.abs(own) < WITHIN_90):7.0%}"
+        )
     held = float(np.mean(np.abs(pulls) < WITHIN_90))
     print(f"\nrefused: {refused} of {refused + len(read)}")
     worst, middle = np.abs(errors).max(), np.median(np.abs(pulls))

@@ -30,15 +30,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from scipy.optimize import differential_evolution
 
-from workbench.optimize import (
-    Algorithm,
-    Cmaes,
-    Evaluation,
-    GeneticAlgorithm,
-    Guided,
-    Space,
-    search,
-)
+from workbench.optimize import Algorithm, Cmaes, Evaluation, GeneticAlgorithm, Guided, Space, search
 
 Objective = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Returns the fitness (n,) of candidates (n, d); less is better."""
@@ -107,8 +99,9 @@ def print_row(name: str, found: NDArray[np.float64], seconds: float) -> None:
     """Print one search's results; the spread is (greatest - least) / |median|."""
     middle = float(np.median(found))
     spread = np.ptp(found) / abs(middle) if middle else float("nan")
-    print(f"{name:26}{found.min():10.4f}{middle:10.4f}{found.max():10.4f}{spread:8.0%}"
-          f"{seconds:8.2f}")  # fmt: skip
+    print(
+        f"{name:26}{found.min():10.4f}{middle:10.4f}{found.max():10.4f}{spread:8.0%}{seconds:8.2f}"
+    )
 
 
 def smooth(space: Space, seed: int) -> Objective:
@@ -152,8 +145,9 @@ def ours(make: Callable[[Space, int], Algorithm]) -> Peer:
         def evaluate(candidates: NDArray[np.float64]) -> list[Evaluation]:
             return [Evaluation((float(worth),)) for worth in objective(candidates)]
 
-        history = search("benchmark", make(space, seed), evaluate, evaluations=evaluations,
-                         penalty=(PENALTY,))  # fmt: skip
+        history = search(
+            "benchmark", make(space, seed), evaluate, evaluations=evaluations, penalty=(PENALTY,)
+        )
         return history.best.evaluation.fitness[0]
 
     return peer

@@ -31,7 +31,7 @@ from workbench.protocol import (
 from workbench.tracking import read_take
 
 pytestmark = [
-    pytest.mark.xdist_group("alone"),  # frames come in real time
+    pytest.mark.xdist_group("alone")  # frames come in real time
 ]
 
 STEPS = "  - run: {mode: hop, speed: 17 rad/s, rest: 0.8 s, duration: 1.2 s}\n"

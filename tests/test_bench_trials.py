@@ -86,12 +86,7 @@ def endless(data: bytes) -> Iterator[str]:
 
 @pytest.mark.parametrize(
     ("model", "kind"),
-    [
-        ("E36312A", "tcp"),
-        ("KA3005P", "tcp"),
-        ("RD6006", "tcp"),
-        ("RD6006", "rtu-over-tcp"),
-    ],
+    [("E36312A", "tcp"), ("KA3005P", "tcp"), ("RD6006", "tcp"), ("RD6006", "rtu-over-tcp")],
 )
 @pytest.mark.parametrize(
     "data", [b"y\n", b"\x00", b"\x01\x03\x08\x00"], ids=["text", "zeros", "frames"]

@@ -14,13 +14,7 @@ from tests.bundles import journal_of, manifest_of, report_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.engine import carry_out
-from workbench.errors import (
-    HardwareError,
-    InputError,
-    Interrupted,
-    SafetyStop,
-    WorkbenchError,
-)
+from workbench.errors import HardwareError, InputError, Interrupted, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
 from workbench.hw.simulated import Fault
 from workbench.operators import QuietOperator

@@ -61,9 +61,11 @@ def test_another_effect_is_the_page_s_entry_named_where_it_says(copy: Path) -> N
     named = "effects: [{name: head_wind, parameters: {c: 0.05}}]"
     (copy / "windy.yaml").write_text(model.replace("effects: []", named), "utf-8")
     told = python(
-        copy, "-c", "from workbench.cli import main; main()",
+        copy,
+        "-c",
+        "from workbench.cli import main; main()",
         *["simulate", "--mode", "decay", "--duration", "2", "--model", "windy.yaml"],
-    )  # fmt: skip
+    )
     assert "completed" in told
     words = f"-m pytest -q -k head_wind -p no:cacheprovider {names.relative_to(copy)}"
     assert re.search(r"[1-9]\d* passed", python(copy, *words.split()))

@@ -114,9 +114,12 @@ def test_everything_wrong_in_the_sheet_is_told_before_anything_is_written(tmp_pa
     assert [(f.line, f.text.split(";")[0]) for f in caught.value.faults] == [
         (7, "no such file 'gone.csv'"),
         (8, "no such file 'lost.csv'"),
-        (9, "12 V is outside the range of calibration 'thesis': 1 V to 5.5 V, that is 1.50 rad/s "
-            "to 21.30 rad/s"),
-    ]  # fmt: skip
+        (
+            9,
+            "12 V is outside the range of calibration 'thesis': 1 V to 5.5 V, that is 1.50 rad/s "
+            "to 21.30 rad/s",
+        ),
+    ]
     assert not (tmp_path / "runs").exists()
 
 

@@ -36,9 +36,12 @@ def test_every_word_that_goes_to_the_supply_is_told_at_its_time(tmp_path: Path) 
     written = {instant.time: instant.words for instant in drive.instants}
     # RD6006: 10 mV and 1 mA a digit; 82 and 83 trip, 8 and 9 set, 18 switches
     assert written[0.0] == (
-        "register 18 = 0", "register 82 = 600", "register 83 = 1600",
-        "register 9 = 1000", "register 8 = 0",
-    )  # fmt: skip
+        "register 18 = 0",
+        "register 82 = 600",
+        "register 83 = 1600",
+        "register 9 = 1000",
+        "register 8 = 0",
+    )
     assert written[1.0] == ("register 8 = 100", "register 18 = 1")
     assert written[1.1] == ("register 8 = 250",)
     assert written[4.0][0] == "register 18 = 0"

@@ -223,8 +223,10 @@ READ = {"supply": {"model": "RD6006", "serial": "00001234", "firmware": "1.41"}}
 
 def test_the_same_supply_may_be_reached_in_another_way(tmp_path: Path) -> None:
     run = begun(tmp_path / "runs", lab(tmp_path, NUMBERED))
-    tcp = (f"{{kind: serial, port: {PORT}, baud: 115200}}",
-           "{kind: rtu-over-tcp, address: '10.0.0.5:5020'}")  # fmt: skip
+    tcp = (
+        f"{{kind: serial, port: {PORT}, baud: 115200}}",
+        "{kind: rtu-over-tcp, address: '10.0.0.5:5020'}",
+    )
     for way in (OTHER_PORT, tcp, ("baud: 115200", "baud: 9600")):
         assert resume(run, tmp_path, lab(tmp_path, NUMBERED, way).inputs()).done == {1}
     # what the supply said then will do as well

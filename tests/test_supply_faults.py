@@ -85,7 +85,7 @@ CASES = {
     "Korad, silent": ("KA3005P", fault(Fault.SILENT), SAFETY, "not confirm off", LIVE, False),
     "SCPI, OVP": ("E36312A", fault(Fault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
     "SCPI, error": ("DP832", errors, HARDWARE, "no answer to it|does not answer", OFF, False),
-}  # fmt: skip
+}
 
 
 def bench_with(model: str, folder: Path) -> Path:

@@ -88,8 +88,10 @@ def test_a_run_and_a_sheet_need_no_viewer_and_no_drawing(
     def without(*words: object) -> Any:
         done = subprocess.run(
             [sys.executable, "-c", WITHOUT, *map(str, words), "--runs", runs, "--json"],
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert done.returncode == 0, done.stderr
         assert "compare.rrd and report.html could not be drawn" in done.stderr
         return json.loads(done.stdout)

@@ -124,8 +124,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def _groups(item: pytest.Item) -> Iterable[str]:
-    return [mark.args[0] if mark.args else mark.kwargs["name"]
-            for mark in item.iter_markers("xdist_group")]  # fmt: skip
+    return [
+        mark.args[0] if mark.args else mark.kwargs["name"]
+        for mark in item.iter_markers("xdist_group")
+    ]
 
 
 def _budget_s(item: pytest.Item) -> float:

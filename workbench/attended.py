@@ -75,12 +75,7 @@ class _Between:
     """Asks the operator between two runs, where that was asked for."""
 
     def __init__(
-        self,
-        experiment: Experiment,
-        desk: Desk,
-        operator: Operator,
-        tell: Progress,
-        always: bool,
+        self, experiment: Experiment, desk: Desk, operator: Operator, tell: Progress, always: bool
     ) -> None:
         self._of = len(experiment.plan.runs)
         self._desk, self._operator, self._tell, self._always = desk, operator, tell, always

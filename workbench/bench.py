@@ -29,13 +29,7 @@ from workbench.hw import (
     SystemClock,
     open_supply,
 )
-from workbench.hw.guardian import (
-    KEEP_TRYING_S,
-    NO_RECORDS,
-    LeaseClock,
-    Records,
-    open_guarded,
-)
+from workbench.hw.guardian import KEEP_TRYING_S, NO_RECORDS, LeaseClock, Records, open_guarded
 from workbench.hw.models import ModbusModel
 from workbench.hw.simulated import draw_current, serve, simulated
 from workbench.output import Ledger
@@ -173,10 +167,12 @@ class Bench(ABC):
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
         limits = self.file.supply.limits
-        return Limits(*(
-            Decimal(repr(value))
-            for value in (limits.voltage, current, limits.over_voltage, limits.over_current)
-        ))  # fmt: skip
+        return Limits(
+            *(
+                Decimal(repr(value))
+                for value in (limits.voltage, current, limits.over_voltage, limits.over_current)
+            )
+        )
 
 
 class RealBench(Bench):

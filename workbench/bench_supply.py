@@ -20,14 +20,7 @@ from workbench.output import Ledger, ledgers
 from workbench.progress import Progress
 from workbench.protocol import BenchFile
 
-__all__ = [
-    "check_new_scale",
-    "connection_of",
-    "found_at",
-    "ledgers_of",
-    "made_ready",
-    "model_of",
-]
+__all__ = ["check_new_scale", "connection_of", "found_at", "ledgers_of", "made_ready", "model_of"]
 
 
 def model_of(file: BenchFile) -> Model:

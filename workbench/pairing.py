@@ -209,10 +209,7 @@ def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
     if bundle.document("sheet").exists():
         sheet = load(bundle.document("sheet"), Sheet).content
         cameras = Cameras(
-            axes=sheet.tracking,
-            bodies=sheet.bodies,
-            markers=sheet.markers,
-            cleaning=sheet.cleaning,
+            axes=sheet.tracking, bodies=sheet.bodies, markers=sheet.markers, cleaning=sheet.cleaning
         )
         # what is in SI already is not read once more as text with a unit
         return cameras.model_copy(update={"limits": sheet.limits}), sheet.calibration

@@ -171,10 +171,7 @@ class _Record:
         )
 
     def _covariance(
-        self,
-        poles: Sequence[Pole],
-        amplitudes: NDArray[np.complex128],
-        rest: NDArray[np.float64],
+        self, poles: Sequence[Pole], amplitudes: NDArray[np.complex128], rest: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Return the covariance of poles, then of each path's factors; blocks in time count once.
 

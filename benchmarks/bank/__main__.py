@@ -36,22 +36,27 @@ _FLIP = "-flip-"
 
 def told_of(folder: Path) -> Told:
     """Return what all draws that are kept in a folder came to."""
-    draws = {int(one.stem.removeprefix("seed-")): one for one in sorted(folder.glob("seed-*.jsonl"))
-             if _FLIP not in one.name}  # fmt: skip
+    draws = {
+        int(one.stem.removeprefix("seed-")): one
+        for one in sorted(folder.glob("seed-*.jsonl"))
+        if _FLIP not in one.name
+    }
     lines = [line for draw in draws.values() for line in kept(draw).values()]
     answered = {line["seed"]: line for line in lines if "answer" in line}
     judged = {seed: judge(one["answer"], one["label"], one) for seed, one in answered.items()}
     plain = {
         name: [
             judge(one["plain"][name], one["label"])
-            for one in answered.values() if name in one["plain"]
+            for one in answered.values()
+            if name in one["plain"]
         ]
         for name in NAMES
-    }  # fmt: skip
+    }
     failed = [
         f"case {line['seed']}: {line['failed']}".replace("\n", " ")
-        for line in lines if "failed" in line
-    ]  # fmt: skip
+        for line in lines
+        if "failed" in line
+    ]
     engines = Counter(str(one.get("engine")) for one in answered.values())
     now = engine()
     newest = frozenset(seed for seed, one in answered.items() if one.get("engine") == now)

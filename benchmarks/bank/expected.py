@@ -22,15 +22,18 @@ _TRAPS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "mass_and_stiffness": (["CLEAN"], [], ["top_mass", "hinge_stiffness", "root_stiffness"]),
     "half_percent_speed": (["CLEAN", "NAMED", "SET"], [], ["speed_scale", "speed_offset"]),
     "nothing_slips": (["CLEAN"], [], []),
-    "unseen_coulomb": (["CLEAN", "SET"], [], ["hinge_coulomb_friction", "hinge_damping",
-                                              "hinge_quadratic_damping"]),
+    "unseen_coulomb": (
+        ["CLEAN", "SET"],
+        [],
+        ["hinge_coulomb_friction", "hinge_damping", "hinge_quadratic_damping"],
+    ),
     "softening": (["NAMED"], ["hinge_cubic_stiffness"], ["hinge_cubic_stiffness"]),
     "slope_or_set": (["SET"], ["ground_slope", "rest_shape_drift"], []),
     "droop_near_resonance": (["NAMED"], ["motor_droop"], ["motor_droop"]),
     "clutter_only": (["CLEAN", "NONE"], [], []),
     "bad_trackable": (["DATA_FAULT", "CLEAN", "NONE"], [], []),
     "one_run": (["DATA_FAULT", "NONE", "NAMED", "SET"], [], ["rest_shape_drift"]),
-}  # fmt: skip
+}
 """Trap -> answers that are right, causes that must be listed, causes that NAMED may list."""
 
 

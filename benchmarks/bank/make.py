@@ -132,8 +132,10 @@ def _runs(
         for motion, run in zip(motions, asked, strict=True)
     ):
         raise UnreachableError(f"{case.name}: the robot falls")
-    return [_filmed(case, run, first + k, motion) for k, (run, motion) in
-            enumerate(zip(asked, motions, strict=True))]  # fmt: skip
+    return [
+        _filmed(case, run, first + k, motion)
+        for k, (run, motion) in enumerate(zip(asked, motions, strict=True))
+    ]
 
 
 def _cut(course: Course) -> Course:

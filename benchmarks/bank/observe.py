@@ -21,11 +21,10 @@ __all__ = ["FAULTS", "NOISE_M", "Fault", "Filmed", "Noise", "film"]
 
 Array = NDArray[np.float64]
 Noise = Literal["A", "B"]
-Fault = Literal["none", "late_rotor", "tilt", "swapped_axes", "wrong_scale", "swapped_labels",
-                "slipped_marker"]  # fmt: skip
-FAULTS: tuple[Fault, ...] = (
-    "late_rotor", "tilt", "swapped_axes", "wrong_scale", "swapped_labels",
-)  # fmt: skip
+Fault = Literal[
+    "none", "late_rotor", "tilt", "swapped_axes", "wrong_scale", "swapped_labels", "slipped_marker"
+]
+FAULTS: tuple[Fault, ...] = ("late_rotor", "tilt", "swapped_axes", "wrong_scale", "swapped_labels")
 """Those of the block `sensor`; a slipped marker is a trap."""
 
 NOISE_M = 3e-4
@@ -82,8 +81,11 @@ def film(
     times = np.concatenate([before, motion.times])
     names = {"foot": FOOT, "top": TOP, "rotor": ROTOR}
     paths = {body: motion.select(name).values[index] for body, name in names.items()}
-    angles = {"foot": motion[PITCH][index], "top": motion[TIP][index],
-              "rotor": motion[ROTOR_ANGLE][index]}  # fmt: skip
+    angles = {
+        "foot": motion[PITCH][index],
+        "top": motion[TIP][index],
+        "rotor": motion[ROTOR_ANGLE][index],
+    }
     paths = _faulty(paths, fault)
     for body, path in paths.items():
         path += _noise(path.shape, noise, _ROTOR_M if body == "rotor" else NOISE_M, rng)

@@ -98,8 +98,11 @@ def _answered(*words: str | Path) -> Line:
     try:
         done = subprocess.run(
             [*_ANSWERING, *map(str, words)],
-            capture_output=True, text=True, timeout=_MOST_S, check=False,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            timeout=_MOST_S,
+            check=False,
+        )
     except subprocess.TimeoutExpired:  # whose words are a command, with places of this machine
         return {"answer": {"answer": LATE, "causes": [], "seconds": _MOST_S}, "plain": {}}
     if done.returncode:

@@ -24,15 +24,7 @@ from benchmarks.bank.make import further_runs, make_case
 from benchmarks.bank.one_case import Line, engine
 from benchmarks.bank.size import UnreachableError
 from benchmarks.bank.write import measured
-from workbench.diagnose import (
-    MENU,
-    Diagnosis,
-    HopperRig,
-    Trial,
-    diagnose,
-    minutes_of,
-    propose,
-)
+from workbench.diagnose import MENU, Diagnosis, HopperRig, Trial, diagnose, minutes_of, propose
 from workbench.diagnose.proposed import TIMES
 from workbench.errors import DataFault
 from workbench.protocol import load_model, load_shape

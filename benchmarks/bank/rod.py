@@ -127,9 +127,12 @@ def swing(rod: Rod, course: Course, tolerance: float = TOLERANCE) -> Motion:
         raise ValueError(f"the integration ended at {samples[done - 1]:.3f} s of {samples[-1]:g} s")
     base = np.array([0.0, 0.0 if course.mode == "drop" else rest.foot[0, 1]])
     return motion._replace(
-        times=samples[:done], steps=steps, foot=motion.foot - base, top=motion.top - base,
+        times=samples[:done],
+        steps=steps,
+        foot=motion.foot - base,
+        top=motion.top - base,
         rotor=motion.rotor - base,
-    )  # fmt: skip
+    )
 
 
 def energies(rod: Rod, motion: Motion) -> tuple[Array, Array]:
@@ -199,8 +202,7 @@ def _start(rod: Rod, engine: _Engine, course: Course) -> tuple[_Engine, Array]:
     state = _rest(held, state, course.start_angle, 0.0)
     k = engine.constants
     x, z = _top(held, state)
-    k = k._replace(tether_at_x=x, magnet_at_x=x + k.magnet_at_x,
-                   magnet_at_z=z + k.magnet_at_z)  # fmt: skip
+    k = k._replace(tether_at_x=x, magnet_at_x=x + k.magnet_at_x, magnet_at_z=z + k.magnet_at_z)
     if course.mode in ("decay", "drop"):
         k = k._replace(motor_droop=0.0)
     held, engine = held._replace(constants=k), engine._replace(constants=k)

@@ -28,7 +28,7 @@ __all__ = [
     "ground_forces",
     "mark",
     "switch",
-]  # fmt: skip
+]
 
 Array = NDArray[np.float64]
 

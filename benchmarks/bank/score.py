@@ -250,12 +250,15 @@ def scores(judged: Sequence[Judged]) -> list[Score]:
         _median("removable error removed, size 1", [one.removed for one in sized[1.0]]),
         _share("harm", [one for one in judged if one.harm == one.harm], lambda o: o.harm > _HARM),
         _calibration(named),
-        _share("stated 90 % right, are right",
-               [one for one in named if one.confidence >= _SURE], lambda one: one.right),
+        _share(
+            "stated 90 % right, are right",
+            [one for one in named if one.confidence >= _SURE],
+            lambda one: one.right,
+        ),
         _worst("slowest case [s]", [one.seconds for one in judged]),
         _worst("slowest screening [s]", [one.screening for one in judged]),
         _worst("most memory [MB]", [one.peak for one in judged]),
-    ]  # fmt: skip
+    ]
 
 
 def confusion(judged: Iterable[Judged]) -> dict[str, Counter[str]]:
@@ -314,8 +317,11 @@ def _calibration(named: Sequence[Judged]) -> Score:
     stated = [one for one in named if one.confidence == one.confidence]
     off = 0.0
     for low in np.arange(_BINS) / _BINS:
-        inside = [one for one in stated if min(int(one.confidence * _BINS), _BINS - 1)
-                  == round(low * _BINS)]  # fmt: skip
+        inside = [
+            one
+            for one in stated
+            if min(int(one.confidence * _BINS), _BINS - 1) == round(low * _BINS)
+        ]
         if inside:
             gap = np.mean([one.right for one in inside]) - np.mean([o.confidence for o in inside])
             off += len(inside) / len(stated) * abs(float(gap))

@@ -53,9 +53,7 @@ def write_made(made: Made, folder: Path = FOLDER) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     # differences from picture to picture need few bits
     packed = dict.fromkeys(names, "DELTA_BINARY_PACKED")
-    pq.write_table(
-        table, path, use_dictionary=False, column_encoding=packed, compression="zstd"
-    )  # fmt: skip
+    pq.write_table(table, path, use_dictionary=False, column_encoding=packed, compression="zstd")
     return path
 
 

@@ -68,13 +68,15 @@ def page(told: Told) -> str:
     """Return the page in Markdown."""
     seeds = ", ".join(map(str, told.seeds))
     parts = [
-        "# The bank of hidden-effect cases", "",
+        "# The bank of hidden-effect cases",
+        "",
         f"Written by `make bank SEED=n`, seeds {seeds}: {told.drawn} cases drawn, "
         f"{len(told.judged)} judged{_by(told.engines)}. What a case is and how it is scored: "
         "[the bank's own page](../decisions/0010-bank.md). Intervals are Wilson's at 90 %. Seconds "
         "are by the clock, with as many cases answered at once as there are cores. What limits it: "
-        "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).", "",
-    ]  # fmt: skip
+        "[where the diagnosis ends](../explanation/diagnosis.md#where-it-ends).",
+        "",
+    ]
     newest = [one for one in told.judged if one.label.get("seed") in told.newest]
     if newest and len(newest) < len(told.judged):
         parts += [f"## The engine as it is: {_cases(len(newest))}", "", *_scored(newest), "",
@@ -94,9 +96,7 @@ def page(told: Told) -> str:
 
 def _scored(judged: Sequence[Judged]) -> list[str]:
     """Return every score beside its bars."""
-    parts = [
-        "| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|",
-    ]  # fmt: skip
+    parts = ["| score | twin's cases | bar | independent engine's | bar |", "|---|---|---|---|---|"]
     columns = {source: scores(_of(judged, source)) for source in _SOURCES}
     for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
         bar = BARS[twin.name]
@@ -121,13 +121,16 @@ def _by(engines: Mapping[str, int]) -> str:
 def _beside_plain(told: Told) -> list[str]:
     """Return the same scores of the dumb engines."""
     parts = [
-        "", "## Beside dumb engines", "",
+        "",
+        "## Beside dumb engines",
+        "",
         "`single` names the cause that fits the training runs best, `bic` adds causes while the "
         "Bayesian information criterion falls, `sindy` names the largest term in the acceleration "
-        "that the base leaves. All begin at the base fit of the real one.", "",
+        "that the base leaves. All begin at the base fit of the real one.",
+        "",
         f"| score | cases of | diagnose | {' | '.join(told.plain)} |",
         f"|---|---|---|{'---|' * len(told.plain)}",
-    ]  # fmt: skip
+    ]
     every = [told.judged, *told.plain.values()]
     by = {source: [_named(scores(_of(judged, source))) for judged in every] for source in _SOURCES}
     for name in _COMPARED:
@@ -142,12 +145,15 @@ def _signs(turned: Sequence[Turned]) -> list[str]:
     if not turned:
         return []
     parts = [
-        "", "## An effect with its sign turned", "",
+        "",
+        "## An effect with its sign turned",
+        "",
         "The same cases, answered by a twin that has the effect the wrong way round: what is told "
-        "of its size must be wrong, or the bank could not tell.", "",
+        "of its size must be wrong, or the bank could not tell.",
+        "",
         "| effect | cases | right | right, turned | size within its interval | the same, turned |",
         "|---|---|---|---|---|---|",
-    ]  # fmt: skip
+    ]
     for one in turned:
         cells = [str(len(one.after)), _rights(one.before), _rights(one.after),
                  _sized(one.before, one.effect), _sized(one.after, one.effect)]  # fmt: skip
@@ -170,15 +176,18 @@ def _ties(ties: Sequence[Line]) -> list[str]:
     if not ties:
         return []
     parts = [
-        "", "## Ties and the next experiment", "",
+        "",
+        "## Ties and the next experiment",
+        "",
         "Constructed ties that were answered as a set. Runs are asked for, made and diagnosed with "
         f"all before, up to {ROUNDS} times, until one cause is named: those that the diagnosis "
         "proposes, and clamped runs and ring-downs at random that take as long. Of what was not "
-        f"resolved, {ROUNDS + 1} rounds are counted.", "",
+        f"resolved, {ROUNDS + 1} rounds are counted.",
+        "",
         "| cases of | resolved within 2 proposals | bar | named and wrong | rounds | at random "
         "| times as many | bar |",
         "|---|---|---|---|---|---|---|---|",
-    ]  # fmt: skip
+    ]
     for source, words in _SOURCES.items():
         own = [one for one in ties if one["label"]["generator"] == source]
         soon = [rounds_of(one, "proposed") for one in own]

@@ -103,8 +103,11 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
         label = {"seed": seed, "block": "null", "generator": "twin", "effects": {}, "kind": "",
                  "expected": {"answers": ["CLEAN"], "listed": [], "named": []}}  # fmt: skip
         answer = {"answer": said, "causes": [], "seconds": 100.0 * (seed + 1)}
-        lines.append(json.dumps({"seed": seed, "engine": state, "answer": answer,
-                                 "label": label, "plain": {}}))  # fmt: skip
+        lines.append(
+            json.dumps(
+                {"seed": seed, "engine": state, "answer": answer, "label": label, "plain": {}}
+            )
+        )
     (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
     text = page(told_of(tmp_path))
     now, _, all_states = text.partition("## By all its states: 2 cases")
@@ -156,9 +159,12 @@ def test_a_case_that_is_not_answered_in_time_counts_as_wrong_and_tells_no_place(
     monkeypatch.setattr(one_case, "_MOST_S", 0.01)
     line = one_case.run_case(case, tmp_path)
     assert line == {
-        "seed": case.seed, "plain": {}, "engine": engine(), "label": label,
+        "seed": case.seed,
+        "plain": {},
+        "engine": engine(),
+        "label": label,
         "answer": {"answer": "LATE", "seconds": 0.01, "causes": []},
-    }  # fmt: skip
+    }
     judged = judge(line["answer"], line["label"], line)
     assert not judged.right
     assert not judged.names

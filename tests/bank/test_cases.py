@@ -88,8 +88,9 @@ def test_every_trap_and_fault_says_what_is_right() -> None:
     assert expected(felt)["answers"] == ["NAMED"]
     for kind in FAULTS:
         assert expected(Case(1, "sensor", "rod", "S+D", "A", kind=kind))["answers"] == [
-            "DATA_FAULT", "NAMED",
-        ]  # fmt: skip
+            "DATA_FAULT",
+            "NAMED",
+        ]
 
 
 @pytest.mark.parametrize(("name", "values"), [
@@ -104,9 +105,7 @@ def test_the_base_takes_up_what_is_its_own(
     assert rms(sizing.left(change)) < 0.1 * rms(change)
 
 
-def test_the_base_takes_up_as_much_unbalance_as_mass_and_radius_are_unknown(
-    sizing: Sizing,
-) -> None:
+def test_the_base_takes_up_as_much_unbalance_as_mass_and_radius_are_unknown(sizing: Sizing) -> None:
     """The model knows them to 1.5 and 2.9 %; a base number goes no farther than its tolerance."""
     begin = np.zeros(sizing.columns.shape[1])
     little, much = (
@@ -137,8 +136,10 @@ def test_a_refit_on_the_floor_goes_farther_than_differences(rod: Rod) -> None:
     slippery = hop.change({"friction_level": {"share": -0.1}})
     begin = np.zeros(hop.columns.shape[1])
     left = hop.refitted(slippery, begin, renewals=4)
-    print(f"of {rms(slippery):.2f} differences leave {rms(hop.left(slippery)):.3f}, "
-          f"a refit {left:.3f} noise deviations")  # fmt: skip
+    print(
+        f"of {rms(slippery):.2f} differences leave {rms(hop.left(slippery)):.3f}, "
+        f"a refit {left:.3f} noise deviations"
+    )
     assert left < 0.3 * rms(hop.left(slippery))
     assert left < 0.02 * rms(slippery)
 
@@ -186,8 +187,10 @@ def test_a_cause_that_sets_in_late_reaches_its_size(
 
 
 def test_a_double_leaves_nothing_and_a_stranger_all(sizing: Sizing) -> None:
-    drag, tilt = (sizing.change({n: v}) for n, v in
-                  (("air_drag", {"c": 0.005}), ("camera_tilt", {"tilt": 0.01})))  # fmt: skip
+    drag, tilt = (
+        sizing.change({n: v})
+        for n, v in (("air_drag", {"c": 0.005}), ("camera_tilt", {"tilt": 0.01}))
+    )
     assert sizing.share(drag, [2 * drag]) < 1e-6
     assert sizing.share(drag, [tilt]) > 0.5
 
@@ -236,8 +239,10 @@ def test_the_twin_and_the_rod_make_the_same_runs(rod: Rod, shape: ShapeFile) -> 
 
 
 def test_a_null_is_made_twice_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    two_runs = [Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
-                Plan("b", "held_out", Course("decay", 2.0, pull=0.3))]  # fmt: skip
+    two_runs = [
+        Plan("a", "train", Course("clamped", 2.0, ramp(9.0))),
+        Plan("b", "held_out", Course("decay", 2.0, pull=0.3)),
+    ]
     monkeypatch.setattr("benchmarks.bank.make.plans", lambda *_: two_runs)
     one, two = make_case(NULL), make_case(NULL)
     assert sealed_label(one) == sealed_label(two)

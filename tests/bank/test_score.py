@@ -57,8 +57,11 @@ def test_a_single_cause_has_to_be_named_alone() -> None:
 
 def test_a_fault_of_the_data_with_a_name_is_a_name() -> None:
     tilt = label("single", {"camera_tilt": {"gap": 0.0011}})
-    tilt["expected"] = {"answers": ["NAMED", "DATA_FAULT"], "listed": ["camera_tilt"],
-                        "named": ["camera_tilt"]}  # fmt: skip
+    tilt["expected"] = {
+        "answers": ["NAMED", "DATA_FAULT"],
+        "listed": ["camera_tilt"],
+        "named": ["camera_tilt"],
+    }
     right, wrong, mute = (
         judge(answer("DATA_FAULT", *causes), tilt)
         for causes in (("camera_tilt",), ("length_scale",), ())
@@ -117,8 +120,10 @@ def test_a_name_that_is_said_not_to_be_all_is_a_name() -> None:
 
 
 def test_a_tie_is_a_set_of_both() -> None:
-    tie = {**label("tie", TRUE), "expected": {"answers": ["SET"], "listed": ["root_play", "tether"],
-                                              "named": ["root_play"]}}  # fmt: skip
+    tie = {
+        **label("tie", TRUE),
+        "expected": {"answers": ["SET"], "listed": ["root_play", "tether"], "named": ["root_play"]},
+    }
     assert judge(answer("SET", "root_play", "tether"), tie).right
     assert not judge(answer("SET", "root_play"), tie).right
     assert not judge(answer("NAMED", "root_play"), tie).right
@@ -133,8 +138,10 @@ def test_a_sensor_s_fault_may_be_told_or_named() -> None:
 
 def test_numbers_come_with_their_errors_and_intervals() -> None:
     truth = label("single", TRUE, size=3.0)
-    told = judge(answer("NAMED", "root_play", rmse_mm={"base": 2.0, "extended": 2.1},
-                        removable_removed=0.9), truth)  # fmt: skip
+    told = judge(
+        answer("NAMED", "root_play", rmse_mm={"base": 2.0, "extended": 2.1}, removable_removed=0.9),
+        truth,
+    )
     assert score("parameter error, size 3", told) == pytest.approx(0.1)
     assert score("90 % interval coverage", told) == 1.0
     assert score("removable error removed, size 3", told) == 0.9
@@ -160,8 +167,10 @@ def test_an_answer_without_verdict_is_refused() -> None:
 
 
 def test_the_page_shows_scores_confusion_and_failures() -> None:
-    judged = [judge(answer("NAMED", "tether"), label("single", TRUE)),
-              judge(answer("SET", "tether"), label("null", {}))]  # fmt: skip
+    judged = [
+        judge(answer("NAMED", "tether"), label("single", TRUE)),
+        judge(answer("SET", "tether"), label("null", {})),
+    ]
     assert confusion(judged) == {"root_play": {"tether": 1}, "null": {"SET": 1}}
     plain = {"single": [judge(answer("NAMED", "root_play"), label("single", TRUE))]}
     off = {"value": 0.01, "interval90": [0.009, 0.011], "unit": "rad"}

@@ -313,8 +313,11 @@ def test_a_link_or_pipe_in_place_of_a_file_is_named_and_never_opened(
     assert (journal_of(bundle), bundle.record.exchanges(), guardian_of(bundle)) == ([], [], [])
     assert not bundle.has_take()
     assert not bundle.series.has("track")
-    for read in (lambda: bundle.document("bench"), lambda: bundle.resolved("bench"),
-                 lambda: bundle.series.read("track")):  # fmt: skip
+    for read in (
+        lambda: bundle.document("bench"),
+        lambda: bundle.resolved("bench"),
+        lambda: bundle.series.read("track"),
+    ):
         with pytest.raises(InputError, match="is a link, and no file of the run"):
             read()
     assert listed(run) == "damaged"

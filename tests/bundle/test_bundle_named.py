@@ -13,8 +13,9 @@ from workbench.errors import InputError
 
 def test_a_run_is_found_by_path_name_number_or_part(tmp_path: Path) -> None:
     names = ("hop-17.00", "clamped-14.00", "clamped-19.00")
-    first, second, third = (make_bundle(tmp_path, n, NOW.replace(minute=k)).path
-                            for k, n in enumerate(names))  # fmt: skip
+    first, second, third = (
+        make_bundle(tmp_path, n, NOW.replace(minute=k)).path for k, n in enumerate(names)
+    )
     for word in (str(first), first.name, "1", "hop"):
         assert run_named(Path(word), tmp_path) == first
     assert run_named(Path("CLAMPED-14"), tmp_path) == second

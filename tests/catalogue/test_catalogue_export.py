@@ -51,8 +51,9 @@ def test_bundles_arrive_whole_and_everything_has_a_checksum(runs: list[Path], fo
         assert verify(folder / "bundles" / run.name) == []
         here = {p.relative_to(run): p.read_bytes() for p in run.rglob("*") if p.is_file()}
         there = folder / "bundles" / run.name
-        assert here == {p.relative_to(there): p.read_bytes()
-                        for p in there.rglob("*") if p.is_file()}  # fmt: skip
+        assert here == {
+            p.relative_to(there): p.read_bytes() for p in there.rglob("*") if p.is_file()
+        }
     named = {line.split("  ", 1)[1] for line in (folder / "checksums.txt").read_text().splitlines()}
     held = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     assert held == named | {"checksums.txt"}
@@ -81,8 +82,10 @@ def test_the_overview_has_a_line_a_run_oldest_first(runs: list[Path], folder: Pa
     assert second["title"] == 'Hop, "18"'
     assert first["distance of the twin [m]"] == "0.248"
     assert (first["verdict"], first["tags"], first["notes"]) == (
-        "good", "paper", "die Folie löst sich",
-    )  # fmt: skip
+        "good",
+        "paper",
+        "die Folie löst sich",
+    )
 
 
 def test_mat_reads_back_equal_with_units(runs: list[Path], folder: Path) -> None:
@@ -93,8 +96,10 @@ def test_mat_reads_back_equal_with_units(runs: list[Path], folder: Path) -> None
             seen = np.where(series.validity(column), series[column], np.nan)
             assert np.array_equal(run[name][column], seen, equal_nan=True)
     assert run["measured"]["units"] == {
-        "time_s": "s", "foot_x_m": "m", "rotor_speed_rad_s": "rad/s",
-    }  # fmt: skip
+        "time_s": "s",
+        "foot_x_m": "m",
+        "rotor_speed_rad_s": "rad/s",
+    }
     assert (run["title"], run["verdict"], run["speed_rad_s"]) == ("Hop at 17 rad/s", "good", 16.988)
     assert json.loads(run["manifest"])["twin"]["distance_m"] == 0.248
 
@@ -119,8 +124,11 @@ def test_octave_reads_it_too(runs: list[Path], folder: Path, tmp_path: Path) -> 
     shutil.copy(folder / "mat" / f"{runs[1].name}.mat", tmp_path / "run.mat")
     done = subprocess.run(
         [octave, "--no-gui", "--norc", "--quiet", "--eval", OCTAVE],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert done.stdout.strip() == "equal", done.stderr
 
 
@@ -165,8 +173,9 @@ def test_a_zip_is_the_same_byte_for_byte_whenever_it_is_made(
     with zipfile.ZipFile(first.target) as archive:
         assert archive.testzip() is None
         packed = {name: archive.read(name) for name in archive.namelist()}
-    unpacked = {p.relative_to(folder).as_posix(): p.read_bytes()
-                for p in folder.rglob("*") if p.is_file()}  # fmt: skip
+    unpacked = {
+        p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()
+    }
     assert packed == unpacked
 
 

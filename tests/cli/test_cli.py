@@ -353,7 +353,8 @@ def test_a_dry_run_of_a_resume_tells_what_is_skipped_and_made(
     assert not made.is_closed()
     found = workbench(*words, "--json").json
     assert found["resume"] == {
-        "experiment": "e", "skipped": [1],
+        "experiment": "e",
+        "skipped": [1],
         "made": [{"number": 2, "attempt": 2}, {"number": 3, "attempt": 1}],
-    }  # fmt: skip
+    }
     assert [run["number"] for run in found["runs"]] == [2, 3]

@@ -58,8 +58,9 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     assert ended.exit_code == 0, ended.output
     found = json.loads(ended.stdout)
     assert [(one["round"], one["answer"]) for one in found["rounds"]] == [
-        (1, "CLEAN"), (2, "NAMED"),
-    ]  # fmt: skip
+        (1, "CLEAN"),
+        (2, "NAMED"),
+    ]
     assert "CLEAN: nothing is left above the noise" in ended.stderr
     first = found["rounds"][0]
     assert first["minutes"] == pytest.approx((3 * (1 + 3 + 90) + 180) / 60)

@@ -62,8 +62,11 @@ def test_a_verb_that_is_none_is_answered_with_the_nearest(workbench: Command) ->
     ],
 )
 def test_completion_goes_down_to_the_options_of_a_verb(words: str, offered: set[str]) -> None:
-    asked = {"_WORKBENCH_COMPLETE": "complete_bash", "COMP_WORDS": words,
-             "COMP_CWORD": str(len(words.split()) - 1)}  # fmt: skip
+    asked = {
+        "_WORKBENCH_COMPLETE": "complete_bash",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split()) - 1),
+    }
     text = "import sys; sys.argv = ['workbench']; from workbench.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", text], env=os.environ | asked, capture_output=True, text=True

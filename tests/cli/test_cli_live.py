@@ -61,9 +61,12 @@ def test_ctrl_c_ends_the_recording_and_keeps_it(
     with StubServer(sent) as server:
         process = subprocess.Popen(
             [*main, "live", "--command-port", str(server.port), "--out", str(out)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=root,
             env=os.environ | {"NO_COLOR": "1"},
-        )  # fmt: skip
+        )
         try:
             assert process.stderr is not None
             assert "Ctrl-C ends it" in process.stderr.readline()

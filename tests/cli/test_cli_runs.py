@@ -55,12 +55,17 @@ def test_json_holds_what_it_held_and_what_people_said(workbench: Command, runs: 
     (run,) = found["runs"]
     assert run["bundle"] == str(runs / "2026-03-12_101500_hop-16.99")
     assert (run["status"], run["mode"], run["role"], run["number"]) == (
-        "complete", "hop", "train", 1,
-    )  # fmt: skip
+        "complete",
+        "hop",
+        "train",
+        1,
+    )
     assert run["real"]["distance_m"] == 0.213
     assert (run["verdict"], run["tags"], run["notes"]) == (
-        "good", ["paper", "fig-4"], ["the tape came loose"],
-    )  # fmt: skip
+        "good",
+        ["paper", "fig-4"],
+        ["the tape came loose"],
+    )
     (note,) = read_remarks(Path(run["bundle"])).notes
     assert note.who == "Grace"
     assert workbench("runs", "verify", "1", "2").code == 0

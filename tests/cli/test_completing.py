@@ -49,17 +49,22 @@ def test_bash_completes_verbs_files_and_runs_once_it_is_installed(desk: Path) ->
     program.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{MAIN}" "$@"\n')
     program.chmod(0o755)
     here = os.environ | {
-        "HOME": str(desk), "PATH": f"{program.parent}:{os.environ['PATH']}",
-        "PYTHONPATH": str(ROOT), "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
-    }  # fmt: skip
+        "HOME": str(desk),
+        "PATH": f"{program.parent}:{os.environ['PATH']}",
+        "PYTHONPATH": str(ROOT),
+        "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1",
+    }
     installed = subprocess.run(
         [program, "--install-completion", "bash"], env=here, capture_output=True, text=True
     )
     assert installed.returncode == 0, installed.stderr
     assert "workbench" in (desk / ".bashrc").read_text()
-    asked = [("workbench", "cali"), ("workbench", "run", "protocols/hop-1"),
-             ("workbench", "review", "2026-11-20"),
-             ("workbench", "runs", "show", "2026-11-21")]  # fmt: skip
+    asked = [
+        ("workbench", "cali"),
+        ("workbench", "run", "protocols/hop-1"),
+        ("workbench", "review", "2026-11-20"),
+        ("workbench", "runs", "show", "2026-11-21"),
+    ]
     script = "shopt -s expand_aliases; source ~/.bashrc\n" + "\n".join(
         f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; COMPREPLY=(); "
         '_workbench_completion workbench; echo "${COMPREPLY[@]}"'
@@ -69,6 +74,8 @@ def test_bash_completes_verbs_files_and_runs_once_it_is_installed(desk: Path) ->
         ["bash", "-c", script], env=here, cwd=desk, capture_output=True, text=True, timeout=120
     )
     assert done.stdout.splitlines() == [
-        "calibrate", "protocols/hop-17.yaml", "2026-11-20_100000_hop-17",
+        "calibrate",
+        "protocols/hop-17.yaml",
+        "2026-11-20_100000_hop-17",
         "2026-11-21_100000_hop-18",
-    ], done.stderr  # fmt: skip
+    ], done.stderr

@@ -26,9 +26,12 @@ class Terminal:
         self.now = 100.0
         self.file = io.StringIO()
         console = Console(
-            file=self.file, force_terminal=interactive, force_interactive=interactive, width=100,
+            file=self.file,
+            force_terminal=interactive,
+            force_interactive=interactive,
+            width=100,
             highlight=False,
-        )  # fmt: skip
+        )
         self._console = Console(width=100)
         self.stages = ProgressLine(console, lambda: self.now)
 
@@ -112,11 +115,7 @@ def test_what_follows_two_dashes_is_no_option(workbench: Command) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
 @pytest.mark.parametrize(
     ("words", "variables", "coloured"),
-    [
-        ([], {}, True),
-        (["--no-color"], {}, False),
-        ([], {"TERM": "dumb"}, False),
-    ],
+    [([], {}, True), (["--no-color"], {}, False), ([], {"TERM": "dumb"}, False)],
     ids=["as it is", "--no-color", "TERM=dumb"],
 )
 def test_colours_on_a_terminal_until_they_are_refused(

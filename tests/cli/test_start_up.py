@@ -21,10 +21,12 @@ ENGINE = {"mujoco", "numba"}
 DRAWING = {"rerun", "matplotlib", "jinja2", "PIL"}
 BUDGETS = (
     (set[str](), "run ingest live panel schema doctor runs supply"),
-    (ENGINE, "calibrate identify resonances simulate modes diagnose investigate review optimize "
-             "thesis"),
+    (
+        ENGINE,
+        "calibrate identify resonances simulate modes diagnose investigate review optimize thesis",
+    ),
     (ENGINE | {"PIL", "ezdxf", "reportlab"}, "template"),
-)  # fmt: skip
+)
 """Heavy libraries that the help of these verbs may load."""
 
 ASK = """\
@@ -42,8 +44,11 @@ def loaded(call: str, cwd: Path) -> set[str]:
     """Return which heavy libraries a new interpreter has loaded after a call."""
     done = subprocess.run(
         [sys.executable, "-c", ASK.format(call=call, heavy=sorted(HEAVY))],
-        cwd=cwd, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 
@@ -93,6 +98,9 @@ def test_the_force_laws_are_compiled_when_a_robot_is_built(tmp_path: Path) -> No
     call = "import workbench.sim.passive as p; sys.exit() if not p._kept else print('compiled')"
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; {call}"],
-        cwd=tmp_path, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout == ""

@@ -10,16 +10,7 @@ from workbench.design import GOALS, PENALTY, Hop, Objective, Problem, goal_named
 from workbench.design.stability import centre_of_mass
 from workbench.errors import InputError
 from workbench.motion import summarize
-from workbench.sim import (
-    Condition,
-    Fanout,
-    Robot,
-    applied,
-    gait,
-    sample_times,
-    settle,
-    simulate,
-)
+from workbench.sim import Condition, Fanout, Robot, applied, gait, sample_times, settle, simulate
 
 
 @pytest.fixture(scope="module")

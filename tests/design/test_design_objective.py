@@ -68,9 +68,7 @@ def test_a_fall_is_a_penalty_that_says_when(changed: Callable[..., Problem]) -> 
     assert re.fullmatch(r"the robot fell: T came below 0.05 m after 1.\d+ s", found.failure)
 
 
-def test_a_varied_number_changes_the_robot_and_the_speed(
-    changed: Callable[..., Problem],
-) -> None:
+def test_a_varied_number_changes_the_robot_and_the_speed(changed: Callable[..., Problem]) -> None:
     varied = (Varied("omega", 15.0, 21.0), Varied("rotor_mass", 0.02, 0.05))
     wider = changed(varied=varied)
     candidate = other(wider, omega=19.0, rotor_mass=0.04)

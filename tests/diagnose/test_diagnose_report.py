@@ -38,8 +38,9 @@ TITLES = {
 }
 NOWHERE: Any = SimpleNamespace(
     estimator=SimpleNamespace(system=object(), noise={"beam": 1e-4}),
-    names=(), blocks=(np.ones(4), np.ones(4)),
-)  # fmt: skip
+    names=(),
+    blocks=(np.ones(4), np.ones(4)),
+)
 """A base of another rig: nothing is told of a missing force."""
 
 

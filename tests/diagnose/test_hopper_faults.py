@@ -90,8 +90,9 @@ def disturbed(run: MeasuredRun, noise: float, seed: int) -> MeasuredRun:
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_noise_gaps_and_glitches_are_no_fault(clamped: Runs, free: Runs, noise: float) -> None:
     for seed, runs in enumerate((clamped, clamped, clamped, free)):
-        rough = {name: disturbed(run, noise, 10 * seed + k)
-                 for k, (name, run) in enumerate(runs.items())}  # fmt: skip
+        rough = {
+            name: disturbed(run, noise, 10 * seed + k) for k, (name, run) in enumerate(runs.items())
+        }
         assert faults(rough) == []
 
 
@@ -105,9 +106,9 @@ def still(run: MeasuredRun) -> MeasuredRun:
     index = np.arange(len(run.motion)) % int((run.motion.times < 0).sum())
     motion = run.motion
     return replace(
-        run, motion=TimeSeries(motion.times, motion.values[index], motion.names,
-                               motion.valid[index])
-    )  # fmt: skip
+        run,
+        motion=TimeSeries(motion.times, motion.values[index], motion.names, motion.valid[index]),
+    )
 
 
 def backwards(run: MeasuredRun) -> MeasuredRun:

@@ -26,11 +26,13 @@ def test_the_loop_ends_when_the_budget_does() -> None:
 
 def test_the_loop_ends_where_nothing_is_proposed() -> None:
     for kind, words in (
-        ("DATA_FAULT", "the data are at fault: mend what the diagnosis tells, before more runs "
-         "are made"),
+        (
+            "DATA_FAULT",
+            "the data are at fault: mend what the diagnosis tells, before more runs are made",
+        ),
         ("SET", "no run that this bench can make tells apart what is left"),
         ("CLEAN", "nothing is left to find"),
-    ):  # fmt: skip
+    ):
         made: list[Proposal] = []
         turns = list(investigate(None, made.append, lambda number, k=kind: (found(k), None), 30.0))
         assert made == []

@@ -291,8 +291,11 @@ def test_a_system_frees_exactly_what_is_asked(plain: Path) -> None:
     assert rig.names == ("high", "low", "middle")
     assert rig.roles == ("train", "train", "held_out")
     assert [path.name for path in rig.files.values()] == [
-        "model.xml", "high.csv", "low.csv", "middle.csv",
-    ]  # fmt: skip
+        "model.xml",
+        "high.csv",
+        "low.csv",
+        "middle.csv",
+    ]
 
 
 def test_noise_is_what_the_file_states_or_what_the_training_runs_show(
@@ -508,9 +511,9 @@ def test_a_model_that_cannot_be_used_is_told_in_words(
     with pytest.raises(InputError, match=r"bad\.xml: MuJoCo refuses it: "):
         load_mechanism(rig_file(("model.xml", "bad.xml")))
     ball = PENDULUM.format(friction=0).replace(
-        "</worldbody>", "<body name='top'><joint name='hip' type='ball'/><geom size='.1'/></body>"
         "</worldbody>",
-    )  # fmt: skip
+        "<body name='top'><joint name='hip' type='ball'/><geom size='.1'/></body></worldbody>",
+    )
     (plain.parent / "ball.xml").write_text(ball)
     with pytest.raises(InputError, match=r"ball\.xml: joint 'hip' of body 'top' is a ball joint"):
         load_mechanism(rig_file(("model.xml", "ball.xml")))

@@ -22,9 +22,7 @@ TRIALS = (
     Trial("clamped", 13.0, 8.0, 2.0),
     Trial("hop", 17.0, 8.0, 2.0),
 )
-PROPOSAL = Proposal(
-    TRIALS, 12.4, (Separation("air_drag", "root_play", 6.3, 0.93),), 0.93
-)  # fmt: skip
+PROPOSAL = Proposal(TRIALS, 12.4, (Separation("air_drag", "root_play", 6.3, 0.93),), 0.93)
 
 
 def test_the_file_is_a_protocol_that_the_bench_carries_out_as_proposed(tmp_path: Path) -> None:
@@ -36,13 +34,13 @@ def test_the_file_is_a_protocol_that_the_bench_carries_out_as_proposed(tmp_path:
     lab = load_bench("virtual").content
     plan = make_plan(read, lab, make_bench(lab).voltage_step)
     # speeds are those of the nearest voltage that the supply can set
-    told = {
-        (run.mode, run.action.name, run.rest, run.duration, run.role) for run in plan.runs
-    }  # fmt: skip
+    told = {(run.mode, run.action.name, run.rest, run.duration, run.role) for run in plan.runs}
     assert told == {
-        ("clamped", "12.98", 2.0, 8.0, "train"), ("hop", "16.99", 2.0, 8.0, "train"),
-        ("decay", "0.4N", 2.0, 8.0, "train"), ("drop", "20mm", 2.0, 8.0, "train"),
-    }  # fmt: skip
+        ("clamped", "12.98", 2.0, 8.0, "train"),
+        ("hop", "16.99", 2.0, 8.0, "train"),
+        ("decay", "0.4N", 2.0, 8.0, "train"),
+        ("drop", "20mm", 2.0, 8.0, "train"),
+    }
     prompts = [item.text for item in plan.items if isinstance(item, PlannedPrompt)]
     assert prompts[0].startswith("Clamp the foot")
 

@@ -64,8 +64,9 @@ def test_the_run_that_separates_is_chosen(rig: HopperRig) -> None:
     assert found.chance > 0.9
     assert found.minutes == minutes_of([STRONG, STRONG])  # one run names no cause
     assert {(one.truth, one.rival) for one in found.separations} == {
-        (CUBIC[0], DAMPING[0]), (DAMPING[0], CUBIC[0]),
-    }  # fmt: skip
+        (CUBIC[0], DAMPING[0]),
+        (DAMPING[0], CUBIC[0]),
+    }
 
 
 def test_a_menu_without_a_run_that_tells_gives_none(rig: HopperRig) -> None:
@@ -80,15 +81,14 @@ def test_what_a_rival_may_imitate_separates_nothing(rig: HopperRig) -> None:
     softer = left(rig, "hinge_stiffness", {"hinge_stiffness": 9.3})
     held, free = (left(rig, "", {}, known=known) for known in (1e6, 1e-2))
     # the base costs more by what would not be rejected, or nothing remained to be told
-    told = [
-        proposed(rig, [softer, replace(one, cost=10.0)], [STRONG]) for one in (held, free)
-    ]  # fmt: skip
+    told = [proposed(rig, [softer, replace(one, cost=10.0)], [STRONG]) for one in (held, free)]
     assert told[0] is not None
     assert told[1] is not None
     apart = [
         next(s.distance for s in one.separations if s.rival == "none of them")
-        for one in told if one is not None
-    ]  # fmt: skip
+        for one in told
+        if one is not None
+    ]
     assert apart[0] > 20
     assert apart[1] < 1
 
@@ -102,10 +102,13 @@ def test_the_loop_ends_with_the_answer_of_this_diagnosis() -> None:
     for kind, names, words in (
         ("NAMED", ["root_play"], "one cause stands"),
         ("NAMED", ["root_play", "speed_scale"], "one pair of causes stands"),
-        ("SET", ["root_play", "air_drag"],
-         "no run that this bench can make tells apart what is left"),
+        (
+            "SET",
+            ["root_play", "air_drag"],
+            "no run that this bench can make tells apart what is left",
+        ),
         ("CLEAN", [], "nothing is left to find"),
-    ):  # fmt: skip
+    ):
         found = object.__new__(Diagnosis)
         vars(found).update(kind=kind, causes=tuple(cause(one, "share", 0.1, 0.01) for one in names))
         turns = list(investigate(None, lambda job: None, lambda n, one=found: (one, None), 30.0))

@@ -165,8 +165,7 @@ def test_a_folder_that_cannot_be_written_and_a_disk_that_is_full_fail(
 
 
 @pytest.mark.parametrize(
-    ("off", "words"),
-    [(-3600.0, "are stamped -3600 s"), (+3600.0, "are stamped +3600 s")],
+    ("off", "words"), [(-3600.0, "are stamped -3600 s"), (+3600.0, "are stamped +3600 s")]
 )
 def test_a_disk_whose_times_are_not_the_clock_s_fails(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, off: float, words: str

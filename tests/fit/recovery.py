@@ -35,14 +35,17 @@ def fitted(
     estimator = Estimator.of(system, vector, noise, threads=1)
     at = np.broadcast_to(start, len(vector))
     derivatives: Any = estimator.jacobian
-    x = least_squares(estimator.residuals, at, derivatives, bounds=vector.bounds,
-                      xtol=tolerance, ftol=tolerance).x  # fmt: skip
+    x = least_squares(
+        estimator.residuals, at, derivatives, bounds=vector.bounds, xtol=tolerance, ftol=tolerance
+    ).x
     return {p.name: value for p, value in vector.values(x).items()}, x, estimator
 
 
 def ratios(estimator: Estimator, x: Array) -> Array:
     """Return the root mean square of each run's whitened innovations, of the channels seen."""
     return np.array(
-        [np.sqrt(np.mean(one.white[np.isfinite(one.error)] ** 2)) for one in
-         estimator.innovations(x)]
-    )  # fmt: skip
+        [
+            np.sqrt(np.mean(one.white[np.isfinite(one.error)] ** 2))
+            for one in estimator.innovations(x)
+        ]
+    )

@@ -62,8 +62,11 @@ def fitted() -> Fit:
 def test_a_far_start_ends_at_the_truth_within_its_intervals() -> None:
     fit = fitted()
     found = {p.name: one for p, one in intervals(fit, covariance(fit)).items()}
-    for name, key in (("pivot damping", "damping"), ("pivot frictionloss", "friction"),
-                      ("pivot stiffness", "stiffness")):  # fmt: skip
+    for name, key in (
+        ("pivot damping", "damping"),
+        ("pivot frictionloss", "friction"),
+        ("pivot stiffness", "stiffness"),
+    ):
         one = found[name]
         assert one.value == pytest.approx(TRUTH[key], rel=0.05)
         assert one.low < TRUTH[key] < one.high
@@ -88,8 +91,11 @@ def test_two_numbers_that_act_together_are_said_to() -> None:
     start = JointStart.seen(times, x, 1e-4)
     run = MjcfRun("release", times, x[:, None], {"rail": start})
     channel = Channel("x", "position", "rail", sigma=1e-4)
-    free = [Free("mass", "cart", 0.3, flat=True), Free("stiffness", "rail", 10.0, flat=True),
-            Free("damping", "rail", 0.1, flat=True)]  # fmt: skip
+    free = [
+        Free("mass", "cart", 0.3, flat=True),
+        Free("stiffness", "rail", 10.0, flat=True),
+        Free("damping", "rail", 0.1, flat=True),
+    ]
     system = MjcfSystem(spec, [channel], [run], (), free)
     fit = fit_system(system, ParameterVector(system.parameters), threads=1)
     (open_,) = undetermined(fit.vector, covariance(fit).information)

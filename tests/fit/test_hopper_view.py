@@ -15,10 +15,7 @@ SENSORS = {
     "length_scale": ("share", "1", 0.05),
     "marker_offset": ("forward", "m", 0.008),
 }
-COURSES = {
-    "clamped": Course("clamped", 1.5, ramp(9.0)),
-    "decay": Course("decay", 1.5, pull=0.6),
-}
+COURSES = {"clamped": Course("clamped", 1.5, ramp(9.0)), "decay": Course("decay", 1.5, pull=0.6)}
 
 
 @pytest.mark.parametrize("angle", [0.3, 2.0, 5.5])

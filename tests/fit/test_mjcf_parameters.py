@@ -57,18 +57,21 @@ def moved(
         force -= quadratic * x[1] * abs(x[1]) + friction * np.tanh(x[1] / 1e-4)
         return [x[1], force / 0.5 - GRAVITY * np.sin(tilt), (command - x[2]) / lag if lag else 0.0]
 
-    return solve_ivp(rates, (0, 4), (pulled, 0, 0), "LSODA", TIMES, rtol=1e-9, atol=1e-11,
-                     max_step=0.003).y[0]  # fmt: skip
+    return solve_ivp(
+        rates, (0, 4), (pulled, 0, 0), "LSODA", TIMES, rtol=1e-9, atol=1e-11, max_step=0.003
+    ).y[0]
 
 
 def cart(places: Array, free: list[Free], pulled: float = 0.0, late: float = 0.0) -> MjcfSystem:
     values = places + noise_like(places, PLACE_NOISE, np.random.default_rng(3))
     force = np.zeros_like(STAMPS) if pulled else sweep(STAMPS)
-    run = MjcfRun("run", TIMES, values[:, None], {"rail": JointStart(pulled)}, STAMPS,
-                  force[:, None], late)  # fmt: skip
+    run = MjcfRun(
+        "run", TIMES, values[:, None], {"rail": JointStart(pulled)}, STAMPS, force[:, None], late
+    )
     channels = [Channel("place", "position", "rail", sigma=PLACE_NOISE)]
-    return MjcfSystem(mujoco.MjSpec.from_string(CART), channels, [run], [Input("force", "coil")],
-                      free)  # fmt: skip
+    return MjcfSystem(
+        mujoco.MjSpec.from_string(CART), channels, [run], [Input("force", "coil")], free
+    )
 
 
 CANDIDATES = [
@@ -101,8 +104,11 @@ def test_a_candidate_that_is_not_there_stays_at_zero(free, truth, size, within):
 
 def test_scale_offset_and_delay_of_a_sensor_are_recovered():
     places = np.interp(TIMES - 0.003, TIMES, moved()) * 1.03 + 2e-3
-    free = [Free("offset", "place", 1e-3), Free("scale", "place", 0.02),
-            Free("delay", "place", 0.005)]  # fmt: skip
+    free = [
+        Free("offset", "place", 1e-3),
+        Free("scale", "place", 0.02),
+        Free("delay", "place", 0.005),
+    ]
     values, _, _ = fitted(cart(places, free), {SLIDES: 3e-4})
     assert values["place offset"] == pytest.approx(2e-3, abs=5e-5)
     assert values["place scale"] == pytest.approx(0.03, abs=3e-3)
@@ -199,8 +205,10 @@ def test_parameters_say_what_they_are():
     assert (damping.unit, damping.nominal, damping.positive) == ("N s/m", 0.5, True)
     assert (friction.unit, friction.nominal, friction.low) == ("N", 0.0, 0.0)
     assert (friction.scope, lag.acts, offset.acts) == (
-        Scope.CANDIDATE, Acts.DRIVE, Acts.OBSERVATION
-    )  # fmt: skip
+        Scope.CANDIDATE,
+        Acts.DRIVE,
+        Acts.OBSERVATION,
+    )
     assert (offset.unit, offset.flat) == ("m", True)
 
 

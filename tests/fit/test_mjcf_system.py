@@ -57,8 +57,9 @@ def swung(times: Array, torque: Force, start: tuple[float, float]) -> Array:
         moment -= TRUTH["damping"] * x[1] + TRUTH["friction"] * np.tanh(x[1] / 2e-4)
         return [x[1], moment / inertia]
 
-    found = solve_ivp(rates, (0, times[-1]), start, "LSODA", times, rtol=1e-9, atol=1e-11,
-                      max_step=0.01)  # fmt: skip
+    found = solve_ivp(
+        rates, (0, times[-1]), start, "LSODA", times, rtol=1e-9, atol=1e-11, max_step=0.01
+    )
     return found.y[0]
 
 
@@ -162,8 +163,7 @@ def reached(times: Array, torque: Force, start: tuple[float, ...]) -> Array:
         lower -= GRAVITY * m2 * c2 * np.sin(a + b)
         return [va, vb, *np.linalg.solve([[m11, m12], [m12, both]], [upper, lower])]
 
-    a, b, va, _ = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-10,
-                            atol=1e-12).y  # fmt: skip
+    a, b, va, _ = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-10, atol=1e-12).y
     x = -0.3 * np.sin(a) - 0.25 * np.sin(a + b)
     return np.column_stack([x, -0.3 * np.cos(a) - 0.25 * np.cos(a + b), va])
 
@@ -220,10 +220,13 @@ def test_a_speed_that_is_seen_makes_the_observer_surer_of_speeds(arm_runs):
     runs = [replace(run, values=v) for run, v in zip(arm_runs, places, strict=True)]
     without = MjcfSystem(with_speed.spec, ARM_CHANNELS[:2], runs, [Input("torque", "motor")])
     rates = [
-        np.trace(stationary(s.modes(0), s.process(0, {HINGES: 1e-3}), s.sigma(0), s.sample_s)
-                 .covariance[2:, 2:])
+        np.trace(
+            stationary(s.modes(0), s.process(0, {HINGES: 1e-3}), s.sigma(0), s.sample_s).covariance[
+                2:, 2:
+            ]
+        )
         for s in (with_speed, without)
-    ]  # fmt: skip
+    ]
     assert rates[0] < 0.9 * rates[1]
 
 

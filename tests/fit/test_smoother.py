@@ -132,8 +132,7 @@ def test_a_gap_leaves_more_uncertain() -> None:
 def test_1200_samples_of_six_modes_take_less_than_a_tenth_of_a_second() -> None:
     rng = np.random.default_rng(0)
     basis = np.linalg.qr(rng.standard_normal((20, 6)))[0]
-    modes = Modes(basis, np.diag(np.geomspace(1, 1e4, 6)), np.eye(6),
-                  rng.standard_normal((4, 6)))  # fmt: skip
+    modes = Modes(basis, np.diag(np.geomspace(1, 1e4, 6)), np.eye(6), rng.standard_normal((4, 6)))
     process, sigma = np.full(20, 1e-3), np.full(4, 2e-4)
     gain = stationary(modes, process, sigma, DT)
     run = Innovations(1e-4 * rng.standard_normal((1200, 4)), np.zeros((1200, 4)), np.zeros(1200),

@@ -167,8 +167,7 @@ def test_an_output_switched_on_by_hand_is_lowered_before_it_is_used(
 
 @each_family
 @pytest.mark.parametrize(
-    ("fault", "words"),
-    [(Fault.TIMES_TEN, r"measures \d+"), (Fault.A_TENTH, r"measures 0\.\d+")],
+    ("fault", "words"), [(Fault.TIMES_TEN, r"measures \d+"), (Fault.A_TENTH, r"measures 0\.\d+")]
 )
 def test_a_factor_of_ten_switches_off_at_once(
     clock: SimulatedClock, name: str, fault: Fault, words: str

@@ -52,9 +52,7 @@ def test_no_wrong_reading_is_accepted_at_full_length(model: str) -> None:
     none_is_wrong(model, FULL)
 
 
-def test_the_count_notices_a_channel_that_was_not_selected(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_count_notices_a_channel_that_was_not_selected(monkeypatch: pytest.MonkeyPatch) -> None:
     never = property(lambda line: "", lambda line, command: None)
     monkeypatch.setattr("workbench.hw.line.Line.selection", never)
     assert wire.read_supply("HMP4040", 100).wrong > 10

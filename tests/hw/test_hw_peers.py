@@ -251,9 +251,7 @@ def test_our_driver_runs_against_a_libmodbus_server(tmp_path: Path) -> None:
     with (
         program(server, str(port)),
         open_supply(
-            Connection("tcp", f"127.0.0.1:{port}"),
-            clock=SystemClock(),
-            wire_log=lambda line: None,
+            Connection("tcp", f"127.0.0.1:{port}"), clock=SystemClock(), wire_log=lambda line: None
         ) as supply,
     ):
         ready = prepare(supply, LOW, model="RD6006", serial="00004711")

@@ -23,8 +23,10 @@ ARM_M = 0.035
 
 def changed(**values: float) -> ModelFile:
     """Return the thesis' model with other values."""
-    own = {name: getattr(MODEL.parameters, name).model_copy(update={"value": value})
-           for name, value in values.items()}  # fmt: skip
+    own = {
+        name: getattr(MODEL.parameters, name).model_copy(update={"value": value})
+        for name, value in values.items()
+    }
     parameters = MODEL.parameters.model_copy(update=own)
     return MODEL.model_copy(update={"parameters": parameters})
 
@@ -36,8 +38,9 @@ def driven(
     steps = ((0.0, omega),)
     command = commanded_speed(sample_times(seconds), steps, 1.0, LAG_S)
     condition = Condition("hop" if mode == "hop" else "clamped", command, rest=REST_S)
-    return MeasuredRun(f"{mode}_{omega:g}", condition.mode, seen(model, condition),
-                       steps, role=role)  # fmt: skip
+    return MeasuredRun(
+        f"{mode}_{omega:g}", condition.mode, seen(model, condition), steps, role=role
+    )
 
 
 def dropped(model: ModelFile, height: float, seconds: float, role: str = "train") -> MeasuredRun:

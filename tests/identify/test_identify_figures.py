@@ -34,12 +34,7 @@ from workbench.identify.figures import (
     figure_4_5,
     sweep_figure,
 )
-from workbench.identify.pairs import (
-    Pair,
-    fitted_pairs,
-    frequency_surface,
-    simulated_pair,
-)
+from workbench.identify.pairs import Pair, fitted_pairs, frequency_surface, simulated_pair
 from workbench.motion import FOOT, TOP
 from workbench.protocol import load_model, load_shape
 from workbench.review import palette

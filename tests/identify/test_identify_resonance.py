@@ -158,9 +158,11 @@ def test_peaks_are_the_oscillators_and_have_the_thesis_names(
 ) -> None:
     peaks = list(find_peaks(measured))
     assert [(p.direction, p.oscillation) for p in peaks] == [
-        ("up", "torsional"), ("up", "longitudinal"),
-        ("down", "torsional"), ("down", "longitudinal"),
-    ]  # fmt: skip
+        ("up", "torsional"),
+        ("up", "longitudinal"),
+        ("down", "torsional"),
+        ("down", "longitudinal"),
+    ]
     for peak, mode in zip(peaks, (SWAY, BOUNCE) * 2, strict=True):
         assert peak.fitted
         assert peak.speed == pytest.approx(mode.w0, rel=0.01)
@@ -246,8 +248,11 @@ def lines_of(noise: float, seed: int) -> NDArray[np.float64]:
     rng = np.random.default_rng(seed)
     x = 0.02 * np.cos(2 * np.pi * 1.31 * t) + 0.004 * np.cos(2 * np.pi * 3.2 * t)
     z = 0.006 * np.sin(2 * np.pi * 1.31 * t) + 0.012 * np.cos(2 * np.pi * 3.2 * t)
-    columns = {TOP[0]: x + rng.normal(0, noise, len(t)), TOP[1]: 0 * t,
-               TOP[2]: z + rng.normal(0, noise, len(t))}  # fmt: skip
+    columns = {
+        TOP[0]: x + rng.normal(0, noise, len(t)),
+        TOP[1]: 0 * t,
+        TOP[2]: z + rng.normal(0, noise, len(t)),
+    }
     found = spectrum(MeasuredRun("steady", "decay", TimeSeries.of(t, columns)))
     assert [line.oscillation for line in found.lines[:2]] == ["torsional", "longitudinal"]
     assert found.lines[0].amplitude == pytest.approx((0.02, 0.006), rel=0.02, abs=3 * noise)
@@ -271,8 +276,9 @@ def test_the_rotor_s_own_line_and_an_overtone_have_their_names() -> None:
     x = 0.02 * np.cos(10 * t) + 0.003 * np.cos(20 * t)
     bent = TimeSeries.of(t, {TOP[0]: x, TOP[1]: 0 * t, TOP[2]: 0 * t})
     assert [line.name for line in spectrum(MeasuredRun("bent", "decay", bent)).lines] == [
-        "torsional", "overtone",
-    ]  # fmt: skip
+        "torsional",
+        "overtone",
+    ]
 
 
 def test_no_run_that_can_be_looked_at_is_an_error_that_says_why() -> None:

@@ -28,11 +28,13 @@ def run(angle: Angle, seed: int = 0, tilt: float = 0.0, mode: str = "clamped") -
         angle(np.maximum(t, 0)) + swing + 0.3 * swing**2 + rng.normal(0, NOISE_M / ARM_M, len(t))
     )
     columns = {
-        FOOT[0]: np.zeros_like(t), FOOT[2]: np.zeros_like(t), PITCH: np.zeros_like(t),
+        FOOT[0]: np.zeros_like(t),
+        FOOT[2]: np.zeros_like(t),
+        PITCH: np.zeros_like(t),
         TOP[0]: x + rng.normal(0, NOISE_M, len(t)),
         TOP[2]: 0.4 - x**2 + rng.normal(0, NOISE_M, len(t)),
         ROTOR_ANGLE: world,
-    }  # fmt: skip
+    }
     steps = ((0.0, 10.0), (10.0, 0.0))
     return MeasuredRun("made", mode, TimeSeries.of(t, columns), steps)  # type: ignore[arg-type]
 

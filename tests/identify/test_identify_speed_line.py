@@ -19,10 +19,7 @@ OWN = 0.005
 
 
 def points(
-    rng: np.random.Generator,
-    *,
-    bend: float = 0.0,
-    scatter: float = SCATTER,
+    rng: np.random.Generator, *, bend: float = 0.0, scatter: float = SCATTER
 ) -> list[SpeedPoint]:
     """Runs in random order, six minutes apart; own errors differ threefold; bent by rad/s."""
     volts = VOLTS

@@ -26,8 +26,9 @@ def run(name: str, checkpoint: Path | None, pause: float) -> History:
         return objective(candidates)
 
     penalty = (102.0,) * algorithm.goals
-    return search("ridges", algorithm, slowly, evaluations=EVALUATIONS, penalty=penalty,
-                  checkpoint=checkpoint)  # fmt: skip
+    return search(
+        "ridges", algorithm, slowly, evaluations=EVALUATIONS, penalty=penalty, checkpoint=checkpoint
+    )
 
 
 if __name__ == "__main__":

@@ -75,8 +75,9 @@ def test_equal_fitness_is_due_the_same() -> None:
 
 def test_the_roulette_s_wheel_has_sections_of_the_worth() -> None:
     drawn = roulette(np.random.default_rng(0), np.array([2.0, 1.0, 0.0, 1.0]), 40_000)
-    np.testing.assert_allclose(np.bincount(drawn, minlength=4) / 40_000, [0.5, 0.25, 0, 0.25],
-                               atol=0.01)  # fmt: skip
+    np.testing.assert_allclose(
+        np.bincount(drawn, minlength=4) / 40_000, [0.5, 0.25, 0, 0.25], atol=0.01
+    )
 
 
 def test_a_scattered_child_takes_each_variable_from_one_parent() -> None:
@@ -103,9 +104,12 @@ def test_a_generation_is_the_elite_then_crossover_then_mutation() -> None:
 
 def test_gaussian_mutation_shrinks_to_nothing_at_the_last_generation() -> None:
     options = GeneticOptions(
-        mutation_fcn="mutationgaussian", scale=0.01, generations=4, crossover_fraction=0.0,
+        mutation_fcn="mutationgaussian",
+        scale=0.01,
+        generations=4,
+        crossover_fraction=0.0,
         population_size=200,
-    )  # fmt: skip
+    )
     space = beam()
     algorithm = GeneticAlgorithm(space, 0, options)
     spread = []

@@ -33,8 +33,9 @@ def test_a_search_gets_better_and_repeats_itself(name: str, evaluations: int) ->
     def run(seed: int) -> History:
         algorithm = ALGORITHMS[name](beam(), seed)
         goals = algorithm.goals
-        return search("ridges", algorithm, ridges(goals), evaluations=evaluations,
-                      penalty=PENALTY * goals)  # fmt: skip
+        return search(
+            "ridges", algorithm, ridges(goals), evaluations=evaluations, penalty=PENALTY * goals
+        )
 
     history = run(7)
     assert history.best.evaluation.fitness < history.generations[0].trials[0].evaluation.fitness
@@ -56,8 +57,9 @@ def test_elites_count_but_are_not_evaluated_again() -> None:
         seen.extend(c.tobytes() for c in candidates)
         return bowl(candidates)
 
-    history = search("bowl", GeneticAlgorithm(beam(), 0), evaluate, evaluations=240,
-                     penalty=PENALTY)  # fmt: skip
+    history = search(
+        "bowl", GeneticAlgorithm(beam(), 0), evaluate, evaluations=240, penalty=PENALTY
+    )
     assert len(seen) == len(set(seen)) == history.evaluated
     assert history.asked == 240
     assert history.evaluated <= 240 - 19

@@ -169,8 +169,9 @@ def test_prompts_are_answered_checked_and_stopped_in_the_page(
     assert client.end() == 130
     prompts = [event for event in journal_of(client.bundle) if event["event"] == "prompt"]
     assert [(event["answer"], event["where"]) for event in prompts] == [
-        ("confirmed", "panel"), (21.5, "panel"),
-    ]  # fmt: skip
+        ("confirmed", "panel"),
+        (21.5, "panel"),
+    ]
     assert manifest_of(client.bundle)["answers"]["room"] == {"value": 21.5, "unit": "degC"}
     page.wait_for("document.querySelector('#prompt').hidden")
 
@@ -205,8 +206,10 @@ def test_a_pause_is_asked_for_in_the_page_and_answered_there(
     words = ["run", str(protocol), "--bench", str(bench), "--runs", str(tmp_path / "runs")]
     with subprocess.Popen(
         [sys.executable, "-c", "from workbench.cli import main; main()", *words],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    ) as run:  # fmt: skip
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as run:
         page.wait_for("!document.querySelector('#pause').hidden")
         page.click("#pause")
         page.wait_for(has("#pause", "Pauses after this run"))

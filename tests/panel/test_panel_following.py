@@ -41,8 +41,11 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
     assert not following.read_on()
     assert following.output.state == "on"
     assert following.readings.between(0, 9) == {
-        "time_s": [2.1], "set_V": [4.5], "volts": [4.49], "amps": [0.3],
-    }  # fmt: skip
+        "time_s": [2.1],
+        "set_V": [4.5],
+        "volts": [4.49],
+        "amps": [0.3],
+    }
     with bundle.record.journal_log.open("a") as file:
         file.write('{"time_s": 3.0, "event": "output_off",')
         file.flush()
@@ -51,8 +54,10 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
     assert following.read_on()
     assert following.output.state == "off"
     assert [text for _, text in following.told] == [
-        "cameras record", "output on at 1.00 V", "output off, confirmed",
-    ]  # fmt: skip
+        "cameras record",
+        "output on at 1.00 V",
+        "output off, confirmed",
+    ]
     assert not following.ended
     bundle.record.journal(events.Complete(), 4.0)
     following.read_on()

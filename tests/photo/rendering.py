@@ -121,9 +121,12 @@ def random_scene(
             *rng.normal(0, 3e-4, 2), rng.normal(0, 0.5))  # fmt: skip
     focal = rng.uniform(1.6, 2.4) * size[0]
     optics = Optics(
-        size, focal, lens, aside=(rng.normal(0, 0.08), rng.normal(0, 0.12)),
+        size,
+        focal,
+        lens,
+        aside=(rng.normal(0, 0.08), rng.normal(0, 0.12)),
         roll=np.pi / 2 * (1 + 2 * rng.integers(0, 2)) + rng.normal(0, 0.04),
-    )  # fmt: skip
+    )
     chosen: dict[str, object] = {
         "side": rng.uniform(0.15, 0.7),
         "glare": int(rng.integers(2, 12)),
@@ -170,8 +173,9 @@ def centreline(scene: Scene) -> tuple[Array, Array]:
     points = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     if scene.mirrored:
         points = points * [-1, 1]
-    turn = np.array([[np.cos(scene.turn), -np.sin(scene.turn)],
-                     [np.sin(scene.turn), np.cos(scene.turn)]])  # fmt: skip
+    turn = np.array(
+        [[np.cos(scene.turn), -np.sin(scene.turn)], [np.sin(scene.turn), np.cos(scene.turn)]]
+    )
     points = points @ turn.T
     low, high = points.min(axis=0), points.max(axis=0)
     middle_of_field = scene.board.size / 2 if scene.place is None else np.array(scene.place)
@@ -219,10 +223,13 @@ class Pinhole:
         x, y = flat[..., 0], flat[..., 1]
         r = x * x + y * y
         stretch = 1 + r * (k1 + r * (k2 + r * k3))
-        return np.stack([
-            x * stretch + 2 * p1 * x * y + p2 * (r + 2 * x * x),
-            y * stretch + p1 * (r + 2 * y * y) + 2 * p2 * x * y,
-        ], axis=-1)  # fmt: skip
+        return np.stack(
+            [
+                x * stretch + 2 * p1 * x * y + p2 * (r + 2 * x * x),
+                y * stretch + p1 * (r + 2 * y * y) + 2 * p2 * x * y,
+            ],
+            axis=-1,
+        )
 
 
 def board_texture(board: Board, markers: bool = True) -> NDArray[np.float32]:
@@ -235,8 +242,9 @@ def board_texture(board: Board, markers: bool = True) -> NDArray[np.float32]:
     size = round(board.square * scale)
     for column, row in board.squares:
         if (column + row) % 2 == 0:
-            page[rows - (row + 1) * size : rows - row * size, column * size : (column + 1) * size] \
-                = BLACK  # fmt: skip
+            page[
+                rows - (row + 1) * size : rows - row * size, column * size : (column + 1) * size
+            ] = BLACK
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
     side = round(board.marker * scale)
     gap = (size - side) // 2
@@ -261,9 +269,7 @@ def render(scene: Scene) -> bytes:
     light *= _lamp(scene, camera)[..., None]
     bloom = cv2.GaussianBlur(np.maximum(light - 1.0, 0), (0, 0), 4.0)
     light = cv2.GaussianBlur(light, (0, 0), scene.blur) + 0.3 * bloom
-    light = light + rng.normal(size=light.shape) * scene.noise * np.sqrt(
-        np.clip(light, 0.02, 1)
-    )  # fmt: skip
+    light = light + rng.normal(size=light.shape) * scene.noise * np.sqrt(np.clip(light, 0.02, 1))
     light = np.clip(light, 0, 1)
     stored = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     picture = np.rint(255 * stored[..., ::-1]).astype(np.uint8)
@@ -334,9 +340,9 @@ def _add_strip(
         if way * np.dot(points[k] - camera.eye[:2], [np.cos(heading[k]), np.sin(heading[k])]) < 0:
             solid = np.column_stack([face, [0, 0, scene.width, scene.width]])
             light = _painted(camera, light, solid, np.full(2, scene.side), metal)
-    top = np.column_stack([
-        np.concatenate([left, right[::-1]]), np.full(2 * len(points), scene.width)
-    ])  # fmt: skip
+    top = np.column_stack(
+        [np.concatenate([left, right[::-1]]), np.full(2 * len(points), scene.width)]
+    )
     return _painted(camera, light, top, shine, paint)
 
 

@@ -62,8 +62,10 @@ def test_root_and_tip_are_told_by_the_target() -> None:
     points = drawn(0.0)
     target = np.array(TARGET.angles)
     for given, mirrored in (
-        (points, False), (points.reversed(), False), (points.mirrored().reversed(), True),
-    ):  # fmt: skip
+        (points, False),
+        (points.reversed(), False),
+        (points.mirrored().reversed(), True),
+    ):
         found, was = oriented("x", given, LENGTH, target, None)
         assert was is mirrored
         assert found.ends == pytest.approx(points.ends)

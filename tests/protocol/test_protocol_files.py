@@ -167,7 +167,7 @@ def test_an_unknown_shape_names_those_that_exist(tmp_path: Path) -> None:
         ("{kind: simulated, port: COM3}", "kind: simulated has no port; remove it"),
         ("{kind: tcp}", "kind: tcp needs an address, host:port"),
     ],
-)  # fmt: skip
+)
 def test_a_supply_that_cannot_be_reached_as_it_is_written_is_told(
     tmp_path: Path, root: Path, connection: str, words: str
 ) -> None:

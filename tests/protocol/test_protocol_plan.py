@@ -198,14 +198,18 @@ def test_prompts_and_pauses_belong_to_the_run_that_follows_or_to_the_last(tmp_pa
     ]  # fmt: skip
     first, second = plan.runs
     assert [one.text for one in (*first.before, *first.after, *second.after)] == [
-        "still?", "how far?", "last",
-    ]  # fmt: skip
+        "still?",
+        "how far?",
+        "last",
+    ]
     assert plan.prompts == 5
     assert plan.seconds == 60 + 2 * 12
     left = plan.without({1})
     assert [type(item).__name__ for item in left.items] == [
-        "PlannedPause", "PlannedPrompt", "PlannedRun",
-    ]  # fmt: skip
+        "PlannedPause",
+        "PlannedPrompt",
+        "PlannedRun",
+    ]
     assert left.runs == (second,)
 
 
@@ -253,9 +257,7 @@ def test_the_largest_plan_is_laid_out(tmp_path: Path) -> None:
     assert len(plan.runs) == 2000
 
 
-def test_limits_of_a_protocol_that_are_looser_than_the_bench_s_are_refused(
-    tmp_path: Path,
-) -> None:
+def test_limits_of_a_protocol_that_are_looser_than_the_bench_s_are_refused(tmp_path: Path) -> None:
     run = "  - run: {mode: hop, voltage: 4 V}\n"
     with pytest.raises(
         FileFaults, match=r"p\.yaml:3:10: voltage 9 V is above the limit of bench 'virtual', 5\.5 V"

@@ -62,10 +62,12 @@ def test_what_is_typed_is_understood_where_it_means_one_thing(
     [
         ("1,500 g", "mass", "may be 1.500 or 1500; write '1.500 g' or '1500 g'"),
         ("1:30", "time", "may be hours or minutes; write '90 min' or '90 s'"),
-        ("1,234.5 g", "mass", "has a comma among its digits"), ("12,5", "length", "'12.5 mm'"),
-        ("3 MV", "voltage", "unknown unit 'MV'"), ("10 K", "temperature", "known units: degC, °C"),
+        ("1,234.5 g", "mass", "has a comma among its digits"),
+        ("12,5", "length", "'12.5 mm'"),
+        ("3 MV", "voltage", "unknown unit 'MV'"),
+        ("10 K", "temperature", "known units: degC, °C"),
     ],
-)  # fmt: skip
+)
 def test_what_could_mean_two_things_is_never_guessed(text: str, dimension: str, words: str) -> None:
     with pytest.raises(ValueError, match=re.escape(words)):
         parse_quantity(text, dimension, typed=True)

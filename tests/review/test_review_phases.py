@@ -35,8 +35,11 @@ def test_a_prompt_stands_between_what_was_on_before_and_after() -> None:
     bar = (Phase(-4.0, "rest"), Phase(0.0, "ring-down"))
     asked = with_prompts(bar, [(-2.0, -0.5)])
     assert asked == (
-        Phase(-4.0, "rest"), Phase(-2.0, "prompt"), Phase(-0.5, "rest"), Phase(0.0, "ring-down"),
-    )  # fmt: skip
+        Phase(-4.0, "rest"),
+        Phase(-2.0, "prompt"),
+        Phase(-0.5, "rest"),
+        Phase(0.0, "ring-down"),
+    )
 
 
 def test_a_prompt_that_outlasts_a_state_hides_its_beginning() -> None:

@@ -96,10 +96,7 @@ def test_everything_is_sent_in_bulk(chunks: list[Chunk]) -> None:
 def test_plotted_error_is_the_misfit(chunks: list[Chunk], comparison: Comparison) -> None:
     times = comparison.real.times
     driven = (times >= 0) & (times <= comparison.duration_s)
-    for part, misfit in (
-        ("foot", comparison.misfit.foot_mm),
-        ("top", comparison.misfit.top_mm),
-    ):
+    for part, misfit in (("foot", comparison.misfit.foot_mm), ("top", comparison.misfit.top_mm)):
         sent = scalars(chunks, f"/plots/error_mm/{part}")
         seen = [cell[0] for cell, use in zip(sent, driven, strict=True) if use and cell]
         assert np.sqrt(np.mean(np.square(seen))) == pytest.approx(misfit)

@@ -35,9 +35,12 @@ def run(base: Comparison, number: int, way: float, *label: str) -> Comparison:
     """A run of the experiment whose twin goes its own way."""
     twin = make_motion(120.0, way, 0.019, 17.0)
     return replace(
-        base, run=f"run-{number}", label=("hop", *label), twin=twin,
+        base,
+        run=f"run-{number}",
+        label=("hop", *label),
+        twin=twin,
         twin_summary=summarize(twin, DURATION_S),
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -146,8 +149,9 @@ def test_intervals_are_those_of_student() -> None:
 
 def test_repeats_are_one_condition(runs: list[Comparison]) -> None:
     assert [(one.name, len(one.runs)) for one in conditions(runs)] == [
-        ("17 rad/s", 3), ("19 rad/s", 1),
-    ]  # fmt: skip
+        ("17 rad/s", 3),
+        ("19 rad/s", 1),
+    ]
 
 
 def test_a_marked_run_counts_in_no_number(runs: list[Comparison]) -> None:

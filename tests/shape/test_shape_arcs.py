@@ -36,9 +36,7 @@ def test_the_line_is_that_of_many_tiny_steps(thesis: tuple[NDArray[np.float64], 
     assert found == pytest.approx(truth, abs=1e-8)
 
 
-def test_length_and_headings_are_the_polyline_s(
-    thesis: tuple[NDArray[np.float64], float],
-) -> None:
+def test_length_and_headings_are_the_polyline_s(thesis: tuple[NDArray[np.float64], float]) -> None:
     angles, length = thesis
     line = equal_length_arcs(angles, length)
     middles = (np.arange(16) + 0.5) * length / 16

@@ -10,15 +10,7 @@ import pytest
 from scipy.linalg import eigh
 
 from tests.sim.rigs import DOWN, MASS, G, bends, resting, with_effect
-from workbench.sim import (
-    Condition,
-    Robot,
-    applied,
-    compile_model,
-    linear_modes,
-    settle,
-    simulate,
-)
+from workbench.sim import Condition, Robot, applied, compile_model, linear_modes, settle, simulate
 from workbench.sim.statics import displace, moving_dofs, static_stiffness
 
 STANDING = Condition("hop", np.zeros(2))

@@ -8,16 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from workbench.motion import (
-    FOOT,
-    PITCH,
-    ROTOR,
-    ROTOR_ANGLE,
-    ROTOR_SPEED,
-    TOP,
-    position,
-    time_zero,
-)
+from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP, position, time_zero
 from workbench.sim import EFFECTS, Condition, Robot, applied, sample_times, simulate, simulate_all
 from workbench.timeseries import TimeSeries
 

@@ -7,24 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.sim.rigs import (
-    PENDULUM_RATE,
-    bends,
-    moments,
-    pendulum,
-    resting,
-    with_effect,
-)
+from tests.sim.rigs import PENDULUM_RATE, bends, moments, pendulum, resting, with_effect
 from workbench.motion import TOP
-from workbench.sim import (
-    Condition,
-    Robot,
-    applied,
-    compile_model,
-    linear_modes,
-    simulate,
-    unloaded,
-)
+from workbench.sim import Condition, Robot, applied, compile_model, linear_modes, simulate, unloaded
 
 PULL = 0.5  # [N] forward on T
 NEAR_FOOT, MIDDLE, NEAR_TOP = slice(1, 6), slice(6, 11), slice(11, 16)

@@ -63,6 +63,8 @@ def test_threads_that_build_their_first_robots_at_once_install_once(tmp_path: Pa
     done = subprocess.run(
         [sys.executable, "-c", AT_ONCE],
         env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.split() == ["2", "2"]

@@ -13,15 +13,7 @@ import psutil
 import pytest
 
 from workbench.errors import InputError, WorkbenchError
-from workbench.sim import (
-    Condition,
-    Fanout,
-    Robot,
-    Simulation,
-    fanout,
-    sample_times,
-    simulate_all,
-)
+from workbench.sim import Condition, Fanout, Robot, Simulation, fanout, sample_times, simulate_all
 
 if TYPE_CHECKING:
     from distributed import LocalCluster
@@ -98,10 +90,7 @@ OTHER_SIZES = [pytest.param(size, marks=pytest.mark.long) for size in (None, 1, 
 
 @pytest.mark.parametrize("batch_size", [3, *OTHER_SIZES])
 def test_two_workers_give_the_same_bits_for_any_batch_size(
-    cluster: LocalCluster,
-    jobs: list[Job],
-    local: list[Simulation],
-    batch_size: int | None,
+    cluster: LocalCluster, jobs: list[Job], local: list[Simulation], batch_size: int | None
 ) -> None:
     told: list[str] = []
     with Fanout(cluster.scheduler_address, batch_size=batch_size) as spread:

@@ -114,9 +114,7 @@ def test_the_thesis_robot_sways_and_bounces_where_the_thesis_says(robot: Robot) 
             assert np.hypot(*direction) == pytest.approx(1)
 
 
-def test_a_point_rotor_gives_one_answer_and_a_locked_one_depends_on_its_angle(
-    robot: Robot,
-) -> None:
+def test_a_point_rotor_gives_one_answer_and_a_locked_one_depends_on_its_angle(robot: Robot) -> None:
     turns = [linear_modes(robot, rotor_angle=angle)[0].hz for angle in np.arange(4) * np.pi / 2]
     assert np.ptp(turns) > 0.05
     assert min(turns) < linear_modes(robot)[0].hz < max(turns)

@@ -16,15 +16,7 @@ from workbench.motion import (
     summarize,
 )
 from workbench.protocol import Mode
-from workbench.sim import (
-    Condition,
-    Robot,
-    Simulation,
-    gait,
-    sample_times,
-    simulate,
-    simulate_all,
-)
+from workbench.sim import Condition, Robot, Simulation, gait, sample_times, simulate, simulate_all
 
 REST = 0.6
 

@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 from workbench.takes import CameraTime
-from workbench.tracking import (
-    BodyTake,
-    Cloud,
-    Take,
-    format_start_time,
-    write_motive,
-    write_row,
-)
+from workbench.tracking import BodyTake, Cloud, Take, format_start_time, write_motive, write_row
 
 RATE_HZ = 20.0
 BEGAN = datetime(2026, 3, 12, 15, 59, 50, 500_000)

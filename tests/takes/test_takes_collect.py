@@ -247,12 +247,7 @@ def test_the_operator_can_insist_and_the_bundle_says_so(
 
 @pytest.mark.parametrize("name", ["a.csv", "a.row.csv"])
 def test_a_recording_shows_one_run_also_when_it_is_exported_again(
-    export: Export,
-    place: Path,
-    bundle: Bundle,
-    wanted: CameraTime,
-    clock: Scripted,
-    name: str,
+    export: Export, place: Path, bundle: Bundle, wanted: CameraTime, clock: Scripted, name: str
 ) -> None:
     used: dict[str, str] = {}
     first = collector(bundle, wanted, Person(), clock, used).accept(export(name))

@@ -56,9 +56,7 @@ def expected(template: Sheet, parts: int = 16) -> tuple[Array, Array]:
     return points * flip @ rotation, tangents * flip @ rotation
 
 
-def test_bars_stations_and_marks_are_where_they_belong(
-    printed: tuple[Sheet, list[Array]],
-) -> None:
+def test_bars_stations_and_marks_are_where_they_belong(printed: tuple[Sheet, list[Array]]) -> None:
     template, scans = printed
     lengths = [measured for scan in scans for measured in bars(scan)]
     assert [axis for axis, _ in lengths] == ["H", "V"] * len(scans)

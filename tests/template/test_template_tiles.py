@@ -60,9 +60,7 @@ def test_a_drawing_is_turned_only_where_that_saves_paper(sheet: MakeSheet) -> No
     assert sheet("A4").layout.turn_deg == 0
 
 
-def test_a_straight_strip_lies_along_the_paper(
-    shape: Callable[..., Document[ShapeFile]],
-) -> None:
+def test_a_straight_strip_lies_along_the_paper(shape: Callable[..., Document[ShapeFile]]) -> None:
     strip = make_strip(shape(angles=[-1.57] + 15 * [0.0], length="300 mm"), 0.002)
     layout = make_sheet(strip, paper_named("A3"), DAY).layout
     assert len(layout.tiles) == 1

@@ -40,8 +40,10 @@ def server_info(version: Version, name: str = "Motive") -> bytes:
 
 def models(take: Take, version: Version, mirrored: bool = False) -> bytes:
     """Return the model definitions, as Motive 2.1 sends them with x mirrored if asked for."""
-    datasets = [struct.pack("<I", 1) + _sized(_model(body, version, mirrored), version)
-                for body in take.bodies.values()]  # fmt: skip
+    datasets = [
+        struct.pack("<I", 1) + _sized(_model(body, version, mirrored), version)
+        for body in take.bodies.values()
+    ]
     return message(MODELS, struct.pack("<I", len(datasets)) + b"".join(datasets))
 
 

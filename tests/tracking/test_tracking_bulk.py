@@ -136,8 +136,7 @@ def any_take(draw: st.DrawFn) -> Take:
 
 @settings(max_examples=150, deadline=None)
 @given(
-    take=any_take(),
-    version=st.sampled_from(["row 1.0", "row 1.1", "motive 1.21", "motive 1.24"]),
+    take=any_take(), version=st.sampled_from(["row 1.0", "row 1.1", "motive 1.21", "motive 1.24"])
 )
 def test_any_take_is_read_in_bulk_as_row_by_row(
     take: Take, version: str, tmp_path_factory: pytest.TempPathFactory

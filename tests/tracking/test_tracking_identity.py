@@ -165,8 +165,7 @@ def test_one_visible_marker_in_the_others_slot_does_not_move_t(hop: Any) -> None
 
 
 @pytest.mark.parametrize(
-    "slots",
-    [[2, 1, 0, 3], [0, 3, 2, 1], [3, 1, 2, 0], [2, 3, 0, 1], [3, 2, 1, 0], [1, 2, 3, 0]],
+    "slots", [[2, 1, 0, 3], [0, 3, 2, 1], [3, 1, 2, 0], [2, 3, 0, 1], [3, 2, 1, 0], [1, 2, 3, 0]]
 )
 def test_an_exchange_between_t_and_rotor_is_undone(hop: Any, slots: list[int]) -> None:
     points = raw(exchanged_between(hop.take, slots, 500, 560))

@@ -27,15 +27,7 @@ from tests.tracking.natnet_stub import (
     server_info,
 )
 from workbench.errors import HardwareError, InputError
-from workbench.tracking import (
-    Missing,
-    Recorder,
-    Stream,
-    Take,
-    read_take,
-    record,
-    write_motive,
-)
+from workbench.tracking import Missing, Recorder, Stream, Take, read_take, record, write_motive
 
 SECONDS = 0.4  # the stub sends its 40 frames in about 0.1 s
 ANSWER_S = 0.3
@@ -194,17 +186,17 @@ def test_a_damaged_packet_within_the_stream_is_left_out_and_told() -> None:
 @pytest.mark.parametrize(
     ("mute", "told"),
     [
-        ((SERVER_INFO,), r"no NatNet server answers at 127\.0\.0\.1:\d+ within 0\.3 s; is "
-                         r"streaming on in Motive, with unicast .* firewall .* local address"),
+        (
+            (SERVER_INFO,),
+            r"no NatNet server answers at 127\.0\.0\.1:\d+ within 0\.3 s; is "
+            r"streaming on in Motive, with unicast .* firewall .* local address",
+        ),
         ((MODELS,), r"127\.0\.0\.1:\d+: the server answers but sends no model definitions"),
         ((FRAME,), r"the server answers but sends no frames; is Motive live or playing"),
     ],
-)  # fmt: skip
+)
 def test_silence_is_told_with_what_to_look_at(mute: tuple[int, ...], told: str) -> None:
-    with (
-        StubServer(recorded(), mute=mute) as server,
-        pytest.raises(HardwareError, match=told),
-    ):
+    with StubServer(recorded(), mute=mute) as server, pytest.raises(HardwareError, match=told):
         record(Stream(command_port=server.port), SECONDS, answer=ANSWER_S)
 
 

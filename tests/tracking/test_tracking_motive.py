@@ -305,7 +305,7 @@ def test_a_marker_with_two_columns_continues_in_the_second(plain: bytes, read: R
         (3, b"Name" + 8 * b",Foot", b"Name" + 8 * b",", "give column 3 no name"),
         (2, b"Type" + 8 * b",Rigid Body", b"Type" + 8 * b",", "give column 3 no type"),
     ],
-)  # fmt: skip
+)
 def test_a_header_that_is_damaged_is_refused(
     row: int, old: bytes, new: bytes, match: str, plain: bytes, read: Read
 ) -> None:

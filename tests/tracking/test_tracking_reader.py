@@ -97,11 +97,7 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
             lambda s: s.replace(b"0.22000000", b"O.22", 1),
             r"holds 'O\.22' where a number belongs",
         ),
-        (
-            "motive_1.23",
-            lambda s: s.replace(b"0.008333,", b'"0,008333",', 1),
-            "decimal comma",
-        ),
+        ("motive_1.23", lambda s: s.replace(b"0.008333,", b'"0,008333",', 1), "decimal comma"),
         (
             "motive_1.23",
             lambda s: s.replace(b"Length Units,Millimeters", b"Length Units,Cubits"),
@@ -112,11 +108,7 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
             lambda s: re.sub(rb"(?<=,)(Rigid Body Marker|Rigid Body|Marker)(?=[,\r])", b"Lens", s),
             ":7: there are no data columns; the export is empty; the columns are of type Lens",
         ),
-        (
-            "motive_1.23",
-            without_columns,
-            "there are no data columns",
-        ),
+        ("motive_1.23", without_columns, "there are no data columns"),
         ("motive_1.23", lambda s: joined(lines_of(s)[:7]), "no data rows follow"),
         (
             "motive_1.23",
@@ -132,11 +124,7 @@ def test_a_missing_file_and_a_folder_are_named(tmp_path: Path) -> None:
     ],
 )
 def test_a_damaged_export_is_refused_with_line_and_cause(
-    file: str,
-    edit: Edit,
-    match: str,
-    stored: Path,
-    refused: Callable[[bytes, str], None],
+    file: str, edit: Edit, match: str, stored: Path, refused: Callable[[bytes, str], None]
 ) -> None:
     data = (stored / f"hop_{file}.csv").read_bytes()
     edited = edit(data)

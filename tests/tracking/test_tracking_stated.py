@@ -65,12 +65,14 @@ def test_f16_a_row_format_states_no_unit(factor: float, unit: str, new_hop: Make
         unit_stated=False,
         bodies={
             name: replace(
-                body, position=body.position / factor, measured=body.measured / factor,
+                body,
+                position=body.position / factor,
+                measured=body.measured / factor,
                 solved=body.solved / factor,
             )
             for name, body in take.bodies.items()
         },
-    )  # fmt: skip
+    )
     assert f"so it is read in {unit}" in raw_points(wrong, BodyNames(), Axes()).warnings[0]
     for role, right in positions(take).items():
         np.testing.assert_allclose(positions(wrong)[role], right, atol=1e-9)

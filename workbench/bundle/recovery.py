@@ -67,9 +67,11 @@ def _salvaged(facts: Mapping[str, Any]) -> Manifest:
     whole = {
         name: section
         for name, section in found.items()
-        if all(key in section.model_fields_set or not field.is_required()
-               for key, field in SECTIONS[name].model_fields.items())
-    }  # fmt: skip
+        if all(
+            key in section.model_fields_set or not field.is_required()
+            for key, field in SECTIONS[name].model_fields.items()
+        )
+    }
     return _valid(Manifest, head).model_copy(update=whole)
 
 

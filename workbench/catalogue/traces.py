@@ -47,12 +47,18 @@ TRACES = (
 )  # fmt: skip
 
 _AXES = {"x": "forward", "y": "to the left", "z": "upward"}
-_POINTS = {"foot": "the foot's centre of gravity", "top": "T, the tip of the beam",
-           "rotor": "the centre of the rotating mass"}  # fmt: skip
+_POINTS = {
+    "foot": "the foot's centre of gravity",
+    "top": "T, the tip of the beam",
+    "rotor": "the centre of the rotating mass",
+}
 _MEANINGS: tuple[tuple[str, str], ...] = (
     (r"time_s", "time"),
-    *((rf"{point}_{axis}_m", f"{what}, {way} of the foot's centre at rest")
-      for point, what in _POINTS.items() for axis, way in _AXES.items()),
+    *(
+        (rf"{point}_{axis}_m", f"{what}, {way} of the foot's centre at rest")
+        for point, what in _POINTS.items()
+        for axis, way in _AXES.items()
+    ),
     (r"foot_pitch_rad", "tilt of the foot, nose down; measured: against its rest"),
     (r"rotor_angle_rad", "direction from T to the rotor, from forward towards down, unwrapped"),
     (r"rotor_speed_rad_s", "rate of that angle"),
@@ -68,7 +74,7 @@ _MEANINGS: tuple[tuple[str, str], ...] = (
     (r"set_voltage_V", "voltage that was set"),
     (r"voltage_V", "voltage that was read back"),
     (r"current_A", "current that was read back"),
-)  # fmt: skip
+)
 
 
 def read_traces(bundle: Bundle) -> tuple[dict[str, TimeSeries], list[str]]:

@@ -35,11 +35,13 @@ def doctor(
     if as_json:
         checks = {
             one.name: {
-                "ok": one.state != "failed", "state": one.state, "found": one.found,
+                "ok": one.state != "failed",
+                "state": one.state,
+                "found": one.found,
                 "to_do": one.to_do,
             }
             for one in found
-        }  # fmt: skip
+        }
         emit({"ok": well, "checks": checks})
     else:
         _show(found)

@@ -9,14 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bundle import Bundle, run_named
-from workbench.cli.output import (
-    JsonFlag,
-    RunsFolder,
-    comparison_table,
-    emit,
-    print_notes,
-    tell,
-)
+from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, print_notes, tell
 from workbench.cli.plain import print_columns
 from workbench.cli.quality import print_quality
 from workbench.cli.views import described, draw_views

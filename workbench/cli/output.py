@@ -54,12 +54,14 @@ def comparison_table(title: str, compared: Compared) -> None:
     """Print what the robot and its twin did, side by side."""
     real, twin = compared.real.model_dump(), compared.twin.model_dump()
     rows = [
-        [f"{name.lower()} [{unit}]",
-         *(f"{factor * source[key]:.{digits}f}" for source in (real, twin)),
-         f"{factor * (twin[key] - real[key]):+.{digits}f}"]
+        [
+            f"{name.lower()} [{unit}]",
+            *(f"{factor * source[key]:.{digits}f}" for source in (real, twin)),
+            f"{factor * (twin[key] - real[key]):+.{digits}f}",
+        ]
         for key, (name, unit, factor, digits) in QUANTITIES.items()
         if key in real
-    ]  # fmt: skip
+    ]
     show_table(title, ["", "real", "twin", "twin - real"], rows)
     Console(highlight=False).print(
         f"error of the twin: {compared.error_mm:.1f} mm rms (foot {compared.error_foot_mm:.1f}, "

@@ -9,9 +9,7 @@ from workbench.tracking import BodyNames
 
 __all__ = ["print_quality"]
 
-_KINDS = {
-    "row": "row format", "motive": "Motive", "natnet": "NatNet", "c3d": "C3D", "trc": "TRC"
-}  # fmt: skip
+_KINDS = {"row": "row format", "motive": "Motive", "natnet": "NatNet", "c3d": "C3D", "trc": "TRC"}
 _MOST_POINTS = 20
 _MOST_IDS = 3
 

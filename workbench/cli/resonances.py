@@ -46,10 +46,13 @@ def resonances(
         title = "Resonances of the robot" if others else first.asked.title
         write_resonances(report, title, measured, found, modes)
     if as_json:
-        emit(found.as_json() | {
-            "damping": [mode.as_json() for mode in modes],
-            "report": None if report is None else str(report),
-        })  # fmt: skip
+        emit(
+            found.as_json()
+            | {
+                "damping": [mode.as_json() for mode in modes],
+                "report": None if report is None else str(report),
+            }
+        )
         return
     _show(found, modes)
     if report is not None:
@@ -61,12 +64,15 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
         head = ["speed [rad/s]", "sweep", "x [mm]", "z [mm]", "lag x [deg]", "lag z [deg]",
                 "half x [mm]", "half z [mm]"]  # fmt: skip
         rows = [
-            [("" if p.steady else "~") + f"{p.speed:.2f}", p.direction,
-             *(f"{1000 * a:.1f}" for a in p.amplitude()),
-             *(f"{57.29578 * lag:.0f}" for lag in p.lag),
-             *(f"{1000 * a:.1f}" for a in p.amplitude(0.5))]
+            [
+                ("" if p.steady else "~") + f"{p.speed:.2f}",
+                p.direction,
+                *(f"{1000 * a:.1f}" for a in p.amplitude()),
+                *(f"{57.29578 * lag:.0f}" for lag in p.lag),
+                *(f"{1000 * a:.1f}" for a in p.amplitude(0.5)),
+            ]
             for p in found.points
-        ]  # fmt: skip
+        ]
         show_table(
             "T's answer at the rotor's speed and at half of it; ~ where it still changed",
             head,

@@ -10,13 +10,7 @@ import typer
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
 from workbench.cli.completing import bench_names, protocol_files, run_names
-from workbench.cli.output import (
-    JsonFlag,
-    RunsFolder,
-    comparison_table,
-    emit,
-    tell,
-)
+from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, tell
 from workbench.cli.views import described
 from workbench.experiment import read_experiment
 from workbench.resume import foresee

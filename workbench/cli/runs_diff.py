@@ -7,14 +7,7 @@ from pathlib import Path
 
 from workbench.bundle import Bundle, run_named
 from workbench.catalogue.differences import ABSENT, Difference, differences
-from workbench.cli.plain import (
-    JsonFlag,
-    RunArgument,
-    RunsFolder,
-    emit,
-    print_columns,
-    remark_on,
-)
+from workbench.cli.plain import JsonFlag, RunArgument, RunsFolder, emit, print_columns, remark_on
 
 __all__ = ["diff"]
 

@@ -13,9 +13,7 @@ from workbench.protocol import SCHEMAS
 __all__ = ["schema", "schema_text"]
 
 
-def schema(
-    name: Annotated[str, typer.Argument(help=f"One of {', '.join(SCHEMAS)}.")],
-) -> None:
+def schema(name: Annotated[str, typer.Argument(help=f"One of {', '.join(SCHEMAS)}.")]) -> None:
     """Print the JSON Schema of a file.
 
     Example: workbench schema protocol > protocol-1.json

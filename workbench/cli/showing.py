@@ -45,8 +45,11 @@ def show_diagnosis(found: Diagnosis) -> None:
     base, after = found.errors, found.extended_errors
     if base is not None and after is not None:
         people.print(f"held out: {', '.join(found.held_out)}", markup=False)
-        rows = [["noise floor", f"{base.noise_floor:.3g}"], ["base", f"{base.rmse:.3g}"],
-                ["extended", f"{after.rmse:.3g}"]]  # fmt: skip
+        rows = [
+            ["noise floor", f"{base.noise_floor:.3g}"],
+            ["base", f"{base.rmse:.3g}"],
+            ["extended", f"{after.rmse:.3g}"],
+        ]
         show_table("error on runs held out", ["model", f"rmse [{base.unit}]"], rows)
     if found.removed is not None and found.causes:
         people.print(

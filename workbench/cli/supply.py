@@ -17,12 +17,7 @@ from workbench.by_hand import acknowledged, drive, opened, switch_off, who_is_at
 from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import (
-    MODELS,
-    Model,
-    SystemClock,
-    model_named,
-)
+from workbench.hw import MODELS, Model, SystemClock, model_named
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, serve_terminal, simulated
 from workbench.hw.simulated.control import delayed_fault, obey
@@ -192,8 +187,7 @@ def off(bench: BenchOption) -> None:
 
 @supply.command()
 def acknowledge(
-    bench: BenchOption,
-    name: Annotated[str, typer.Option(help="Who has looked at the cause.")],
+    bench: BenchOption, name: Annotated[str, typer.Option(help="Who has looked at the cause.")]
 ) -> None:
     """Sign for a safety stop, so that the next run may drive the supply.
 

@@ -70,9 +70,11 @@ def shape_figure(shapes: Mapping[str, Sequence[NDArray[np.float64]]], foot_lengt
 def _draw_robot(ax: Axes, curves: Sequence[NDArray[np.float64]], foot_length: float) -> None:
     ax.plot([-foot_length / 2, foot_length / 2], [0, 0], color=palette.SHADES["foot"], linewidth=2)
     for k, points in enumerate(curves):
-        style = {"color": palette.TWIN, "linewidth": 1.6} if k == 0 else {
-            "color": palette.SHADES["scale"], "linewidth": 0.7
-        }  # fmt: skip
+        style = (
+            {"color": palette.TWIN, "linewidth": 1.6}
+            if k == 0
+            else {"color": palette.SHADES["scale"], "linewidth": 0.7}
+        )
         ax.plot(*points.T, **style)
         ax.plot(*points[-1], marker="o", markersize=4 if k == 0 else 2, color=style["color"])
     ax.set_aspect("equal", adjustable="box")

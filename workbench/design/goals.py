@@ -86,12 +86,15 @@ GOALS = {
         Goal("distance", "distance_m", _distance, 1.0, "forward travel of the foot, x_10s"),
         Goal("height", "hop_height_m", _height, 0.05, "usual height of a hop"),
         Goal(
-            "cost", "weight_times_way_per_work", _efficiency, 5.0,
+            "cost",
+            "weight_times_way_per_work",
+            _efficiency,
+            5.0,
             "inverse of the cost of transport",
         ),
         Goal("stability", "tipping_margin_rad", _stability, 0.5, "least angle to tipping over"),
     )
-}  # fmt: skip
+}
 """Name -> goal."""
 
 

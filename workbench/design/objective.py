@@ -56,10 +56,11 @@ class Objective:
             self._fanout.attempt([job for own in jobs for job in own], self._strip.require_upright)
         )
         return [
-            self._failed(refusal) if refusal is not None else
-            self._judged(own, [next(results) for _ in own])
+            self._failed(refusal)
+            if refusal is not None
+            else self._judged(own, [next(results) for _ in own])
             for own, refusal in zip(jobs, refused, strict=True)
-        ]  # fmt: skip
+        ]
 
     def possible(self, candidate: NDArray[np.float64]) -> bool:
         """Tell whether a candidate (d,) can be bent and stands; nothing is simulated."""

@@ -46,11 +46,7 @@ _MOST_FRONT = 12
 
 
 def write_report(
-    path: Path,
-    study: Study,
-    history: History,
-    found: Sequence[Found],
-    versions: Mapping[str, str],
+    path: Path, study: Study, history: History, found: Sequence[Found], versions: Mapping[str, str]
 ) -> None:
     """Write the page; designs hop once more for it, as the model's robot.
 

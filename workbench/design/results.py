@@ -175,6 +175,8 @@ def found_object(study: Study, history: History, found: Sequence[Found]) -> dict
         "front": [
             {"shape": str(one.shape)} | {g.name: one.values[g.column] for g in study.problem.goals}
             for one in found
-        ] if len(study.problem.goals) > 1 else None,
+        ]
+        if len(study.problem.goals) > 1
+        else None,
         "folder": str(study.folder),
-    }  # fmt: skip
+    }

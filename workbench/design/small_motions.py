@@ -77,8 +77,9 @@ def small_motions(
     squares, modes = _modes(stiffness, inertia)
     turning = step * np.stack([-np.sin(phi), -np.cos(phi)], axis=1)
     along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)
-    root = np.column_stack([np.broadcast_to(_column(values, "beam_root"), (len(rest), 1)),
-                            np.zeros(len(rest))])  # fmt: skip
+    root = np.column_stack(
+        [np.broadcast_to(_column(values, "beam_root"), (len(rest), 1)), np.zeros(len(rest))]
+    )
     return SmallMotions(
         tip=root + along.sum(axis=2),
         centre=root + (along * carried[:, None]).sum(axis=2) / masses.sum(axis=1)[:, None],

@@ -228,9 +228,10 @@ def _loose(runs: Sequence[MeasuredRun], chosen: Sequence[int]) -> Iterator[Fault
         for k, way in group.items():
             if way > _ARM_TIMES * usual and way > usual + _ARM_SPREAD_M:
                 yield Fault(
-                    k, f"the way from T to the rotor, which is rigid, varies by {1000 * way:.1f} "
+                    k,
+                    f"the way from T to the rotor, which is rigid, varies by {1000 * way:.1f} "
                     f"mm, and by {1000 * usual:.1f} mm in the other runs; did a marker slip?",
-                )  # fmt: skip
+                )
 
 
 def _elsewhere(
@@ -252,6 +253,7 @@ def _elsewhere(
             apart = 1000 * float(np.linalg.norm(way - usual))
             if apart > 1000 * _OTHERWISE_M:
                 yield Fault(
-                    k, f"T rests {apart:.1f} mm from where it rests in the other {mode} runs; was "
+                    k,
+                    f"T rests {apart:.1f} mm from where it rests in the other {mode} runs; was "
                     "the strip bent, the robot clamped anew or a marker moved?",
-                )  # fmt: skip
+                )

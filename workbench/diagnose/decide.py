@@ -155,8 +155,9 @@ def decide(
         return Part("NONE", base, (), rest, 0.0, reason, told)
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
-        return Part("SET", best, alike, rest, explained,
-                    f"{names} cannot be told apart by these runs", told)  # fmt: skip
+        return Part(
+            "SET", best, alike, rest, explained, f"{names} cannot be told apart by these runs", told
+        )
     if rest > 1 and explained < rules.explained:
         reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"
         return Part("PARTIAL", best, alike, rest, explained, reason, told)
@@ -205,10 +206,12 @@ def _without(
     base: Scored, compared: tuple[tuple[Scored, Versus], ...], samples: float, rules: Rules
 ) -> Part:
     suspects = [
-        (one, found) for one, found in compared
-        if len(one.names) == 1 and found.gain > max(rules.suspected, rules.size * samples)
+        (one, found)
+        for one, found in compared
+        if len(one.names) == 1
+        and found.gain > max(rules.suspected, rules.size * samples)
         and found.held > 0
-    ]  # fmt: skip
+    ]
     left = base.lack
     if suspects and left <= 1:
         alike = tuple(one for one, _ in suspects)

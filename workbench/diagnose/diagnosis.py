@@ -96,8 +96,10 @@ class Diagnosis:
             "rivals": [{"effect": one.name, "why_not": one.why_not} for one in self.rivals],
             "explained": {name: part.explained for name, part in self.parts.items()},
             "missing": {name: part.lack for name, part in self.parts.items()},
-            "process_noise": {"base": dict(self.base.estimator.noise),
-                              "best": dict(self.best.estimator.noise)},
+            "process_noise": {
+                "base": dict(self.base.estimator.noise),
+                "best": dict(self.best.estimator.noise),
+            },
             "refit": {one.name: one.as_json() for one in self.refit},
             "rmse_mm": {
                 "noise_floor": None if base is None else base.noise_floor,
@@ -114,7 +116,7 @@ class Diagnosis:
             "next_protocol": None,
             "rules": asdict(self.rules),
             "seconds": self.seconds,
-        }  # fmt: skip
+        }
 
     @property
     def worst_held_out(self) -> str:
@@ -171,9 +173,11 @@ def diagnose(
     if sound.faults:
         kind, reason = "DATA_FAULT", sound.before(kind, reason)
     tell("write the model and judge it by the runs held out")
-    effects = {one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
-               for one in causes if one.name in _taken(parts) and one.quantities
-               and not fits.frees(one.name)}  # fmt: skip
+    effects = {
+        one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
+        for one in causes
+        if one.name in _taken(parts) and one.quantities and not fits.frees(one.name)
+    }
     values = {p.name: observer.best.values[p.name] for p in rig.base}
     out.mkdir(parents=True, exist_ok=True)
     extended = rig.extend(out / f"{name}-model", values, effects, name)

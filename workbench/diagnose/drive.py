@@ -184,10 +184,12 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
         seen, usual, made = _columns(system, k, turns[k], arm)
         angles.append(usual)
         residuals.append(_counted(system, k, seen - usual))
-        columns.append({
-            (f"{key} of run {k}" if key in _OWN else key): scale[key] * column
-            for key, column in made.items()
-        })  # fmt: skip
+        columns.append(
+            {
+                (f"{key} of run {k}" if key in _OWN else key): scale[key] * column
+                for key, column in made.items()
+            }
+        )
         edges += list(edges[-1] + edges_of(len(seen), system.sample_s)[1:])
         ends.append(len(edges) - 1)
     own = [f"{key} of run {k}" for k in driven for key in _OWN]
@@ -204,8 +206,9 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     white = [_whitened(system, k, one) for k, one in zip(driven, residuals, strict=True)]
     left = np.concatenate([np.zeros(0), *white])
     linear = Linear(names, alone, np.zeros(len(names)), left, jacobian, np.array(edges))
-    return DriveFits(linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles),
-                     tuple(columns))  # fmt: skip
+    return DriveFits(
+        linear, quantities, tolerances, tuple(driven), tuple(ends), tuple(angles), tuple(columns)
+    )
 
 
 def _columns(
@@ -257,9 +260,9 @@ def _torque(system: Hopper, k: int, angle: Array) -> Array:
     places = system.channels_of(k)
     path = system.seen(k)[:, [places.index(TOP[0]), places.index(TOP[2])]]
     index = np.arange(len(path))
-    filled = np.column_stack([
-        np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T
-    ])  # fmt: skip
+    filled = np.column_stack(
+        [np.interp(index, index[np.isfinite(c)], c[np.isfinite(c)]) for c in path.T]
+    )
     filled = scipy.ndimage.median_filter(filled, (3, 1), mode="nearest")  # single glitches
     width = 2 * round(_SMOOTH_S / step / 2) + 1
     x, z = scipy.signal.savgol_filter(filled, width, 3, deriv=2, delta=step, axis=0).T

@@ -205,8 +205,11 @@ def _line(spins: Sequence[_Spin]) -> _Line:
             plain.append(_Line(slope - 1, one.speed - slope * one.said))
     loaded = [
         _Line(line.share, line.offset, (line.at(one) - one.speed) / one.load)
-        for line in plain if line.possible for one in spins if one.load > 0
-    ]  # fmt: skip
+        for line in plain
+        if line.possible
+        for one in spins
+        if one.load > 0
+    ]
     possible = [line for line in (*plain, *loaded) if line.possible]
     best = max(possible, key=lambda line: (sum(map(line.joins, spins)), -line.size))
     if 2 * sum(map(best.joins, spins)) > len(spins):

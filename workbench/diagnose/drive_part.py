@@ -78,7 +78,8 @@ def _angles(fits: Fits, fitted: DriveFits, held: DriveFits, found: Solved) -> li
     shared = [n for n, own in zip(fitted.linear.names, fitted.linear.own, strict=True) if not own]
     numbers = dict(zip(fitted.linear.names, found.x, strict=True))
     own = dict(zip(held.linear.names, judged.x, strict=True))
-    whole = replace(judged, x=np.array([
-        numbers[name] if name in shared else own[name] for name in held.linear.names
-    ]))  # fmt: skip
+    whole = replace(
+        judged,
+        x=np.array([numbers[name] if name in shared else own[name] for name in held.linear.names]),
+    )
     return [held.angle(whole, k) if k in held.runs else None for k in range(len(fits.held))]

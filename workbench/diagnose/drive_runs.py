@@ -70,9 +70,10 @@ def propose_speed_among(
         rules: of the diagnosis.
     """
     pairs = [
-        (i, j) for i, j in permutations(range(len(causes)), 2)
+        (i, j)
+        for i, j in permutations(range(len(causes)), 2)
         if {causes[i].name, causes[j].name} <= set(_LEVERS)
-    ]  # fmt: skip
+    ]
     options = []
     for trial in menu:
         if trial.mode not in DRIVEN or not pairs:

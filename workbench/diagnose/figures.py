@@ -97,12 +97,16 @@ def coordinate_figure(missing: Missing) -> Figure:
             ax.plot(at, force, ".", markersize=3, alpha=0.5, color=color)
             ax.plot([], [], "o", markersize=5, color=color, label=one.run)
         every, values = np.concatenate(where), np.concatenate(forces)
-        ax.plot(*_medians(every, values), color=palette.SHADES["force"], linewidth=2.2,
-                label="median")  # fmt: skip
+        ax.plot(
+            *_medians(every, values), color=palette.SHADES["force"], linewidth=2.2, label="median"
+        )
         low, high = np.percentile(values, _WIDE)
         wide = 0.15 * (high - low)
-        ax.set(xlabel=f"{best.name} [{unit}]", ylabel=f"{best.where} [mN]",
-               ylim=(low - wide, high + wide))  # fmt: skip
+        ax.set(
+            xlabel=f"{best.name} [{unit}]",
+            ylabel=f"{best.where} [mN]",
+            ylim=(low - wide, high + wide),
+        )
         legend(ax)
 
     return drawn(draw, 3.0 + 0.15 * (len(runs) // 3))

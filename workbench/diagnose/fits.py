@@ -146,8 +146,9 @@ class Fits:
         In units of a gain of practical size; 0 where the hypothesis asks for no more.
         """
         estimator, strong = one.estimator, one.estimator.system.strong
-        whole = {group: min(q, self.rules.lack * strong[group])
-                 for group, q in estimator.noise.items()}  # fmt: skip
+        whole = {
+            group: min(q, self.rules.lack * strong[group]) for group, q in estimator.noise.items()
+        }
         if whole == estimator.noise:
             return 0.0
         found = estimator.with_noise(whole).innovations(one.x)
@@ -344,8 +345,11 @@ def _neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: A
     return Linear(
         tuple(p.name for p in vector.parameters),
         np.array([p.scope is Scope.RUN for p in vector.parameters]),
-        x, residuals[:count], jacobian[:count], np.array(edges),
-    )  # fmt: skip
+        x,
+        residuals[:count],
+        jacobian[:count],
+        np.array(edges),
+    )
 
 
 def _blocks(one: Innovations, sample_s: float) -> Array:

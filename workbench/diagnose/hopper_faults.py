@@ -64,8 +64,9 @@ def _foot_ways(robot: Robot, runs: Sequence[MeasuredRun], misdriven: set[int]) -
     times = sample_times(_HOPPED_S)
     hops = {
         k: Condition("hop", staircase(times, run.steps), run.start_angle)
-        for k, run in enumerate(runs) if run.mode == "hop" and k not in misdriven
-    }  # fmt: skip
+        for k, run in enumerate(runs)
+        if run.mode == "hop" and k not in misdriven
+    }
     paths = (
         position(one.motion, FOOT)[:, [0, 2]]
         for one in simulate_all([(robot, condition) for condition in hops.values()])

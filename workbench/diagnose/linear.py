@@ -83,10 +83,13 @@ class Linear:
 
     def solved(self, moving: Mapping[str, bool]) -> Solved:
         """Return the least cost where numbers by name move -> whether they have a prior."""
-        chosen = np.array([
-            i for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
-            if own or name in moving
-        ])  # fmt: skip
+        chosen = np.array(
+            [
+                i
+                for i, (name, own) in enumerate(zip(self.names, self.own, strict=True))
+                if own or name in moving
+            ]
+        )
         prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
         slopes = self.jacobian[:, chosen]
         curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)
@@ -96,9 +99,9 @@ class Linear:
         moved[chosen] -= inverse @ gradient
         left = self.residuals + slopes @ (moved - self.x)[chosen]
         blocks = np.add.reduceat(soft(left, ROBUST), self.edges[:-1])
-        scores = np.array([
-            slopes[a:b].T @ (self.weights[a:b] * left[a:b]) for a, b in pairwise(self.edges)
-        ])  # fmt: skip
+        scores = np.array(
+            [slopes[a:b].T @ (self.weights[a:b] * left[a:b]) for a, b in pairwise(self.edges)]
+        )
         spread = inverse @ (scores.T @ scores + np.diag(prior)) @ inverse
         deviation = np.zeros(len(self.x))
         deviation[chosen] = np.sqrt(np.maximum(np.diag(spread), np.diag(inverse)))

@@ -138,11 +138,14 @@ class MechanismRig:
                 prior is left out are those given. Others are nominal.
             like: is not needed, as inputs are measured.
         """
-        return self._of(runs, [
-            Free(edit.key, edit.owner, one.deviation, one.scope, one.flat)
-            for one in parameters
-            for edit in [self._edits[one.name]]
-        ])  # fmt: skip
+        return self._of(
+            runs,
+            [
+                Free(edit.key, edit.owner, one.deviation, one.scope, one.flat)
+                for one in parameters
+                for edit in [self._edits[one.name]]
+            ],
+        )
 
     def extend(
         self, path: Path, values: Mapping[str, float], effects: Effects, diagnosis: str = ""
@@ -165,9 +168,12 @@ class MechanismRig:
         return load_mechanism(target)
 
     def errors(
-        self, runs: Sequence[int], values: Mapping[str, float] | None,
-        angles: Sequence[NDArray[np.float64] | None] | None, threads: int = 0,
-    ) -> Errors | None:  # fmt: skip
+        self,
+        runs: Sequence[int],
+        values: Mapping[str, float] | None,
+        angles: Sequence[NDArray[np.float64] | None] | None,
+        threads: int = 0,
+    ) -> Errors | None:
         """Return how far some runs are from what the model predicts; of `Rig`."""
         return errors_in(self.system(runs, self.base), values or {}, threads) if runs else None
 

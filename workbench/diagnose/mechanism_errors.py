@@ -52,10 +52,11 @@ def unit_of_errors(system: MjcfSystem) -> tuple[str, float, NDArray[np.int64]]:
     """
     channels = system.channels
     units = [
-        "m" if one.of in ("site", "body")
+        "m"
+        if one.of in ("site", "body")
         else units_of(system.model, channels, system.inputs, "channel", one.name)["L"]
         for one in channels
-    ]  # fmt: skip
+    ]
     unit = next((one for one in ("m", "rad") if one in units), units[0])
     chosen = np.array([c for c, one in enumerate(units) if one == unit], dtype=np.int64)
     return ("mm", 1000.0, chosen) if unit == "m" else (unit, 1.0, chosen)

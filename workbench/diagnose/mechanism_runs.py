@@ -183,9 +183,12 @@ def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:
 
 
 def run_of(
-    file: Document[RigFile], k: int, measured: Measured, channels: Sequence[Channel],
+    file: Document[RigFile],
+    k: int,
+    measured: Measured,
+    channels: Sequence[Channel],
     given: Mapping[Edit, float],
-) -> MjcfRun:  # fmt: skip
+) -> MjcfRun:
     """Return a run of a mechanism.
 
     Args:

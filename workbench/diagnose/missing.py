@@ -45,9 +45,11 @@ _EITHER_WAY = "the same either way"
 _ALONG = ("in proportion to speed", "with the square of speed", "independent of speed")
 _ODD = ("in proportion to it", "with its cube")
 _WHOSE = {
-    "time": "the time of the run", "rotor's angle": "the rotor's angle",
-    "foot's height": "the foot's height", "slip speed": "the foot's slip",
-}  # fmt: skip
+    "time": "the time of the run",
+    "rotor's angle": "the rotor's angle",
+    "foot's height": "the foot's height",
+    "slip speed": "the foot's slip",
+}
 
 _Term = Callable[[Array], Array]
 _POWERS: dict[str, _Term] = {
@@ -149,8 +151,9 @@ def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
     found = sorted((_dependence(forces, name) for name in names), key=lambda one: -one.share)
     lacks = any(
         q > rules.lack * system.strong[group]
-        for group, q in estimator.noise.items() if estimator.depends_on(group)
-    )  # fmt: skip
+        for group, q in estimator.noise.items()
+        if estimator.depends_on(group)
+    )
     rows = _rows(forces, "time", [])
     power = float(np.mean(rows.force**2)) / rows.noise
     sentence = _sentence(found[0], lacks) if power > _PRESENT else ABSENT
@@ -215,10 +218,12 @@ def _direction(forces: Sequence[MissingForce], fitted: Array) -> tuple[Array, st
     A path that is longer than wide tells of forces along it only: two components would share one
     force. Else the component is taken that is more sure.
     """
-    moved = np.concatenate([
-        np.column_stack([f.coordinates[f"velocity {axis}"][f.usable] for axis in _AXES])
-        for f in forces
-    ])  # fmt: skip
+    moved = np.concatenate(
+        [
+            np.column_stack([f.coordinates[f"velocity {axis}"][f.usable] for axis in _AXES])
+            for f in forces
+        ]
+    )
     _, sizes, axes = np.linalg.svd(moved, full_matrices=False)
     if sizes[1] < _STRAIGHT * sizes[0]:
         first = axes[0] * (1.0 if axes[0][0] >= 0 else -1.0)
@@ -255,8 +260,9 @@ def _rows(forces: Sequence[MissingForce], name: str, terms: Sequence[_Term]) -> 
     for one in forces:
         kept = one.usable
         coordinate = one.coordinates.get(name, np.zeros(len(one.times)))
-        values = np.column_stack([np.empty((len(one.times), 0)),
-                                  *(_columns(term, coordinate) for term in terms)])  # fmt: skip
+        values = np.column_stack(
+            [np.empty((len(one.times), 0)), *(_columns(term, coordinate) for term in terms)]
+        )
         values *= name in one.coordinates
         moved = one.response.of(values - values.mean(axis=0))[kept]
         every.append(moved.reshape(len(moved), 2, 2 * values.shape[1]))
@@ -267,9 +273,11 @@ def _rows(forces: Sequence[MissingForce], name: str, terms: Sequence[_Term]) -> 
     white = np.asarray(force @ root.T, dtype=np.float64)
     columns = np.asarray(root @ values, dtype=np.float64)
     return _Rows(
-        white.ravel(), columns.reshape(2 * len(values), values.shape[2]),
-        np.repeat(np.concatenate(folds), 2), _noise(forces, root),
-    )  # fmt: skip
+        white.ravel(),
+        columns.reshape(2 * len(values), values.shape[2]),
+        np.repeat(np.concatenate(folds), 2),
+        _noise(forces, root),
+    )
 
 
 def _explained(rows: _Rows) -> tuple[float, Array]:

@@ -105,10 +105,13 @@ def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -
     modes = {trial.mode for trial in menu}
     names = {name for one in left for name in one.names}
     shown = {
-        mode: {one.name for one in rig.with_modes(modes).candidates
-               if one.name in names and mode in one.shows_in}
+        mode: {
+            one.name
+            for one in rig.with_modes(modes).candidates
+            if one.name in names and mode in one.shows_in
+        }
         for mode in modes
-    }  # fmt: skip
+    }
     plain = {mode for mode in modes if len(rig.with_modes({mode}).base) == len(rig.base)}
     plainly = {name for mode in plain for name in shown[mode]}
     telling = {mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)}
@@ -132,9 +135,8 @@ def propose_among(
     pairs = [
         (i, j)
         for i, j in permutations(range(len(left)), 2)
-        if left[i].weight > 0 and not left[j].hidden
-        and not _already(left[i], left[j], setting)
-    ]  # fmt: skip
+        if left[i].weight > 0 and not left[j].hidden and not _already(left[i], left[j], setting)
+    ]
     if not pairs or not menu:
         return None
     tell(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
@@ -277,9 +279,10 @@ class _Adapted:
         vector, sample_s = self.vectors[j], Hopper.sample_s
         shared = [p for p in vector.parameters if p.scope is not Scope.RUN]
         columns = [
-            k for k, p in enumerate(vector.parameters)
+            k
+            for k, p in enumerate(vector.parameters)
             if p.scope is not Scope.RUN or p.run in chosen
-        ]  # fmt: skip
+        ]
         parts = self.residuals[i, j]
         ends = np.cumsum([0, *(part.size for part in parts)])
         rows = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in chosen])

@@ -109,11 +109,7 @@ def next_object(proposed: Following | None) -> dict[str, Any]:
 
 
 def following(
-    found: Diagnosis,
-    bundles: Sequence[Bundle],
-    out: Path,
-    name: str,
-    tell: Progress,
+    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, tell: Progress
 ) -> Following | None:
     """Propose what the bench of some runs should do next and write it as a protocol.
 

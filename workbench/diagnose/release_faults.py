@@ -42,16 +42,13 @@ def release_faults(
     runs: Sequence[MeasuredRun], expected: Sequence[Expected], chosen: Sequence[int]
 ) -> list[Fault]:
     """Return those of the chosen ring-downs and drops that are not what they are said to be."""
-    found = [
-        Fault(k, text)
-        for k in chosen if runs[k].mode in RELEASED
-        for text in _alone(runs[k])
-    ]  # fmt: skip
+    found = [Fault(k, text) for k in chosen if runs[k].mode in RELEASED for text in _alone(runs[k])]
     told = {fault.run for fault in found}
     pulls = {
         k: _pull_share(runs[k], expected[k])
-        for k in chosen if runs[k].mode == "decay" and k not in told
-    }  # fmt: skip
+        for k in chosen
+        if runs[k].mode == "decay" and k not in told
+    }
     known = {k: share for k, share in pulls.items() if np.isfinite(share)}
     return [*found, *_pulls(runs, known)]
 
@@ -154,7 +151,8 @@ def _pulls(runs: Sequence[MeasuredRun], shares: dict[int, float]) -> Iterator[Fa
         alone = len(shares) == 1 and 1 / _PULL_TIMES < share < _PULL_TIMES
         if abs(share / usual - 1) > _PULL_APART and not alone:
             yield Fault(
-                k, f"the sheet says T was pulled by {runs[k].pull:g} N, but it was held as far out "
+                k,
+                f"the sheet says T was pulled by {runs[k].pull:g} N, but it was held as far out "
                 f"as {share / usual * runs[k].pull:.2g} N would hold it, by "
                 f"{'the other ring-downs' if len(shares) > 1 else 'the model'}",
-            )  # fmt: skip
+            )

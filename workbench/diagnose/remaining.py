@@ -176,10 +176,11 @@ def _hidden(found: Diagnosis, rig: Rig) -> list[Remaining]:
     near = found.promises[0].near if found.promises else None
     least = found.rules.suspected * found.fits.repeats()
     hidden = [
-        one for one in rig.candidates
+        one
+        for one in rig.candidates
         if one.quantities
         and not (modes & set(one.shows_in) and _at_tolerance(one, near, rig.base) >= least)
-    ]  # fmt: skip
+    ]
     return [base, *(_supposed(base, one, 1 / len(hidden)) for one in hidden)]
 
 

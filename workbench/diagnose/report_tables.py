@@ -112,10 +112,7 @@ def _sizes(found: Diagnosis) -> dict[str, dict[str, Amount]]:
         if name not in fitted.quantities:
             continue
         values = fitted.values(fitted.solved((name,)), name)
-        sizes[name] = {
-            q.name: _within(q, *values[q.name])
-            for q in EFFECTS[name].quantities
-        }  # fmt: skip
+        sizes[name] = {q.name: _within(q, *values[q.name]) for q in EFFECTS[name].quantities}
     return sizes
 
 

@@ -104,9 +104,12 @@ class Rig(Protocol):
         ...
 
     def errors(
-        self, runs: Sequence[int], values: Mapping[str, float] | None,
-        angles: Sequence[Array | None] | None, threads: int = 0,
-    ) -> Errors | None:  # fmt: skip
+        self,
+        runs: Sequence[int],
+        values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None,
+        threads: int = 0,
+    ) -> Errors | None:
         """Return how far some runs are from what the model predicts; None of none.
 
         Args:
@@ -183,11 +186,13 @@ class HopperRig:
     ) -> Hopper:
         """Return some runs as a system; of `Rig`."""
         own = [one for one in parameters if one.name not in self._quantities]
-        more = {one: self._quantities[one.name] for one in parameters
-                if one.name in self._quantities}  # fmt: skip
+        more = {
+            one: self._quantities[one.name] for one in parameters if one.name in self._quantities
+        }
         turned = like.turned if isinstance(like, Hopper) else ()
-        return Hopper(self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH,
-                      self.coloured)  # fmt: skip
+        return Hopper(
+            self.robot, [self.measured[k] for k in runs], own, more, turned, _WARMTH, self.coloured
+        )
 
     def with_runs(self, runs: Sequence[MeasuredRun]) -> HopperRig:
         """Return the rig with more runs after its own; it may still fit what its modes feel."""
@@ -207,9 +212,12 @@ class HopperRig:
         return HopperRig(self.measured, written, self.shape)
 
     def errors(
-        self, runs: Sequence[int], values: Mapping[str, float] | None,
-        angles: Sequence[Array | None] | None, threads: int = 0,
-    ) -> Errors | None:  # fmt: skip
+        self,
+        runs: Sequence[int],
+        values: Mapping[str, float] | None,
+        angles: Sequence[Array | None] | None,
+        threads: int = 0,
+    ) -> Errors | None:
         """Return how far some runs are from what the model predicts; of `Rig`."""
         if not runs:
             return None

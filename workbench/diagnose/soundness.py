@@ -135,9 +135,10 @@ def _copies(runs: Sequence[Facts]) -> Iterator[Fault]:
         for other in runs[:k]:
             if len(run.values) and _same(run, other):
                 yield Fault(
-                    k, f"its samples are those of {other.name}: one take was given twice, perhaps "
+                    k,
+                    f"its samples are those of {other.name}: one take was given twice, perhaps "
                     "under two conditions",
-                )  # fmt: skip
+                )
                 break
 
 

@@ -67,9 +67,8 @@ def commanded_angle(times: Array, steps: Steps, gain: float, lag: float, delay: 
 
 
 def fit_drive(
-    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True,
-    memory: float = 0.0,
-) -> DriveFit:  # fmt: skip
+    times: Array, angle: Array, steps: Steps, sigma: float, smooth: bool = True, memory: float = 0.0
+) -> DriveFit:
     """Return what the motor did.
 
     Args:
@@ -89,10 +88,13 @@ def fit_drive(
 
     spread = 1.0 if smooth else max(0.3 / sigma, 1.0)  # T turns by some tenths of a radian
     found = scipy.optimize.least_squares(
-        left, [1.0, _LAG_S, 0.0, float(a[0])], loss="soft_l1", f_scale=_ROBUST * spread,
+        left,
+        [1.0, _LAG_S, 0.0, float(a[0])],
+        loss="soft_l1",
+        f_scale=_ROBUST * spread,
         bounds=([0.2, _LEAST_LAG_S, -0.5, -np.inf], [5.0, 2.0, 0.5, np.inf]),
         x_scale=[0.01, 0.01, 0.01, 0.01],
-    )  # fmt: skip
+    )
     gain, lag, delay, offset = found.x
     smoothed = offset + commanded_angle(times, steps, gain, lag, delay)
     covariance = np.linalg.pinv(found.jac.T @ found.jac)
@@ -100,8 +102,9 @@ def fit_drive(
     if smooth:
         more = _smoothed(angle - smoothed, sigma, memory)
         smoothed, rest = smoothed + more, float(np.std(more))
-    return DriveFit(float(gain), float(lag), float(delay), np.sqrt(np.diag(covariance))[:3], rest,
-                    smoothed)  # fmt: skip
+    return DriveFit(
+        float(gain), float(lag), float(delay), np.sqrt(np.diag(covariance))[:3], rest, smoothed
+    )
 
 
 def calm(left: Array, sigma: float) -> NDArray[np.bool_]:

@@ -48,10 +48,12 @@ class Modes:
         """Return A, (2 m, 2 m), over a time."""
         count = len(self.stiffness)
         drift = _SLOWEST**2 * np.eye(count)
-        rates = np.block([
-            [np.zeros((count, count)), np.eye(count)],
-            [-self.stiffness - drift, -self.damping - _SLOWEST * np.eye(count)],
-        ])  # fmt: skip
+        rates = np.block(
+            [
+                [np.zeros((count, count)), np.eye(count)],
+                [-self.stiffness - drift, -self.damping - _SLOWEST * np.eye(count)],
+            ]
+        )
         return np.asarray(scipy.linalg.expm(rates * seconds), dtype=np.float64)
 
     def kicks(self, process: Array, seconds: float) -> Array:

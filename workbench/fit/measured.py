@@ -81,8 +81,9 @@ class MeasuredRun:
         """Return the median place before time zero, (p,) [m], NaN where it was not seen."""
         rest = self.motion.between(-np.inf, 0.0).select(self.places)
         seen = np.where(rest.valid, rest.values, np.nan)
-        return np.array([np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else np.nan
-                         for c in seen.T])  # fmt: skip
+        return np.array(
+            [np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else np.nan for c in seen.T]
+        )
 
     def noise(self, channels: Sequence[str] = ()) -> NDArray[np.float64]:
         """Return the standard deviation of white noise in each channel, (c,) [m] or [rad].

@@ -62,12 +62,15 @@ def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> 
             lives |= {round(k): samples for k in starts}
     squares = _squares(one, lives)
     return {
-        horizon.seconds: _root_mm([
-            square[round((1 - _LAST) * samples) : samples]
-            for square in squares if len(square) >= samples
-        ])
+        horizon.seconds: _root_mm(
+            [
+                square[round((1 - _LAST) * samples) : samples]
+                for square in squares
+                if len(square) >= samples
+            ]
+        )
         for horizon, samples in zip(horizons, ahead, strict=True)
-    }  # fmt: skip
+    }
 
 
 def free_motion(one: Observed) -> TimeSeries:

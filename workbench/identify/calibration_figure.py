@@ -20,11 +20,7 @@ __all__ = ["figure_5_3"]
 
 _SIZE_IN = (9.0, 3.6)
 _LINE = "#c2410c"
-_KINDS = {
-    "clamped": ("o", "#0b5cad"),
-    "hop": ("^", "#0f8a78"),
-    "held out": ("s", "#6b7280"),
-}
+_KINDS = {"clamped": ("o", "#0b5cad"), "hop": ("^", "#0f8a78"), "held out": ("s", "#6b7280")}
 """Kind of run -> marker, colour."""
 _STYLE: dict[Any, Any] = {
     "font.size": 9,

@@ -24,13 +24,7 @@ from workbench.protocol import (
     load,
 )
 
-__all__ = [
-    "last_day",
-    "on_their_bench",
-    "propose_protocol",
-    "write_calibration",
-    "write_new",
-]
+__all__ = ["last_day", "on_their_bench", "propose_protocol", "write_calibration", "write_new"]
 
 LOWEST_V, HIGHEST_V = 1.0, 5.0  # thesis, fig. 5.3
 RUNS = 10

@@ -51,8 +51,9 @@ def figure_4_1(runs: Sequence[MeasuredRun]) -> Figure:
     _need(runs, "figure 4.1 needs a clamped run")
 
     def draw(figure: Figure) -> None:
-        rows = figure.subplots(len(runs), 2, squeeze=False, sharex="col", sharey=True,
-                               width_ratios=(1, 2))  # fmt: skip
+        rows = figure.subplots(
+            len(runs), 2, squeeze=False, sharex="col", sharey=True, width_ratios=(1, 2)
+        )
         for (path, time), run in zip(rows, runs, strict=True):
             motion = run.motion.between(0.0, _SPAN_S)
             x, z = _seen(motion, TOP[0]), _seen(motion, TOP[2])
@@ -81,8 +82,9 @@ def figure_4_2(spectra: Sequence[Spectrum]) -> Figure:
         for ax, one in zip(rows, spectra, strict=True):
             for (name, color), amplitude in zip(_AXES, one.amplitude.T, strict=True):
                 ax.plot(one.hz, 1000 * amplitude, color=color, label=f"{name} of T")
-            _name_lines(ax, [line for line in one.lines[:3]
-                             if line.hz <= _HIGHEST_HZ and not line.overtone])  # fmt: skip
+            _name_lines(
+                ax, [line for line in one.lines[:3] if line.hz <= _HIGHEST_HZ and not line.overtone]
+            )
             driven = f"driven at {abs(one.speed):.1f} rad/s" if one.speed else "after the release"
             ax.set(title=driven, ylabel="amplitude [mm]", xlim=(0, _HIGHEST_HZ))
             ax.set_ylim(0, 1300 * float(one.amplitude.max()))
@@ -223,8 +225,9 @@ def damping_figure(modes: Sequence[ModeDamping]) -> Figure:
                   [100 * p.ratio_error for p in mode.points], color)  # fmt: skip
             above.axhline(100 * mode.ratio, color=color, linewidth=0.8)
             above.axhspan(*(100 * r for r in mode.interval90), color=color, alpha=0.15, linewidth=0)
-            _bars(below, size, [p.hz for p in mode.points], [p.hz_error for p in mode.points],
-                  color)  # fmt: skip
+            _bars(
+                below, size, [p.hz for p in mode.points], [p.hz_error for p in mode.points], color
+            )
             above.set(title=f"{mode.oscillation}, {mode.hz:.3f} Hz", ylim=(0, None))
             below.set_xlabel("amplitude of T [mm]")
         rows[0, 0].set_ylabel("damping ratio [%]")
@@ -293,12 +296,16 @@ def _mark_found(ax: Axes, surface: FrequencySurface, identified: Mapping[str, Es
     if k is None or root is None:
         return
     found, stated = (k.value, root.value), (k.stated, root.stated)
-    reach = [[[k.value - k.low], [k.high - k.value]], [[root.value - root.low],
-             [root.high - root.value]]]  # fmt: skip
+    reach = [
+        [[k.value - k.low], [k.high - k.value]],
+        [[root.value - root.low], [root.high - root.value]],
+    ]
     ax.errorbar([found[0]], [found[1]], xerr=reach[0], yerr=reach[1], fmt="o", markersize=5,
                 color=palette.SHADES["amps"], label="identified, 90 % interval")  # fmt: skip
-    inside = (surface.hinge[0] <= stated[0] <= surface.hinge[-1]
-              and surface.root[0] <= stated[1] <= surface.root[-1])  # fmt: skip
+    inside = (
+        surface.hinge[0] <= stated[0] <= surface.hinge[-1]
+        and surface.root[0] <= stated[1] <= surface.root[-1]
+    )
     if inside:
         ax.plot(*([value] for value in stated), "s", color=palette.SHADES["scale"], label="stated")
 

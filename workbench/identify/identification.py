@@ -56,9 +56,11 @@ _FREE = ("drop", "hop")
 _FRICTION_RUN = "add a hop at a speed at which the robot travels"
 _GROUND_RUN = "add a drop, or a hop whose foot leaves the ground"
 _ADVICE = {
-    "ground_stiffness": _GROUND_RUN, "ground_damping": _GROUND_RUN,
-    "friction_slide": _FRICTION_RUN, "friction_stick": _FRICTION_RUN,
-}  # fmt: skip
+    "ground_stiffness": _GROUND_RUN,
+    "ground_damping": _GROUND_RUN,
+    "friction_slide": _FRICTION_RUN,
+    "friction_stick": _FRICTION_RUN,
+}
 
 
 @dataclass(frozen=True)

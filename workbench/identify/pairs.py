@@ -91,10 +91,7 @@ def simulated_pair(run: MeasuredRun, robot: Robot) -> Pair:
 
 
 def frequency_surface(
-    robot: Robot,
-    hinge: Sequence[float],
-    root: Sequence[float],
-    rotor_angle: float | None = None,
+    robot: Robot, hinge: Sequence[float], root: Sequence[float], rotor_angle: float | None = None
 ) -> FrequencySurface:
     """Return the longitudinal frequency of the clamped robot for pairs of stiffnesses.
 

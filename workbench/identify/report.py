@@ -164,9 +164,10 @@ def _pairs(found: Identification) -> Markup:
     clamped = [p for p, run in zip(pairs, found.runs, strict=True) if run.mode == "clamped"]
     chosen = _spread(clamped or pairs)
     return _drawn(
-        figure_4_4(chosen), "figure-4-4",
+        figure_4_4(chosen),
+        "figure-4-4",
         "Height of T over time, measured and as the fitted model has it (thesis, figure 4.4).",
-    )  # fmt: skip
+    )
 
 
 def _hop(hop: Pair | None) -> Markup:
@@ -188,10 +189,11 @@ def _surface(found: Identification, resonances: Resonances | None) -> Markup:
     angle = next((run.start_angle for run in found.runs if run.mode == "decay"), None)
     surface = frequency_surface(found.robot, grids[0].tolist(), grids[1].tolist(), angle)
     return _drawn(
-        figure_4_3(surface, found.estimates, _longitudinal(resonances)), "figure-4-3",
+        figure_4_3(surface, found.estimates, _longitudinal(resonances)),
+        "figure-4-3",
         "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the "
         "rotor where it stood in the ring-downs. Measured: the ring-down with the smallest swings.",
-    )  # fmt: skip
+    )
 
 
 def _longitudinal(found: Resonances | None) -> tuple[float, float] | None:

@@ -154,9 +154,12 @@ def resonances(runs: Sequence[MeasuredRun]) -> Resonances:
         if not p.steady
     ]
     return Resonances(
-        points, tuple(find_peaks(points)), tuple(find_jumps(points)), tuple(spectra),
+        points,
+        tuple(find_peaks(points)),
+        tuple(find_jumps(points)),
+        tuple(spectra),
         tuple(warnings),
-    )  # fmt: skip
+    )
 
 
 def find_peaks(points: Sequence[SweepPoint]) -> Iterator[Peak]:
@@ -232,8 +235,11 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
 def _jumps(leg: Sequence[SweepPoint], k: int) -> bool:
     """Tell whether no smooth course from either side leads from point k to the next."""
     axis = int(np.argmax(leg[k].amplitude() + leg[k + 1].amplitude()))
-    expected = [(leg[a], leg[b], leg[c]) for a, b, c in ((k - 1, k, k + 1), (k + 2, k + 1, k))
-                if 0 <= a < len(leg)]  # fmt: skip
+    expected = [
+        (leg[a], leg[b], leg[c])
+        for a, b, c in ((k - 1, k, k + 1), (k + 2, k + 1, k))
+        if 0 <= a < len(leg)
+    ]
     return bool(expected) and all(
         _surprises(before, here, there, axis, inverse)
         for before, here, there in expected
@@ -286,10 +292,13 @@ def _slope(leg: Sequence[SweepPoint], point: SweepPoint, axis: int) -> float:
     k = next(i for i, p in enumerate(leg) if p is point)
     beside = [leg[i] for i in (k - 1, k + 1) if 0 <= i < len(leg)]
     return max(
-        (abs((p.amplitude()[axis] - point.amplitude()[axis]) / (p.speed - point.speed))
-         for p in beside if p.speed != point.speed),
+        (
+            abs((p.amplitude()[axis] - point.amplitude()[axis]) / (p.speed - point.speed))
+            for p in beside
+            if p.speed != point.speed
+        ),
         default=0.0,
-    )  # fmt: skip
+    )
 
 
 def _is_doubled(point: SweepPoint) -> bool:

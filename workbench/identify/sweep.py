@@ -160,8 +160,10 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
     Raises:
         InputError: when T or the rotor are seen too little there.
     """
-    start = max(plateau.start + _SETTLE_S,
-                min(plateau.stop - _LEAST_END_S, (plateau.start + plateau.stop) / 2))  # fmt: skip
+    start = max(
+        plateau.start + _SETTLE_S,
+        min(plateau.stop - _LEAST_END_S, (plateau.start + plateau.stop) / 2),
+    )
     inside = (run.motion.times >= start) & (run.motion.times <= plateau.stop)
     times, phi = run.motion.times[inside], angle[inside]
     top = np.column_stack([_seen(run.motion, TOP[axis])[inside] for axis in (0, 2)])
@@ -201,8 +203,10 @@ def _answer(
     """
     beside = _terms(phi)
     near = [Pole(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
-    tried = [fit_swings(times, top, _OWN_SWINGS, beside=beside, start=start)
-             for start in ([], *([pole] for pole in near))]  # fmt: skip
+    tried = [
+        fit_swings(times, top, _OWN_SWINGS, beside=beside, start=start)
+        for start in ([], *([pole] for pole in near))
+    ]
     found = min(tried, key=lambda one: float(np.nansum(one.left**2)))
     length = times[-1] - times[0]
     own = [

@@ -16,15 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit import (
-    Estimator,
-    Hopper,
-    MeasuredRun,
-    ParameterVector,
-    minimised,
-    paced,
-    refined,
-)
+from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, minimised, paced, refined
 from workbench.fit.prediction import prediction_errors
 from workbench.fit.state import observed
 from workbench.motion import FOOT, position

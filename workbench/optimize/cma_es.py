@@ -71,12 +71,7 @@ class Cmaes(Algorithm):
 
     name = "cma"
 
-    def __init__(
-        self,
-        space: Space,
-        seed: int,
-        options: CmaesOptions | None = None,
-    ) -> None:
+    def __init__(self, space: Space, seed: int, options: CmaesOptions | None = None) -> None:
         super().__init__(space, seed)
         self._chosen = options or CmaesOptions()
         self._best, self._least = space.start, np.inf

@@ -234,10 +234,7 @@ class Guided(Algorithm):
         return np.vstack([self._candidates[inside[:_PARENTS]], self._niches.points[new]])
 
     def _promises(
-        self,
-        surrogate: Surrogate,
-        families: list[Points],
-        islands: list[tuple[int | None, float]],
+        self, surrogate: Surrogate, families: list[Points], islands: list[tuple[int | None, float]]
     ) -> list[NDArray[np.float64]]:
         """Return the upper bound of each member of each island's family."""
         described = self._niches.standard(np.vstack(families))

@@ -144,8 +144,10 @@ class History:
     def table(self) -> str:
         """Return the generations as lines of text, with a heading."""
         rows = zip(*self.columns().values(), strict=True)
-        lines = [f"{'':>4}{'best':>12}{'mean':>12}{'best so far':>13}{'failures':>10}"
-                 f"{'evaluated':>11}{'seconds':>9}"]  # fmt: skip
+        lines = [
+            f"{'':>4}{'best':>12}{'mean':>12}{'best so far':>13}{'failures':>10}"
+            f"{'evaluated':>11}{'seconds':>9}"
+        ]
         lines += [
             f"{n:4.0f}{best:12.6g}{mean:12.6g}{so_far:13.6g}{failures:10.0f}{new:11.0f}{wall:9.2f}"
             for n, best, mean, so_far, failures, new, wall in rows

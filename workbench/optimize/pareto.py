@@ -115,9 +115,11 @@ class Pareto(Algorithm):
 
     def _begin(self) -> None:
         first = np.repeat(self.space.start[None], self._chosen.population_size, axis=0)
-        first[1:] += self._chosen.spread * self.space.widths * self.generator.standard_normal(
-            first[1:].shape
-        )  # fmt: skip
+        first[1:] += (
+            self._chosen.spread
+            * self.space.widths
+            * self.generator.standard_normal(first[1:].shape)
+        )
         self._search = _nsga2(self.space, self.goals, self.space.project(first))
         self._search.random_state = self.generator
         self._asked: Any = None  # a Population of pymoo

@@ -47,8 +47,9 @@ class Space:
         for name in ("lower", "upper", "start"):
             values = np.array(getattr(self, name), dtype=np.float64)
             if values.shape != (len(self),):
-                raise InputError(f"{name} has shape {values.shape}; {len(self)} variables need "
-                                 f"({len(self)},)")  # fmt: skip
+                raise InputError(
+                    f"{name} has shape {values.shape}; {len(self)} variables need ({len(self)},)"
+                )
             values.flags.writeable = False
             object.__setattr__(self, name, values)
         self._check_names()
@@ -135,8 +136,9 @@ class Space:
             raise InputError(f"a variable is named twice in {', '.join(self.names)}")
         for name in self.summed:
             if name not in self.names:
-                raise InputError(f"the sum takes {name}, which is no variable of "
-                                 f"{', '.join(self.names)}")  # fmt: skip
+                raise InputError(
+                    f"the sum takes {name}, which is no variable of {', '.join(self.names)}"
+                )
 
     def _check_box(self) -> None:
         for name, low, high in zip(self.names, self.lower, self.upper, strict=True):
@@ -173,10 +175,7 @@ class Space:
 
 
 def _shifted(
-    free: NDArray[np.float64],
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    total: float,
+    free: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], total: float
 ) -> NDArray[np.float64]:
     """Return clip(free - shift) for the shift that makes its sum the total."""
     corners = np.sort(np.concatenate([free - lower, free - upper]))

@@ -55,10 +55,7 @@ class Surrogate:
     """
 
     def __init__(
-        self,
-        described: NDArray[np.float64],
-        worth: NDArray[np.float64],
-        scales: Sequence[float],
+        self, described: NDArray[np.float64], worth: NDArray[np.float64], scales: Sequence[float]
     ) -> None:
         kernel = _kernel(described.shape[1]).clone_with_theta(np.array(scales))
         self._process = _process(kernel, optimizer=None).fit(described, worth)

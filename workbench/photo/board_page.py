@@ -128,10 +128,11 @@ def _draw_words(canvas: Canvas, board: Board, sheet: int, pattern: float) -> Non
     above = pattern * _POINTS_PER_M + 2 * mm
     canvas.setFont("Helvetica", _SMALL_POINTS)
     canvas.drawString(
-        0, above,
+        0,
+        above,
         f"Marker board {board.paper}, sheet {board.sheets - sheet} of {board.sheets} from the top. "
         f"V, measure the pattern's height at the left edge: must be {1000 * pattern:.1f} mm",
-    )  # fmt: skip
+    )
     if board.sheets > 1:
         edge = "bottom" if sheet else "top"
         canvas.drawRightString(
@@ -152,11 +153,13 @@ def _draw_instructions(canvas: Canvas, board: Board, height: float) -> None:
 
 def _instructions(board: Board) -> list[str]:
     joined = (
-        ["   Cut both sheets along the edge named on them and butt them on a plate; the reading",
-         "   measures how they were joined."]
+        [
+            "   Cut both sheets along the edge named on them and butt them on a plate; the reading",
+            "   measures how they were joined.",
+        ]
         if board.sheets > 1
         else []
-    )  # fmt: skip
+    )
     height = 1000 * board.square * board.rows_a_sheet
     return [
         "",

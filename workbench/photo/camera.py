@@ -207,10 +207,12 @@ def _first_homography(places: Array, seen: Array) -> Array:
     x, y = places.T
     u, v = seen.T
     zero, one = np.zeros_like(x), np.ones_like(x)
-    rows = np.concatenate([
-        np.column_stack([x, y, one, zero, zero, zero, -u * x, -u * y]),
-        np.column_stack([zero, zero, zero, x, y, one, -v * x, -v * y]),
-    ])  # fmt: skip
+    rows = np.concatenate(
+        [
+            np.column_stack([x, y, one, zero, zero, zero, -u * x, -u * y]),
+            np.column_stack([zero, zero, zero, x, y, one, -v * x, -v * y]),
+        ]
+    )
     return np.linalg.lstsq(rows, np.concatenate([u, v]), rcond=None)[0]
 
 

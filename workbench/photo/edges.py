@@ -162,10 +162,12 @@ def _ends(view: View, arcs: Arcs, thickness: float, width: float) -> tuple[Array
     at = np.array([0.0, arcs.length])
     out = arcs.tangents_at(at) * np.array([[-1.0], [1.0]])
     ends = arcs.points_at(at)
-    found = np.array([
-        _last_seen(view, end, way, normal * thickness)
-        for end, way, normal in zip(ends, out, arcs.normals_at(at), strict=True)
-    ])  # fmt: skip
+    found = np.array(
+        [
+            _last_seen(view, end, way, normal * thickness)
+            for end, way, normal in zip(ends, out, arcs.normals_at(at), strict=True)
+        ]
+    )
     below, height = view.below()
     facing = -np.sum((ends - below) * out, axis=1) * width / height
     noise = np.hypot(_END_NOISE_M, np.maximum(facing, 0.0))

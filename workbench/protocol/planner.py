@@ -10,15 +10,7 @@ from typing import NoReturn
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
-from workbench.protocol.experiment import (
-    Condition,
-    Part,
-    Protocol,
-    Run,
-    Staircase,
-    Step,
-    Sweep,
-)
+from workbench.protocol.experiment import Condition, Part, Protocol, Run, Staircase, Step, Sweep
 from workbench.protocol.files import Document
 from workbench.protocol.parts import Parts, part_of
 from workbench.protocol.plan import (
@@ -111,11 +103,7 @@ class _Place:
 
 class _Planner:
     def __init__(
-        self,
-        protocol: Document[Protocol],
-        bench: BenchFile,
-        voltage_step: Decimal,
-        parts: Parts,
+        self, protocol: Document[Protocol], bench: BenchFile, voltage_step: Decimal, parts: Parts
     ) -> None:
         self.protocol, self.bench, self.parts = protocol, bench, parts
         self.ramps = Ramps(bench.line.lowest, voltage_step, bench.supply.limits.slew)
@@ -190,11 +178,7 @@ class _Planner:
                 names = {}
 
     def _grow(
-        self,
-        place: _Place,
-        runs: int = 0,
-        seconds: float = 0.0,
-        condition: Condition | None = None,
+        self, place: _Place, runs: int = 0, seconds: float = 0.0, condition: Condition | None = None
     ) -> None:
         """Count what a step comes to, before it is laid out, and give up where that is too much."""
         self._runs, self._seconds = self._runs + runs, self._seconds + seconds

@@ -147,8 +147,9 @@ def _with_point(text: str, dimension: str, typed: bool) -> str | None:
     point = f"{sign}{whole or 0}.{part} {unit}".rstrip()
     if len(part) == 3 and 1 <= len(whole) <= 3 and whole.strip("0"):
         other = f"{sign}{whole}{part} {unit}".rstrip()
-        raise ValueError(f"{text!r} may be {whole}.{part} or {whole}{part}; "
-                         f"write '{point}' or '{other}'")  # fmt: skip
+        raise ValueError(
+            f"{text!r} may be {whole}.{part} or {whole}{part}; write '{point}' or '{other}'"
+        )
     if not typed:
         usual = _USUAL.get(dimension, next(iter(DIMENSIONS[dimension])))
         shown = point if unit else f"{point} {usual}"

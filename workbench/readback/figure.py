@@ -42,10 +42,13 @@ def _draw(figure: Figure, deviation: Deviation) -> None:
         ax.plot(*place, "o", color=palette.SHADES["amps"], markersize=8, fillstyle="none")
         text = place + _LABEL_MM * normal
         ax.annotate(
-            f"{joint}: {deviation.in_words(joint)}", place, text,
-            ha="right" if normal[0] < 0 else "left", va="center",
+            f"{joint}: {deviation.in_words(joint)}",
+            place,
+            text,
+            ha="right" if normal[0] < 0 else "left",
+            va="center",
             arrowprops={"arrowstyle": "-", "linewidth": 0.5, "color": palette.SHADES["amps"]},
-        )  # fmt: skip
+        )
     tip = 1000 * float(np.linalg.norm(deviation.tip_error))
     ends = np.array([arcs.points_at(arcs.length) for arcs in (target, bent)])
     ax.plot(*ends.T, ":", color=palette.SHADES["scale"], label=f"tip off by {tip:.1f} mm")

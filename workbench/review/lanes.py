@@ -48,10 +48,7 @@ def draw_lane(stream: rr.RecordingStream, comparison: Comparison, number: int) -
     stream.log(root, rr.Transform3D(translation=[0, (1 - number) * _WIDTH_M, 0]), static=True)
     place = [-_SIGN_M, 0.0, floor_height(comparison)]
     sign = rr.Points3D(
-        [place],
-        labels=[f"{number}"],
-        radii=0.0001,
-        colors=rgb(palette.SHADES["marks"]),
+        [place], labels=[f"{number}"], radii=0.0001, colors=rgb(palette.SHADES["marks"])
     )
     stream.log(f"{root}/sign", sign, static=True)
 
@@ -116,17 +113,12 @@ def _names(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def _overlaid(
-    name: str,
-    plot: str,
-    comparisons: Sequence[Comparison],
-    span: tuple[float, float] | None = None,
+    name: str, plot: str, comparisons: Sequence[Comparison], span: tuple[float, float] | None = None
 ) -> rrb.TimeSeriesView:
     """Return one curve of every run, told apart by the colours of the runs."""
     styles: Overrides = {
         f"/runs/{number}/plots/{plot}": rr.SeriesLines(
-            names=name,
-            colors=rgb(palette.run_color(number)),
-            widths=_LINE,
+            names=name, colors=rgb(palette.run_color(number)), widths=_LINE
         )
         for number, name in enumerate(_names(comparisons), start=1)
     }

@@ -131,9 +131,7 @@ def _supply_panel(ax: Axes, supply: TimeSeries, lines: Mapping[str, tuple[str, s
         ax.plot(supply.times, seen(supply, column), color=palette.SHADES[shade], label=name)
 
 
-def _pair(
-    comparison: Comparison,
-) -> tuple[Sequence[TimeSeries], Sequence[str], Sequence[str]]:
+def _pair(comparison: Comparison) -> tuple[Sequence[TimeSeries], Sequence[str], Sequence[str]]:
     return (
         (comparison.real, comparison.twin),
         ("Real: the robot", "Simulated: its twin"),

@@ -116,8 +116,7 @@ def _draw_forces(stream: rr.RecordingStream, path: str, motion: TimeSeries, figu
     places, forces = pushed
     seen = (forces != 0).any(axis=(1, 2)) & _seen(places)
     arrows = rr.Arrows3D.columns(
-        origins=places[seen].reshape(-1, 3),
-        vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3),
+        origins=places[seen].reshape(-1, 3), vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3)
     )
     send_seen(stream, path, motion.times, seen, arrows, each=places.shape[1])
     look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.SHADES["force"]))
@@ -162,20 +161,14 @@ def _send_foot(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure
 
 
 def _send_points(
-    stream: rr.RecordingStream,
-    path: str,
-    times: NDArray[np.float64],
-    places: NDArray[np.float64],
+    stream: rr.RecordingStream, path: str, times: NDArray[np.float64], places: NDArray[np.float64]
 ) -> None:
     seen = _seen(places)
     send_seen(stream, path, times, seen, rr.Points3D.columns(positions=places[seen]))
 
 
 def _send_strips(
-    stream: rr.RecordingStream,
-    path: str,
-    times: NDArray[np.float64],
-    strips: NDArray[np.float64],
+    stream: rr.RecordingStream, path: str, times: NDArray[np.float64], strips: NDArray[np.float64]
 ) -> None:
     """Send one strip a row; `strips` is (n, points, 3) [m]."""
     seen = _seen(strips)

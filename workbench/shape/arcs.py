@@ -127,11 +127,7 @@ class Arcs:
                 f"a contour {abs(1000 * distance):g} mm from the centreline does not exist: the "
                 f"radius there is {1000 * radius:.1f} mm; take a thinner strip or bend less"
             )
-        return replace(
-            self,
-            start=self.start + distance * self.normals_at(0.0),
-            lengths=lengths,
-        )
+        return replace(self, start=self.start + distance * self.normals_at(0.0), lengths=lengths)
 
     def moved(self, turn: float, shift: ArrayLike = (0.0, 0.0), mirror: bool = False) -> Arcs:
         """Return the line mirrored in x, then turned about the origin, then shifted.

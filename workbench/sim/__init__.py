@@ -31,13 +31,7 @@ from workbench.sim.modes import (
 )
 from workbench.sim.motor import MOTOR, Motor
 from workbench.sim.passive import install_force_laws
-from workbench.sim.robot import (
-    SAMPLE_RATE_HZ,
-    Robot,
-    build_spec,
-    compile_model,
-    make_robot,
-)
+from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, build_spec, compile_model, make_robot
 from workbench.sim.simulate import (
     Admit,
     Outcome,

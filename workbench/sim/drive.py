@@ -118,9 +118,5 @@ def _add_motor(spec: mujoco.MjSpec) -> None:
     )
 
 
-DRIVES: dict[Drive, AddDrive] = {
-    "speed": _add_servo,
-    "torque": _add_torque,
-    "voltage": _add_motor,
-}
+DRIVES: dict[Drive, AddDrive] = {"speed": _add_servo, "torque": _add_torque, "voltage": _add_motor}
 """Name of a drive -> what adds it."""

@@ -180,9 +180,11 @@ def _add_beam(foot: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
             )
         _set_inertia(body, mass, inertia, [step / 2, 0, 0])
         body.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.002, 0, 0], mass=0,
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            size=[0.002, 0, 0],
+            mass=0,
             fromto=[0, 0, 0, step, 0, 0],
-        )  # fmt: skip
+        )
         parent, place = body, [step, 0, 0]
     return parent
 
@@ -208,9 +210,11 @@ def _add_rotor(top: mujoco.MjsBody, values: Mapping[str, float]) -> None:
     _set_inertia(rotor, mass, np.array([thin, spread, spread]), [centre, 0, 0])
     rotor.add_site(name="rotor", pos=[radius, 0, 0])
     rotor.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.003, 0, 0], mass=0,
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+        size=[0.003, 0, 0],
+        mass=0,
         fromto=[0, 0, 0, radius, 0, 0],
-    )  # fmt: skip
+    )
 
 
 def _set_inertia(

@@ -223,9 +223,7 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
 
 
 def _stepped(
-    starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]],
-    command: NDArray[np.float64],
-    steps: int,
+    starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]], command: NDArray[np.float64], steps: int
 ) -> tuple[Recorder, NDArray[np.int_]]:
     """Step a group of equal layout; return the samples and how many of them make sense.
 

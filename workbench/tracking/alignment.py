@@ -80,12 +80,7 @@ class ClockFit:
 
 
 def delay(
-    real: TimeSeries,
-    twin: TimeSeries,
-    channel: str,
-    start: float,
-    stop: float,
-    most: float = 0.05,
+    real: TimeSeries, twin: TimeSeries, channel: str, start: float, stop: float, most: float = 0.05
 ) -> Delay:
     """Return how much later `real` is than `twin` in one channel.
 

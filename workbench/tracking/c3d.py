@@ -37,9 +37,7 @@ _METRES = {
     "mm": 0.001, "millimeter": 0.001, "millimeters": 0.001, "in": 0.0254, "inches": 0.0254,
 }  # fmt: skip
 _RATES_HZ = (0.1, 1e5)
-_LIBRARY_ERRORS = (
-    RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError
-)  # fmt: skip
+_LIBRARY_ERRORS = (RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError)
 
 
 class _Points(NamedTuple):

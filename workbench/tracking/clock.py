@@ -85,10 +85,7 @@ def row_clock(
 
 
 def motive_times(
-    indices: NDArray[np.int64],
-    column: NDArray[np.float64] | None,
-    rate: float,
-    source: Source,
+    indices: NDArray[np.int64], column: NDArray[np.float64] | None, rate: float, source: Source
 ) -> NDArray[np.float64]:
     """Return index / rate, (n,) [s]; warn where the time column tells another rate or other times.
 

@@ -81,8 +81,10 @@ def without_exchanges(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
     """
     bodies, warnings = dict(take.bodies), []
     for one, other in (
-        (names.top, names.rotor), (names.foot, names.top), (names.foot, names.rotor)
-    ):  # fmt: skip
+        (names.top, names.rotor),
+        (names.foot, names.top),
+        (names.foot, names.rotor),
+    ):
         a, b = bodies[one], bodies[other]
         if np.isfinite(a.measured).any() or np.isfinite(b.measured).any():
             continue
@@ -117,10 +119,7 @@ def _around(
     after = np.searchsorted(rows, np.arange(len(whole)))
     next_is = exchanged[rows[np.minimum(after, len(rows) - 1)]]
     last_is = exchanged[rows[np.maximum(after - 1, 0)]]
-    return (
-        np.where(whole, exchanged, next_is & last_is),
-        ~whole & (next_is != last_is),
-    )
+    return (np.where(whole, exchanged, next_is & last_is), ~whole & (next_is != last_is))
 
 
 def _swapped(a: BodyTake, b: BodyTake, rows: NDArray[np.bool_]) -> tuple[BodyTake, BodyTake]:

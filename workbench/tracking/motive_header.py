@@ -111,8 +111,7 @@ def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[
             source.warn(f"the header row in line {line} begins with {shown(cells[0])}; ignored")
         above.append([cell.strip() for cell in cells])
     raise source.fault(
-        1,
-        "the header ends without the row that starts with 'Frame'; file cut off? Export it again",
+        1, "the header ends without the row that starts with 'Frame'; file cut off? Export it again"
     )
 
 

@@ -262,10 +262,7 @@ def _motion(
 
 
 def _raw(
-    points: RawPoints,
-    cleaned: Cleaned,
-    angle: NDArray[np.float64],
-    origin: Mapping[str, float],
+    points: RawPoints, cleaned: Cleaned, angle: NDArray[np.float64], origin: Mapping[str, float]
 ) -> TimeSeries:
     """Return the take's own samples as a motion; the turns are those of the cleaned angle."""
     keep = advancing(points.times)

@@ -117,8 +117,9 @@ class Hopper:
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
         """Return the system with other rotor angles."""
-        return Hopper(self.robot, self.runs, self.free, self.candidates, turned, self.warmth,
-                      self.coloured)  # fmt: skip
+        return Hopper(
+            self.robot, self.runs, self.free, self.candidates, turned, self.warmth, self.coloured
+        )
 
     def times(self, run: int) -> Array:
         """Return the times of a run's observed samples, (n,) [s]."""
@@ -299,9 +300,12 @@ class Hopper:
 
     @staticmethod
     def _hold(
-        model: mujoco.MjModel, data: mujoco.MjData, observation: Observation, seen: Array,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        observation: Observation,
+        seen: Array,
         view: View,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Hold the robot where the point taken for T is seen at a place, (2,) [m]."""
         place = np.linalg.solve(view.matrix, seen)
         for _ in range(_HELD_ROUNDS if view.point.any() else 1):

@@ -63,8 +63,9 @@ def own_of(
 
     stiffer = None
     if warmth:
-        stiffer = Parameter(f"stiffness of {name}", "1", 0.0, warmth, -0.1, 0.1, Scope.RUN,
-                            Acts.MODEL, k)  # fmt: skip
+        stiffer = Parameter(
+            f"stiffness of {name}", "1", 0.0, warmth, -0.1, 0.1, Scope.RUN, Acts.MODEL, k
+        )
     if run.driven:
         phase = (
             one("rotor ahead in", "rad", phase_rad, Acts.DRIVE),
@@ -72,8 +73,9 @@ def own_of(
         )
         return Own(stiffer, phase=phase)
     latest = first_s - _LEAST_LEAD_S
-    late = Parameter(f"release of {name}", "s", 0.0, _LATE_S, -latest, latest, Scope.RUN,
-                     Acts.START, k)  # fmt: skip
+    late = Parameter(
+        f"release of {name}", "s", 0.0, _LATE_S, -latest, latest, Scope.RUN, Acts.START, k
+    )
     if run.mode == "decay":
         deviation = _PLACE_M if stood else _UNSEEN_M
         place = tuple(
@@ -82,6 +84,7 @@ def own_of(
             for axis in ("forward", "up")
         )  # fmt: skip
         return Own(stiffer, late, place)
-    height = Parameter(f"height of {name}", "m", run.height, _HEIGHT_M, 0.0, np.inf, Scope.RUN,
-                       Acts.START, k)  # fmt: skip
+    height = Parameter(
+        f"height of {name}", "m", run.height, _HEIGHT_M, 0.0, np.inf, Scope.RUN, Acts.START, k
+    )
     return Own(stiffer, late, height=height)

@@ -116,12 +116,13 @@ class MjcfSystem:
         self.model = compiled(self.spec) if self.given else self.model
         self.edits: dict[Parameter, Edit] = dict(
             parameter(
-                self.spec, one,
+                self.spec,
+                one,
                 units_of(self.model, self.channels, self.inputs, owner_of(one), one.owner),
                 self.given.get(Edit(one.field, one.owner), 0.0),
             )
             for one in self.free
-        )  # fmt: skip
+        )
         self._of_edit = {edit: p for p, edit in self.edits.items()}
         self._of_run = tuple(self._run_parameters(k) for k in range(len(self.runs)))
         self._first = tuple(self._first_sample(k) for k in range(len(self.runs)))
@@ -267,9 +268,12 @@ class MjcfSystem:
         return data
 
     def _until_first(
-        self, run: int, model: mujoco.MjModel, data: mujoco.MjData,
+        self,
+        run: int,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
         values: Mapping[Parameter, float],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Simulate from time zero, which may be fitted, to the first observed sample.
 
         The number of steps is that of the nominal time, so that what comes out is smooth in it.

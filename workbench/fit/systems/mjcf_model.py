@@ -141,9 +141,12 @@ def observation_of(
 
 
 def units_of(
-    model: mujoco.MjModel, channels: Sequence[Channel], inputs: Sequence[Input], kind: str,
+    model: mujoco.MjModel,
+    channels: Sequence[Channel],
+    inputs: Sequence[Input],
+    kind: str,
     owner: str,
-) -> dict[str, str]:  # fmt: skip
+) -> dict[str, str]:
     """Return the units of force `F`, place `L`, inertia `I` and `control` of an element.
 
     Args:

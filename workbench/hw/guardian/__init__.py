@@ -20,11 +20,4 @@ from workbench.hw.guardian.client import GuardedSupply, open_guarded
 from workbench.hw.guardian.lease import LeaseClock
 from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records
 
-__all__ = [
-    "KEEP_TRYING_S",
-    "NO_RECORDS",
-    "GuardedSupply",
-    "LeaseClock",
-    "Records",
-    "open_guarded",
-]
+__all__ = ["KEEP_TRYING_S", "NO_RECORDS", "GuardedSupply", "LeaseClock", "Records", "open_guarded"]

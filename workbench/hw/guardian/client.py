@@ -11,13 +11,7 @@ from typing import Any
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
 from workbench.hw.guardian.lease import SILENT_S, UNSET_SILENT_S, LeaseClock
-from workbench.hw.guardian.messages import (
-    KEEP_TRYING_S,
-    NO_RECORDS,
-    Records,
-    SupplyBusyError,
-    Task,
-)
+from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records, SupplyBusyError, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
 from workbench.hw.supply import DECAY_S, Identity, Limits, Reading, Setpoint, Supply
 from workbench.output import BY_HAND, MAY_BE_ON

@@ -138,13 +138,7 @@ class Registers:
     def writable(self) -> frozenset[int]:
         """The only registers that are ever written: calibration and boot loader are not among."""
         return frozenset(
-            {
-                self.voltage_set,
-                self.current_set,
-                self.output,
-                self.over_voltage,
-                self.over_current,
-            }
+            {self.voltage_set, self.current_set, self.output, self.over_voltage, self.over_current}
         )
 
 

@@ -35,10 +35,7 @@ KEYSIGHT = Dialect(
     over_voltage="VOLT:PROT {},(@{channel})",
     over_voltage_ask="VOLT:PROT? (@{channel})",
     enable=(("CURR:PROT:STAT ON,(@{channel})", "CURR:PROT:STAT? (@{channel})"),),
-    tripped=(
-        ("OVP", "VOLT:PROT:TRIP? (@{channel})"),
-        ("OCP", "CURR:PROT:TRIP? (@{channel})"),
-    ),
+    tripped=(("OVP", "VOLT:PROT:TRIP? (@{channel})"), ("OCP", "CURR:PROT:TRIP? (@{channel})")),
 )
 
 # One output, and a watchdog that any SCPI traffic feeds: armed only while the output is on, as it
@@ -71,10 +68,7 @@ RIGOL = Dialect(
         ("OUTP:OVP CH{channel},ON", "OUTP:OVP? CH{channel}"),
         ("OUTP:OCP CH{channel},ON", "OUTP:OCP? CH{channel}"),
     ),
-    tripped=(
-        ("OVP", "OUTP:OVP:QUES? CH{channel}"),
-        ("OCP", "OUTP:OCP:QUES? CH{channel}"),
-    ),
+    tripped=(("OVP", "OUTP:OVP:QUES? CH{channel}"), ("OCP", "OUTP:OCP:QUES? CH{channel}")),
 )
 
 RIGOL_ONE_CHANNEL = Dialect(

@@ -25,12 +25,7 @@ DEVICES: dict[Family, Callable[..., SimulatedSupply]] = {
 
 
 def simulated(
-    model: str,
-    *,
-    clock: Clock,
-    load: Load = no_load,
-    serial: int | None = None,
-    channel: int = 1,
+    model: str, *, clock: Clock, load: Load = no_load, serial: int | None = None, channel: int = 1
 ) -> SimulatedSupply:
     """Return a simulated supply of a model.
 

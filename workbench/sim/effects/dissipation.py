@@ -97,9 +97,4 @@ AIR_DRAG = Effect(
 )
 """Air brakes T: a force -c |v| v against its motion through the room."""
 
-EFFECTS = (
-    HINGE_DAMPING,
-    HINGE_COULOMB_FRICTION,
-    HINGE_QUADRATIC_DAMPING,
-    AIR_DRAG,
-)
+EFFECTS = (HINGE_DAMPING, HINGE_COULOMB_FRICTION, HINGE_QUADRATIC_DAMPING, AIR_DRAG)

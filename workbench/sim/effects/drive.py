@@ -100,10 +100,4 @@ speed = command (1 + cos_1 cos p + sin_1 sin p + cos_2 cos 2p + sin_2 sin 2p), p
 in the world about +y from +x. The second order is that of an oval gear or of two shafts askew.
 """
 
-EFFECTS = (
-    SPEED_SCALE,
-    SPEED_OFFSET,
-    SPEED_DRIFT,
-    MOTOR_DROOP,
-    SPEED_RIPPLE,
-)
+EFFECTS = (SPEED_SCALE, SPEED_OFFSET, SPEED_DRIFT, MOTOR_DROOP, SPEED_RIPPLE)

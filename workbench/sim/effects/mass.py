@@ -76,9 +76,4 @@ ROTOR_UNBALANCE = Effect(
 The site that cameras see stays where it is.
 """
 
-EFFECTS = (
-    TOP_MASS,
-    FOOT_MASS,
-    FOOT_CG,
-    ROTOR_UNBALANCE,
-)
+EFFECTS = (TOP_MASS, FOOT_MASS, FOOT_CG, ROTOR_UNBALANCE)

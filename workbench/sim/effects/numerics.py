@@ -38,7 +38,4 @@ TIME_STEP = Effect(
 )
 """The engine's step is too long: the simulation itself errs."""
 
-EFFECTS = (
-    BEAM_DISCRETISATION,
-    TIME_STEP,
-)
+EFFECTS = (BEAM_DISCRETISATION, TIME_STEP)

@@ -125,9 +125,4 @@ t the turn of the tip from where it was at rest: foot pitch and all hinge angles
 those of the robot at rest. The rotor's angle is seen about that point as well, and its speed.
 """
 
-EFFECTS = (
-    CAMERA_TILT,
-    TIME_OFFSET,
-    LENGTH_SCALE,
-    MARKER_OFFSET,
-)
+EFFECTS = (CAMERA_TILT, TIME_OFFSET, LENGTH_SCALE, MARKER_OFFSET)
