@@ -244,7 +244,7 @@ class Bundle:
             with replaced(path) as draft:
                 write(draft)
         except RuntimeError as error:  # what rerun makes of a full disk
-            raise RecordError(f"{path}: cannot be written ({error}); is the disk full?") from error
+            raise RecordError(f"{path}: cannot be written ({error})") from error
 
     def is_closed(self) -> bool:
         """Tell whether checksums were written; a run that was cut off has none."""
