@@ -11,12 +11,11 @@ import json
 import secrets
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
-from workbench.bundle import Bundle, runs_named
+from workbench.bundle import Bundle, runs_named, runs_of
 from workbench.desk import holder
 from workbench.errors import InputError
 
@@ -110,7 +109,7 @@ def _find(
             "without --resume"
         )
     _require_same(one, inputs, texts)
-    begun = _runs_of(name, one.path.parent)
+    begun = runs_of(name, one.path.parent)
     _require_free(one.path.parent, name, begun[-1])
     course = Course(
         id=name,
@@ -120,17 +119,6 @@ def _find(
         root=one.path.parent,
     )
     return course, begun
-
-
-def _runs_of(experiment: str, root: Path) -> list[Bundle]:
-    """Return the bundles of an experiment, by name; a damaged one is not of interest here."""
-    found: list[Bundle] = []
-    for folder in sorted(path for path in root.iterdir() if path.is_dir()):
-        with suppress(InputError):
-            bundle = Bundle.open(folder)
-            if bundle.experiment == experiment:
-                found.append(bundle)
-    return found
 
 
 def _require_free(root: Path, experiment: str, newest: Bundle) -> None:

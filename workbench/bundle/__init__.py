@@ -62,7 +62,7 @@ from workbench.bundle.manifest import (
     SupplyIdentity,
     TrackFacts,
 )
-from workbench.bundle.named import run_named, runs_named
+from workbench.bundle.named import run_named, runs_named, runs_of
 from workbench.bundle.record import Exchange, Record
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
@@ -115,6 +115,7 @@ __all__ = [
     "read_remarks",
     "run_named",
     "runs_named",
+    "runs_of",
     "sha256",
     "stamping",
     "unportable",

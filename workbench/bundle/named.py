@@ -23,7 +23,7 @@ from workbench.bundle.folder import Bundle
 from workbench.bundle.names import MANIFEST
 from workbench.errors import InputError, did_you_mean
 
-__all__ = ["run_named", "runs_named"]
+__all__ = ["run_named", "runs_named", "runs_of"]
 
 _TOLD = 8  # candidates that a message names
 _SUFFIXES = (".yaml", ".yml")
@@ -89,24 +89,30 @@ def _with_part(word: Path, root: Path) -> list[Path]:
 
 def _of_experiment(word: Path, root: Path) -> list[Path]:
     """Return the runs of the experiment with this id, or of the newest one of this protocol."""
-    every = list(_experiments(root))
-    ids = {identity for identity, _, _ in every}
+    every = list(_in_experiments(root))
+    ids = {run.experiment for run in every}
     asked = word.stem if word.suffix in _SUFFIXES else word.name
-    newest = max((identity for identity, protocol, _ in every if protocol == asked), default=None)
-    chosen = word.name if word.name in ids else newest
-    return [folder for identity, _, folder in every if identity == chosen]
+    of_protocol = (run.experiment or "" for run in every if _protocol(run) == asked)
+    chosen = word.name if word.name in ids else max(of_protocol, default=None)
+    return [run.path for run in every if run.experiment == chosen]
 
 
-def _experiments(root: Path) -> Iterator[tuple[str, str, Path]]:
-    """Yield experiment, protocol and folder of each run that has them, by name.
+def _protocol(run: Bundle) -> str:
+    return Path(run.asked.protocol or "").stem
 
-    One whose manifest is damaged belongs to nothing.
-    """
+
+def runs_of(experiment: str, root: Path) -> list[Bundle]:
+    """Return the runs of an experiment, by name."""
+    return [run for run in _in_experiments(root) if run.experiment == experiment]
+
+
+def _in_experiments(root: Path) -> Iterator[Bundle]:
+    """Yield each run that belongs to one; a run whose manifest is damaged belongs to nothing."""
     for name in bundle_names(root):
         with suppress(InputError):
-            bundle = Bundle.open(root / name)
-            if bundle.experiment is not None:
-                yield bundle.experiment, Path(bundle.asked.protocol or "").stem, root / name
+            run = Bundle.open(root / name)
+            if run.experiment is not None:
+                yield run
 
 
 def _only(found: Sequence[Path], word: Path, root: Path) -> Path:
@@ -129,7 +135,7 @@ def _only(found: Sequence[Path], word: Path, root: Path) -> Path:
 
 def _unknown(word: Path, root: Path) -> InputError:
     names = bundle_names(root)
-    protocols = sorted({protocol for _, protocol, _ in _experiments(root)})
+    protocols = sorted({_protocol(run) for run in _in_experiments(root)})
     there = f"; there are the protocols {', '.join(protocols)}" if protocols else ""
     asked = word.stem if word.suffix in _SUFFIXES else word.name
     hint = did_you_mean(asked, [*names, *protocols]) or there
