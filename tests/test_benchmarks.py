@@ -39,13 +39,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ),
         (
             "identify",
-            [
-                "workbench fit, observed",
-                "workbench identify",
-                "mujoco.sysid",
-                "scipy least_squares",
-                "looks at no data",
-            ],
+            ["workbench identify", "mujoco.sysid", "scipy least_squares", "looks at no data"],
         ),
     ],
 )

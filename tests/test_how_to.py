@@ -50,7 +50,7 @@ def test_another_effect_is_the_page_s_entry_named_where_it_says(copy: Path) -> N
     file = copy / "workbench" / "sim" / "effects" / "dissipation.py"
     another = entry.replace("AIR_DRAG", "HEAD_WIND").replace('"air_drag"', '"head_wind"')
     add(file, entry, f"\n{another}")
-    add(file, "    AIR_DRAG,\n", "    HEAD_WIND,\n")  # in `EFFECTS`
+    add(file, "HINGE_QUADRATIC_DAMPING, AIR_DRAG", ", HEAD_WIND")  # in `EFFECTS`
     add(file, ' "air_drag",', ' "head_wind",')  # what is confused with the one, is with the other
     names = copy / "tests" / "sim" / "test_effects_library.py"
     add(names, "hinge_quadratic_damping air_drag", " head_wind")

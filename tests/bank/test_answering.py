@@ -116,19 +116,6 @@ def test_the_page_judges_the_engine_as_it_is_on_its_own(tmp_path: Path) -> None:
     assert "| slowest case [s] | 200 of 2 |" in all_states
 
 
-def test_a_confidence_is_what_the_other_cases_teach(tmp_path: Path) -> None:
-    lines = []
-    for seed, true in enumerate(["tether", "tether", "air_drag"]):
-        label = {"block": "single", "generator": "twin", "effects": {true: {}}, "kind": "",
-                 "expected": {"answers": ["NAMED"], "listed": [true], "named": [true]}}  # fmt: skip
-        cause = {"effect": "tether", "confidence": 0.1, "weight": 1.0}
-        said = {"answer": "NAMED", "causes": [cause]}
-        lines.append(json.dumps({"seed": seed, "answer": said, "label": label, "plain": {}}))
-    (tmp_path / "seed-1.jsonl").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    stated = [one.confidence for one in told_of(tmp_path).judged]
-    assert stated == pytest.approx([1.5 / 3, 1.5 / 3, 2.5 / 3])
-
-
 def test_a_line_keeps_what_is_scored_and_no_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

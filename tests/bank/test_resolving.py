@@ -57,7 +57,9 @@ class Answers:
         if isinstance(said, Exception):
             raise said
         kind, *causes = said
-        return SimpleNamespace(answer=SimpleNamespace(kind=kind, causes=tuple(causes)))
+        return SimpleNamespace(
+            kind=kind, causes=tuple(SimpleNamespace(name=name) for name in causes)
+        )
 
 
 def resolved(
