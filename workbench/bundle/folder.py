@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from workbench.bundle.finding import is_run, no_bundle
-from workbench.bundle.inside import foreign
+from workbench.bundle.inside import foreign, own_file
 from workbench.bundle.manifest import SCHEMA, Asked, Compared, Manifest, Status
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, VIEWS, WIRE, View
 from workbench.bundle.record import Record
@@ -105,7 +105,7 @@ class Bundle:
         Raises:
             InputError: when the folder is no bundle, or its manifest is damaged.
         """
-        manifest_file = _own(path / MANIFEST)
+        manifest_file = own_file(path / MANIFEST)
         try:
             facts = json.loads(manifest_file.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
@@ -164,7 +164,7 @@ class Bundle:
         Raises:
             InputError: when something else stands there, such as a link.
         """
-        return _own(self.path / f"{kind}.yaml")
+        return own_file(self.path / f"{kind}.yaml")
 
     def resolved(self, kind: Document) -> Path:
         """Return the path of what a file came to; not every kind is kept so.
@@ -172,7 +172,7 @@ class Bundle:
         Raises:
             InputError: as `document`.
         """
-        return _own(self.path / f"{kind}.json")
+        return own_file(self.path / f"{kind}.json")
 
     @property
     def take_folder(self) -> Path:
@@ -258,14 +258,5 @@ class Bundle:
             error: why it is not complete; one of before goes where there is none.
         """
         self.record.end(status, error)
-        trying = (
-            self.record.guardian_log.exists() and self.record.output.live
-        )  # its guardian goes on
-        seal(self.path, (GUARDIAN, WIRE) if trying else ())
-
-
-def _own(path: Path) -> Path:
-    """Return the path of a file of a run, or of none; refuse what only stands for one."""
-    if (what := foreign(path)) is not None:
-        raise InputError(f"{path}: is {what}, and no file of the run")
-    return path
+        live = self.record.guardian_log.exists() and self.record.output.live
+        seal(self.path, (GUARDIAN, WIRE) if live else ())  # which its guardian still writes

@@ -13,7 +13,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["Contents", "contents", "foreign", "printable", "unportable"]
+from workbench.errors import InputError
+
+__all__ = ["Contents", "contents", "foreign", "own_file", "printable", "unportable"]
 
 _MOUNT_POINT = 0xA0000003  # reparse tag of a Windows junction, a link between folders
 _KINDS = (
@@ -70,6 +72,17 @@ def foreign(path: Path) -> str | None:
     if getattr(found, "st_reparse_tag", 0) == _MOUNT_POINT:
         return "a link"
     return next((what for fits, what in _KINDS if fits(found.st_mode)), None)
+
+
+def own_file(path: Path) -> Path:
+    """Return the path of a file of a run, or of none.
+
+    Raises:
+        InputError: when something else stands there, such as a link.
+    """
+    if (what := foreign(path)) is not None:
+        raise InputError(f"{path}: is {what}, and no file of the run")
+    return path
 
 
 def printable(name: str) -> str:

@@ -85,14 +85,12 @@ class Record:
         return _lines(self.guardian_log)
 
     @property
-    def guarded(self) -> bool:
-        """Whether a guardian wrote anything of the supply."""
-        return bool(self.guardian())
-
-    @property
-    def trips(self) -> list[str]:
-        """Why the supply's guardian switched off, in order; empty where it had no reason to."""
-        return [str(one.get("reason")) for one in self.guardian() if one.get("event") == "trip"]
+    def trips(self) -> list[str] | None:
+        """Why the supply's guardian switched off, in order; None where no guardian wrote at all."""
+        written = self.guardian()
+        if not written:
+            return None
+        return [str(one.get("reason")) for one in written if one.get("event") == "trip"]
 
     @property
     def output(self) -> OutputState:
@@ -113,7 +111,7 @@ class Record:
         None where no file tells of a supply.
         """
         known = self.output
-        if known.state == "untouched" and not self.guarded:
+        if known.state == "untouched" and not self.guardian():
             return self.manifest.measured.output_off
         return known.verdict
 

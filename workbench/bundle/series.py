@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from workbench.bundle.inside import foreign
+from workbench.bundle.inside import foreign, own_file
 from workbench.bundle.writing import replaced
 from workbench.errors import InputError
 
@@ -70,9 +70,7 @@ class SeriesFiles(NamedTuple):
 
         from workbench.timeseries import TimeSeries
 
-        path = self._path(kind)
-        if (what := foreign(path)) is not None:
-            raise InputError(f"{path}: is {what}, and no file of the run")
+        path = own_file(self._path(kind))
         try:
             table = pq.read_table(path)
             columns = {name: table[name].to_numpy() for name in table.column_names}

@@ -183,12 +183,12 @@ def _left_behind(following: Following | None, known: OutputState | None) -> str:
     """Tell what became of the output of a run whose process died."""
     if following is None or known is None or known.state in ("untouched", "not driven"):
         return "It had not touched the supply."
-    guarded, trips = following.bundle.record.guarded, following.bundle.record.trips
+    trips = following.bundle.record.trips
     if known.state == "off":
         if not trips:
             return "Its output was off."
         return f"Its guardian switched the output off, and read back that it is off ({trips[-1]})."
-    if not guarded:
+    if trips is None:
         return f"No guardian watched its output. {MAY_BE_ON}: use {OWN_SWITCH} now."
     cause = f" ({known.cause})" if known.cause else ""
     return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {OWN_SWITCH} now."
