@@ -62,7 +62,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
         (1, "CLEAN"),
         (2, "NAMED"),
     ]
-    words = r"CLEAN: .*nothing is missing above what the cameras' noise accounts for"
+    words = r"CLEAN: .*nothing is missing above what the noise accounts for"
     assert re.search(words, " ".join(ended.stderr.split()))
     first = found["rounds"][0]
     assert first["minutes"] == pytest.approx((3 * (1 + 3 + 90) + 180) / 60)

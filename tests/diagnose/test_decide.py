@@ -80,6 +80,32 @@ def test_a_pair_is_taken_where_it_adds_and_is_no_rival_of_its_other_order() -> N
     assert decide(BASE, [single, less], SAMPLES, RULES).best.names == ("a",)
 
 
+def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
+    single = scored("a", gain=800)
+    surely = scored("b", "c", gain=830, seed=0)
+    found = decide(BASE, [single, surely], SAMPLES, RULES)
+    assert (found.kind, found.best.names) == ("NAMED", ("b", "c"))
+    perhaps = scored("b", "c", gain=810, seed=3, scatter=8.0)
+    found = decide(BASE, [single, perhaps], SAMPLES, RULES)
+    assert found.kind == "SET"
+    assert {name for one in found.alike for name in one.names} == {"a", "b", "c"}
+    behind = scored("b", "c", gain=804, seed=3, scatter=8.0)  # no more than one number more gains
+    assert decide(BASE, [single, behind], SAMPLES, RULES).kind == "NAMED"
+
+
+def test_a_number_far_off_is_paid_for_in_full_where_noise_repeats_itself() -> None:
+    one, other = scored("a", gain=800), scored("a", gain=790)
+    far = Scored(one.names, 30.0, one.blocks, one.held, one.lack, one.power)
+    assert versus(other, far, 9.0).gain == pytest.approx(30 - 10 / 9)
+
+
+def test_what_the_runs_do_not_prefer_to_the_base_is_no_alternative() -> None:
+    one = scored("a", gain=800)
+    wild = scored("b", gain=-3000.0, scatter=3000.0)  # so scattered that it is not surely behind
+    assert versus(one, wild).sure < RULES.apart
+    assert decide(BASE, [one, wild], SAMPLES, RULES).kind == "NAMED"
+
+
 def test_noise_that_repeats_itself_counts_less() -> None:
     one = scored("a", gain=800)
     assert versus(one, BASE, 9.0).gain == pytest.approx(versus(one, BASE).gain / 9)

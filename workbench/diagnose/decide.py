@@ -82,10 +82,11 @@ def versus(one: Scored, other: Scored, repeats: float = 1.0) -> Versus:
     every = np.concatenate([fitted, *held])
     scatter = float(np.std(every)) * np.sqrt(len(every))
     runs = [float(part.sum()) for part in held]
+    prior = other.prior - one.prior
     return Versus(
-        (other.cost - one.cost) / repeats,
+        float(fitted.sum()) + prior,
         sum(runs),
-        float(every.sum()) / max(scatter, 1e-9),
+        (float(every.sum()) + prior) / max(scatter, 1e-9),
         float(np.mean([gain > 0 for gain in runs])) if runs else 1.0,
     )
 
@@ -135,15 +136,20 @@ def decide(
             best = one
             break
     if best is not base:
-        pairs = [
-            one for one, _ in compared if len(one.names) == 2 and set(best.names) < set(one.names)
-        ]
-        for pair in pairs:
-            if _holds(pair, best, samples, rules, repeats):
+        single = best
+        for pair in (one for one, _ in compared if len(one.names) == 2):
+            if set(single.names) < set(pair.names):
+                holds = _holds(pair, single, samples, rules, repeats)
+            else:  # other causes in its place
+                holds = _holds(pair, base, samples, rules, repeats) and _behind(
+                    single, pair, rules, repeats
+                )
+            if holds:
                 best = pair
                 break
     rest, explained = best.lack, 1 - best.power / base.power
-    alike = _alike(best, [one for one, _ in compared], rules, repeats)
+    likelier = [one for one, found in compared if found.gain > rules.suspected and found.held > 0]
+    alike = _alike(best, likelier, rules, repeats)
     told = tuple(compared)
     if best is base:
         return _without(base, told, samples / repeats, rules)
@@ -180,6 +186,12 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
     )
 
 
+def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
+    """Tell whether the same seconds put a hypothesis surely behind another."""
+    found = versus(other, one, repeats)
+    return found.sure >= rules.apart and found.gain + found.held >= rules.suspected
+
+
 def _carrier(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
     """Return the run without which all others together do not speak for a hypothesis."""
     gains = {run: (base.by_run[run] - cost) / repeats for run, cost in one.by_run.items()}
@@ -191,13 +203,26 @@ def _carrier(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | N
 def _alike(
     best: Scored, tried: Sequence[Scored], rules: Rules, repeats: float
 ) -> tuple[Scored, ...]:
-    """Return the hypotheses of as many causes that the same seconds do not put behind the best."""
+    """Return the hypotheses that the same seconds do not put behind the best.
+
+    Those of as many causes; beside a single one also pairs without it that are likelier.
+
+    Args:
+        best: the likeliest.
+        tried: hypotheses that the runs prefer to the base.
+        rules: of the diagnosis.
+        repeats: how often the innovations repeat one another.
+    """
     found = [best]
     for one in tried:
-        if one.names == best.names or len(one.names) != len(best.names):
+        if one.names == best.names or len(one.names) < len(best.names):
             continue
-        behind = versus(best, one, repeats)
-        if behind.sure < rules.apart or behind.gain + behind.held < rules.suspected:
+        ahead = versus(one, best, repeats)
+        if len(one.names) > len(best.names) and (
+            set(best.names) <= set(one.names) or ahead.gain + ahead.held < rules.suspected
+        ):
+            continue
+        if not _behind(one, best, rules, repeats):
             found.append(one)
     return tuple(found)
 
@@ -221,7 +246,7 @@ def _without(
     if left > 1:
         reason = f"{_lacking(left)}, and no known cause explains it"
         return Part("NONE", base, (), left, 0.0, reason, compared)
-    reason = "nothing is missing above what the cameras' noise accounts for"
+    reason = "nothing is missing above what the noise accounts for"
     return Part("CLEAN", base, (), left, 0.0, reason, compared)
 
 

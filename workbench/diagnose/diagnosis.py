@@ -183,11 +183,17 @@ def diagnose(
     extended = rig.extend(out / f"{name}-model", values, effects, name)
     angles = (None, None) if drive is None else drive.angles
     before = {p.name: base.values[p.name] for p in rig.base}
+    errors = rig.errors(fits.held, before, angles[0], threads)
+    if kind == "CLEAN" and errors is not None and errors.rmse > rig.whole * errors.noise_floor:
+        times = errors.rmse / errors.noise_floor
+        kind = "NONE"
+        reason = f"simulated freely, the runs held out are {times:.2g} times their noise off"
+        reason += ", and no known cause explains it"
     return Diagnosis(
         rig, kind, tuple(causes), reason, _rivals(fits, parts), base, observer.best,
         observer.tried, observer.promises, parts, observer.refit,
         tuple(rig.names[k] for k in fits.held),
-        rig.errors(fits.held, before, angles[0], threads),
+        errors,
         extended.errors(fits.held, None, angles[1], threads),
         extended, sound.evidence, rules, time.perf_counter() - begin, fits,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,6 +215,33 @@ class Fits:
                 near, dict(zip(near.names, after.x, strict=True)),
             ))  # fmt: skip
         return sorted(found, key=lambda one: -one.gain)
+
+    def pairs_without(
+        self, leader: str, at: Hypothesis, promises: Sequence[Promise]
+    ) -> list[tuple[tuple[str, str], Promise]]:
+        """Return pairs without the best single candidate that promise as much as it does.
+
+        One number far beyond its tolerance can do what two do within theirs: where nothing but
+        weight drives an arm, less mass is more friction with more inertia.
+
+        Args:
+            leader: name of the best candidate.
+            at: a hypothesis without candidates.
+            promises: of each candidate beside that.
+        """
+        near = promises[0].near
+        least = near.fall(self._moving((*at.names, leader)))
+        others = [one for one in self.candidates if one not in (*at.names, leader)]
+        falls = [
+            (near.fall(self._moving((*at.names, *pair))), pair) for pair in combinations(others, 2)
+        ]
+        best = sorted((one for one in falls if one[0] > least), reverse=True)
+        found = []
+        for fall, pair in best[: self.rules.seconds]:
+            after = near.solved(self._moving((*at.names, *pair)))
+            numbers = dict(zip(near.names, after.x, strict=True))
+            found.append((pair, Promise(" with ".join(pair), fall, 0.0, near, numbers)))
+        return found
 
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.

@@ -35,6 +35,7 @@ from workbench.protocol import Document, RigChannel, RigFile, load
 
 __all__ = ["MechanismRig", "load_mechanism"]
 
+_WHOLE = 3.0  # times the noise
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -105,6 +106,11 @@ class MechanismRig:
             Facts(one.name, run.mode, run.role, names, one.values[one.begun])
             for one, run in zip(self.measured, self.file.content.runs, strict=True)
         )
+
+    @property
+    def whole(self) -> float:
+        """Return how far off a free simulation may be; of `Rig`."""
+        return _WHOLE
 
     def faults(self) -> Sequence[Fault]:
         """Return nothing: what a mechanism that nobody knows should do, only a fit tells."""

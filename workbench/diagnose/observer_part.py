@@ -11,6 +11,7 @@ from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, decide
 from workbench.diagnose.findings import Cause, Found, Refit, found_of
 from workbench.diagnose.fits import Fits, Hypothesis, Promise
+from workbench.diagnose.linear import beyond
 from workbench.fit import Scope
 
 __all__ = ["ObserverPart", "observer_part"]
@@ -50,6 +51,7 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     for one in short:
         tell(f"fit {one.name}")
         singles.append(fits.refit((one.name,), base, one))
+    before = {one.names: one for one in singles}
     singles = _weighed(fits, base, singles)
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.worth:
@@ -60,6 +62,11 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
             tell(f"fit {first.names[0]} with {one.name}")
             pairs.append(fits.refit((*first.names, one.name), first, one))
         pairs = _weighed(fits, first, pairs)
+        for names, one in fits.pairs_without(first.names[0], base, promises):
+            tell(f"fit {' with '.join(names)}")
+            pair = fits.refit(names, base, one)
+            better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
+            pairs.append(fits.weighed(pair) if better else pair)
     tried = [*singles, *pairs]
     tell("judge by the runs held out")
     scored = {one.names: _scored(fits, one) for one in (base, *tried)}
@@ -90,22 +97,23 @@ def _weighed(fits: Fits, base: Hypothesis, found: Sequence[Hypothesis]) -> list[
     return sorted(found, key=lambda one: one.cost)
 
 
+def _prior(one: Hypothesis) -> float:
+    """Return -2 ln of the prior, with that of what is released."""
+    released = [p.flat and p.scope is not Scope.RUN for p in one.estimator.vector.parameters]
+    return one.prior + beyond(one.x[released])
+
+
+def _cost(one: Hypothesis) -> float:
+    return one.cost - one.prior + _prior(one)
+
+
 def _scored(fits: Fits, one: Hypothesis) -> Scored:
     blocks = np.concatenate(one.blocks)
-    prior = one.prior + _beyond(one)
+    prior = _prior(one)
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
     judged = fits.judged(one)
     return Scored(one.names, prior, blocks, judged, fits.lack(one), fits.missing_power(one), by_run)
-
-
-def _beyond(one: Hypothesis) -> float:
-    """Return -2 ln of the prior of what is released, Cauchy's: what is far off is believed less.
-
-    A mass that was weighed is rarely off by many tolerances, but where the runs insist it may be.
-    """
-    pairs = zip(one.estimator.vector.parameters, one.x, strict=True)
-    return sum(2 * float(np.log1p(x**2)) for p, x in pairs if p.flat and p.scope is not Scope.RUN)
 
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:

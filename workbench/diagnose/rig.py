@@ -70,6 +70,11 @@ class Rig(Protocol):
         """Return what may explain a misfit."""
         ...
 
+    @property
+    def whole(self) -> float:
+        """Return how many times the noise a free simulation of a whole model may be off."""
+        ...
+
     def faults(self) -> Sequence[Fault]:
         """Return the runs that are not what they are said to be."""
         ...
@@ -172,6 +177,11 @@ class HopperRig:
     def facts(self) -> tuple[Facts, ...]:
         """Return what was measured of each run."""
         return tuple(self._facts(run) for run in self.measured)
+
+    @property
+    def whole(self) -> float:
+        """Return infinity: hops are chaotic, and the observer alone judges them; of `Rig`."""
+        return np.inf
 
     def faults(self) -> list[Fault]:
         """Return the runs that are not what they are said to be, as drive and bodies show."""
