@@ -54,3 +54,16 @@ def test_a_benchmark_prints_its_tables(name: str, told: list[str], tmp_path: Pat
     assert done.returncode == 0, done.stderr
     assert not [line for line in told if line not in done.stdout]
     assert "nan" not in done.stdout
+
+
+def test_machines_whose_data_are_not_there_are_named_with_what_gets_them(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "benchmarks" / "measured.py"), "--data", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert [line.split(":")[0] for line in lines] == ["emps", "servo", "dfki"]
+    assert all("left out" in line and "git clone https://github.com/" in line for line in lines)

@@ -95,7 +95,7 @@ class Linear:
     @cached_property
     def slope(self) -> Array:
         """Return J' W r, (p,)."""
-        return np.asarray(self.jacobian.T @ (self.weights * self.residuals))
+        return np.asarray(self.jacobian.T @ (self.weights * self.residuals), dtype=np.float64)
 
     def fall(self, moving: Mapping[str, bool]) -> float:
         """Return by how much the cost falls where some numbers move; cheap, without blocks.
