@@ -191,6 +191,9 @@ class _Conductor:
 
     def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
+        facts = _condition(run.action)
+        if run.expect:
+            facts["expect"] = {name: tuple(ends) for name, ends in run.expect.items()}
         return Asked(
             kind="run",
             title=protocol.content.title,
@@ -208,7 +211,7 @@ class _Conductor:
             attempt=self.course.attempt(run.number),
             rest_s=run.rest,
             duration_s=run.duration,
-            **_condition(run.action),
+            **facts,
             bench=self.experiment.bench.content.name,
             calibration=self.experiment.bench.content.line.id,
             versions=versions(),

@@ -25,6 +25,7 @@ from workbench.bundle import (
     Series,
     Signals,
     events,
+    judgements,
     sha256,
     verify,
 )
@@ -171,6 +172,7 @@ def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
         mark=kept.mark,
         estimate=kept.state,
         predictions=_predictions(bundle.manifest.observed),
+        judged=judgements(bundle.manifest),
     )
 
 

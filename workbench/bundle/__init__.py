@@ -18,7 +18,8 @@ Nothing in it is overwritten once the run is finished, but for the views: they a
 seal, and may be missing or drawn anew at any time. A run whose take is missing is not finished: the
 take can be added later. Remarks are only ever appended, and each line carries its own sha256.
 
-`sentences` tells an event of the journal in words.
+`sentences` tells an event of the journal in words; `judgement` says whether results lie where the
+protocol expects them.
 
 A `Bundle` is the folder with its documents, take and views (`folder.py`). Its `record` is what is
 written while the run goes on: the typed manifest (`manifest.py`), the journal of typed events
@@ -39,6 +40,7 @@ from workbench.bundle.events import Event, Logged, parse_line
 from workbench.bundle.finding import bundle_names
 from workbench.bundle.folder import Bundle, Document, View
 from workbench.bundle.inside import Contents, contents, foreign, unportable
+from workbench.bundle.judgement import Judgement, judgements, passed
 from workbench.bundle.manifest import (
     Alignment,
     AnswerFact,
@@ -86,6 +88,7 @@ __all__ = [
     "Event",
     "Exchange",
     "FloorFacts",
+    "Judgement",
     "Kind",
     "Logged",
     "Manifest",
@@ -111,7 +114,9 @@ __all__ = [
     "contents",
     "events",
     "foreign",
+    "judgements",
     "parse_line",
+    "passed",
     "read_remarks",
     "run_named",
     "runs_named",

@@ -97,6 +97,8 @@ class Asked(Section):
     height_m: float | None = None
     levels: tuple[tuple[float, float, float | None], ...] | None = None
     """Of a staircase: (time [s], voltage [V], speed [rad/s])."""
+    expect: dict[str, tuple[float | None, float | None]] = {}
+    """Name of a result -> least and greatest value with which the run passes, in its unit."""
     bench: str | None = None
     calibration: str | None = None
     versions: dict[str, str] = {}

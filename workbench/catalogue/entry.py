@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from workbench.bundle import Bundle, Manifest, read_remarks
+from workbench.bundle import Bundle, Manifest, judgements, passed, read_remarks
 
 __all__ = ["COLUMNS", "UNFINISHED", "UNREADABLE", "Entry", "describe", "read_entry"]
 
@@ -124,7 +124,9 @@ def as_row(entry: Entry) -> tuple[Any, ...]:
 
 def _described(manifest: Manifest) -> dict[str, Any]:
     asked, compared = manifest.asked, manifest.compared
-    return {
+    judged = judgements(manifest)
+    verdict = {"expected": [one.as_json() for one in judged], "passed": passed(judged)}
+    found = {
         "mode": asked and asked.mode,
         "role": asked and asked.role,
         "real": compared and compared.real.as_json(),
@@ -134,6 +136,7 @@ def _described(manifest: Manifest) -> dict[str, Any]:
         "error_top_mm": compared and compared.error_top_mm,
         "warnings": compared and compared.warnings,
     }
+    return found | (verdict if judged else {})
 
 
 def _operator(manifest: Manifest) -> str:

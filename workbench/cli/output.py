@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from workbench.cli.plain import RUNS_MEANT, JsonFlag, RunArguments, RunsFolder, emit
 from workbench.cli.progress import ProgressLine
 from workbench.quantities import QUANTITIES
 
 if TYPE_CHECKING:
-    from workbench.bundle import Compared
+    from workbench.bundle import Compared, Judgement
 
 __all__ = [
     "RUNS_MEANT",
@@ -23,6 +24,7 @@ __all__ = [
     "comparison_table",
     "emit",
     "people",
+    "print_judgements",
     "print_notes",
     "show_table",
     "summary_rows",
@@ -68,6 +70,15 @@ def comparison_table(title: str, compared: Compared) -> None:
         f"T {compared.error_top_mm:.1f})"
     )
     print_notes(compared.warnings)
+
+
+def print_judgements(judged: Sequence[Judgement]) -> None:
+    """Print whether results lie where the protocol expects them."""
+    for one in judged:
+        name, came, expected = one.words
+        style = "bold green" if one.passed else "bold red"
+        line = Text.assemble((one.mark, style), f"  {name.lower()} {came}, expected {expected}")
+        Console(highlight=False).print(line)
 
 
 def print_notes(warnings: Sequence[str]) -> None:

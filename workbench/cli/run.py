@@ -8,9 +8,16 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bench import load_bench, make_bench
-from workbench.bundle import Bundle
+from workbench.bundle import Bundle, judgements, passed
 from workbench.cli.completing import bench_names, protocol_files, run_names
-from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, tell
+from workbench.cli.output import (
+    JsonFlag,
+    RunsFolder,
+    comparison_table,
+    emit,
+    print_judgements,
+    tell,
+)
 from workbench.cli.views import described
 from workbench.experiment import read_experiment
 from workbench.resume import foresee
@@ -50,6 +57,8 @@ def run(
     skipped, the run that broke off is repeated, and what it holds stays. With `--dry-run` that is
     told and not done.
 
+    A run whose result lies outside of what the protocol expects (`expect:`) fails: exit code 1.
+
     Example: workbench run protocols/hop-17.yaml --bench virtual
 
     Example: workbench run protocols/clamped-sweep.yaml --dry-run
@@ -71,10 +80,12 @@ def run(
     from workbench.cli.terminal import carry_out_here  # and all that a run needs
 
     done: list[Bundle] = []
+    failed = 0
     objects: list[dict[str, Any]] = []
     for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
         done.append(bundle)
         objects.append(described(bundle, undrawn))
+        failed += passed(judgements(bundle.manifest)) is False
         if not as_json:
             _print_bundle(bundle)
     if as_json:
@@ -82,10 +93,14 @@ def run(
         emit((objects[0] if len(objects) == 1 else {}) | {"runs": objects})
     elif len(done) > 1:
         print(f"all runs:  workbench review {done[0].experiment}")
+    if failed:
+        tell(f"{failed} of {len(done)} runs are not as the protocol expects")
+        raise typer.Exit(1)
 
 
 def _print_bundle(bundle: Bundle) -> None:
     comparison_table(bundle.asked.title, bundle.compared)
+    print_judgements(judgements(bundle.manifest))
     print(f"bundle:    {bundle.path}")
     if bundle.view("report").exists():
         print(f"report:    {bundle.view('report')}")

@@ -111,9 +111,7 @@ class Linear:
         dropped = float(np.sum(before[released] ** 2)) - beyond((before + steps)[released])
         return float(-gradient @ steps) + dropped
 
-    def _solution(
-        self, moving: Mapping[str, bool]
-    ) -> tuple[NDArray[np.int64], Array, Array, Array]:
+    def _solution(self, moving: Mapping[str, bool]) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Return what moves, its priors, the inverse of the curvature, and the gradient."""
         chosen = np.array(
             [
@@ -125,7 +123,8 @@ class Linear:
         prior = np.array([1.0 if moving.get(self.names[i], True) else _FREED for i in chosen])
         curvature = self.curvature[np.ix_(chosen, chosen)] + np.diag(prior)
         gradient = self.slope[chosen] + prior * self.x[chosen]
-        return chosen, prior, np.linalg.pinv(curvature, hermitian=True), gradient
+        inverse = np.asarray(np.linalg.pinv(curvature, hermitian=True), dtype=np.float64)
+        return chosen, prior, inverse, gradient
 
     def solved(self, moving: Mapping[str, bool]) -> Solved:
         """Return the least cost where numbers by name move -> whether they have a prior."""

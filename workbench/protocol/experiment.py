@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from workbench.modes import DRIVEN, Mode, Role
+from workbench.protocol.expect import Expected
 from workbench.protocol.levels import Heights, Pulls, Speeds, Voltages
 from workbench.protocol.prompt import PromptOrText
 from workbench.protocol.quantity import Quantity
@@ -65,6 +66,8 @@ class Condition(Section):
     role: Role = "train"
     """Whether a later diagnosis may fit this run or only test on it."""
     repeats: Annotated[int, Field(ge=1, le=1000)] = 1
+    expect: Expected | None = None
+    """What these runs should come to: a run outside of a range fails."""
     before: tuple[PromptOrText, ...] = ()
     """Prompts before each of these runs, with the output off."""
     after: tuple[PromptOrText, ...] = ()
@@ -80,6 +83,9 @@ class Condition(Section):
             owner, example = _RELEASE_KEYS[key]
             if self.mode == owner and value is None:
                 raise ValueError(f"mode {owner} needs {key}, for example '{key}: {example}'")
+        unfit = None if self.expect is None else self.expect.wrong_for(self.mode)
+        if unfit is not None:
+            raise ValueError(unfit)
         if self.mode not in DRIVEN and "ramp" in self.model_fields_set:
             raise ValueError(f"mode {self.mode} has no drive; remove ramp")
 

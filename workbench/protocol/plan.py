@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
-from dataclasses import dataclass, replace
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
+from workbench.protocol.expect import Range
 from workbench.protocol.experiment import Mode, Role
 from workbench.protocol.prompt import Question
 from workbench.protocol.release import PlannedRelease
@@ -136,6 +137,7 @@ class PlannedRun:
         role: use in a later diagnosis.
         repeat: number of this repetition, from 1.
         shape: beam of this run, None for the experiment's.
+        expect: result's name -> the range that it must lie in.
         before: prompts before it.
         after: prompts after it.
     """
@@ -148,6 +150,7 @@ class PlannedRun:
     role: Role
     repeat: int
     shape: Named | None = None
+    expect: Mapping[str, Range] = field(default_factory=dict)
     before: tuple[PlannedPrompt, ...] = ()
     after: tuple[PlannedPrompt, ...] = ()
 

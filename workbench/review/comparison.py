@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.bundle import Judgement
 from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Misfit, Mode, Summary, position
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
@@ -119,6 +120,7 @@ class Comparison:
         estimate: the whole pose of the real robot as the observer has it, channels as the twin's;
             None where it was not estimated.
         predictions: errors of predictions from the estimated state, in order of time.
+        judged: results beside what the protocol expects of them.
         mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
@@ -148,6 +150,7 @@ class Comparison:
     mark: str | None = None
     estimate: TimeSeries | None = None
     predictions: tuple[Predicted, ...] = ()
+    judged: tuple[Judgement, ...] = ()
 
     @property
     def called(self) -> str:

@@ -44,6 +44,15 @@ def _warnings(comparison: Comparison) -> Markup:
     return warning_list((*mark, *comparison.warnings))
 
 
+def _judged(comparison: Comparison) -> Markup:
+    rows = [
+        (*one.words, Markup('<span class="{0}">{0}</span>').format(one.mark))
+        for one in comparison.judged
+    ]
+    heads = ("", "Measured", "Expected", "")
+    return table(rows, heads, css="numbers judged") if rows else Markup()
+
+
 def _headline(comparison: Comparison) -> Markup:
     return table(headline(comparison), HEADINGS, css="numbers compared")
 
@@ -138,6 +147,7 @@ def _recording(comparison: Comparison) -> Markup:
 RECORDING = Section("Recording", _recording)
 SECTIONS = (
     Section("Warnings", _warnings),
+    Section("Pass or fail", _judged),
     Section("Result", _headline),
     Section("Path", _trajectory),
     Section("Error of the twin", _misfit),
