@@ -94,7 +94,7 @@ class Client:
         self.runs, self.err = folder / "runs", folder / "err.txt"
         lab = lab_file(folder, device)
         forkserver = multiprocessing.get_context("forkserver")
-        forkserver.set_forkserver_preload(["workbench.cli.run", "tests.killing"])
+        forkserver.set_forkserver_preload(["workbench.cli.terminal", "tests.killing"])
         self._here, there = forkserver.Pipe()
         words = ["run", folder / "p.yaml", "--bench", lab, "--runs", self.runs]
         self.state = folder / "state"

@@ -244,8 +244,8 @@ def test_the_tests_receive_a_ctrl_c_that_a_shell_had_ignored(root: Path, tmp_pat
     (tmp_path / "test_received.py").write_text(RECEIVED)
     tests = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "tests.conftest"]
     shell = ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]  # as for a command that ends in &
-    found = subprocess.run(
-        [*shell, *tests, tmp_path / "test_received.py"], cwd=root, capture_output=True, text=True
-    )
+    # from its own folder on: else the folders of all tests beside this one are looked through
+    words = [*shell, *tests, "--rootdir", tmp_path, tmp_path / "test_received.py"]
+    found = subprocess.run(words, cwd=root, capture_output=True, text=True)
     assert found.returncode == 0, found.stdout
     assert "2 passed" in found.stdout

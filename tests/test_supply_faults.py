@@ -116,7 +116,7 @@ def run_on(
     bench: VirtualBench, lab: Path, workbench: Command, monkeypatch: pytest.MonkeyPatch
 ) -> Answer:
     """Carry the protocol out on a bench; the bundle lies in `runs` beside its file."""
-    monkeypatch.setattr("workbench.cli.run.make_bench", lambda content: bench)
+    monkeypatch.setattr("workbench.bench.make_bench", lambda content: bench)
     protocol = lab.with_name("p.yaml")
     protocol.write_text(PROTOCOL)
     return workbench("run", protocol, "--bench", lab, "--runs", lab.with_name("runs"))

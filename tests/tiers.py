@@ -7,6 +7,7 @@ the computer does; waiting has a budget of its own, which a busy computer hardly
 
 Linear algebra uses one thread: its small matrices gain nothing from more, and threads that wait for
 each other use up the cores of the other workers. Set before numpy loads, for processes as well.
+Garbage in cycles is looked for less often than usual, as thousands of tests and modules stay.
 
 Workers get one module at a time, as its tests share fixtures, unless `xdist_group` says otherwise.
 The group `alone` holds what watches the clock or kills. It comes first: it mostly waits, and while
@@ -15,6 +16,7 @@ one worker does that the others have the cores.
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Generator, Iterable
 from typing import NamedTuple, cast
@@ -25,6 +27,7 @@ __all__ = ["BUDGET_S", "WAIT_S", "Costs"]
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+gc.set_threshold(10_000)
 
 BUDGET_S = 12.0
 """Processor time that a test of the first tier may take [s], with the fixtures that it builds."""

@@ -1,4 +1,4 @@
-"""The fixed draw of reduced cases, diagnosed; half come from an engine foreign to the twin.
+"""The fixed draw of reduced cases, diagnosed; most come from an engine foreign to the twin.
 
 The engine gets the runs alone, as they are stored. What it answers is judged by the label
 afterwards.
@@ -25,7 +25,7 @@ from workbench.protocol import load_model, load_shape
 REMOVED = 0.8  # of the removable error, by an extension, also of a cause of little size
 BUDGET_S: dict[Block, float] = dict.fromkeys(("single", "null", "pair", "outside"), 60.0)
 """Processor time that a diagnosis may take in the first tier [s]."""
-COUNT = {"single": 4, "pair": 1, "null": 2, "outside": 1}
+COUNT = {"single": 4, "pair": 1, "null": 1, "outside": 1}
 
 
 def answered(case: Case, folder: Path) -> tuple[Judged, str]:
@@ -40,7 +40,7 @@ def answered(case: Case, folder: Path) -> tuple[Judged, str]:
 def test_the_draw_has_all_kinds_of_cases_and_both_generators() -> None:
     blocks = [case.block for case in SMALL_DRAW]
     assert {block: blocks.count(block) for block in COUNT} == COUNT
-    assert sum(case.generator == "rod" for case in SMALL_DRAW) == len(SMALL_DRAW) / 2
+    assert sum(case.generator == "rod" for case in SMALL_DRAW) >= len(SMALL_DRAW) / 2
     singles = {case.causes for case in SMALL_DRAW if case.block == "single"}
     assert len(singles) == COUNT["single"]
 

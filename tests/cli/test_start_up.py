@@ -15,12 +15,15 @@ ROOT = Path(__file__).resolve().parents[2]
 SCIPY = {f"scipy.{part}" for part in ("interpolate", "linalg", "optimize", "signal", "spatial")}
 HEAVY = SCIPY | {
     "PIL", "cv2", "distributed", "ezdxf", "fastapi", "jinja2", "matplotlib", "mujoco", "numba",
-    "pyarrow", "rerun", "reportlab", "scipy.stats", "sklearn", "uvicorn",
+    "numpy", "pyarrow", "rerun", "reportlab", "scipy.stats", "sklearn", "uvicorn",
+    "workbench.protocol",
 }  # fmt: skip
-ENGINE = {"mujoco", "numba"}
+FILES = {"numpy", "workbench.protocol"}
+ENGINE = {*FILES, "mujoco", "numba"}
 DRAWING = {"rerun", "matplotlib", "jinja2", "PIL"}
 BUDGETS = (
-    (set[str](), "run ingest live panel schema doctor runs supply"),
+    (set[str](), "run"),
+    (FILES, "ingest live panel schema doctor runs supply"),
     (
         ENGINE,
         "calibrate identify resonances simulate modes diagnose investigate review optimize thesis",
@@ -61,7 +64,9 @@ def test_every_verb_has_a_budget() -> None:
     assert sorted(verb for _, verbs in BUDGETS for verb in verbs.split()) == sorted(VERBS)
 
 
-@pytest.mark.parametrize(("budget", "verbs"), BUDGETS, ids=["nothing", "engine", "template"])
+@pytest.mark.parametrize(
+    ("budget", "verbs"), BUDGETS, ids=["nothing", "files", "engine", "template"]
+)
 def test_help_loads_no_more_than_its_budget(budget: set[str], verbs: str, tmp_path: Path) -> None:
     modules = [f"workbench.cli.{VERBS[verb].module}" for verb in verbs.split()]
     assert loaded(f"import {', '.join(modules)}", tmp_path) - budget == set()
@@ -70,13 +75,13 @@ def test_help_loads_no_more_than_its_budget(budget: set[str], verbs: str, tmp_pa
 def test_a_misspelt_key_is_reported_before_the_robot_and_the_formats_load(tmp_path: Path) -> None:
     right = (ROOT / "protocols" / "hop-17.yaml").read_text("utf-8")
     (tmp_path / "wrong.yaml").write_text(right.replace("speed:", "sped:"), "utf-8")
-    assert loaded_by(tmp_path, "run", "wrong.yaml") == set()
+    assert loaded_by(tmp_path, "run", "wrong.yaml") == FILES
 
 
 def test_a_take_is_read_without_the_simulation(tmp_path: Path) -> None:
     take = ROOT / "tests" / "data" / "tracking" / "hop_motive_1.23.csv"
     found = loaded_by(tmp_path, "ingest", str(take))
-    assert found <= {"pyarrow", "scipy.linalg", "scipy.spatial"}
+    assert found <= {*FILES, "pyarrow", "scipy.linalg", "scipy.spatial"}
 
 
 def test_what_a_run_needs_draws_nothing(tmp_path: Path) -> None:

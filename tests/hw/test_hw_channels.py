@@ -10,6 +10,7 @@ from dataclasses import replace
 from decimal import Decimal
 
 import pytest
+from hw_stub import QUICK_S
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
@@ -36,11 +37,15 @@ each_model = pytest.mark.parametrize("model", SEVERAL)
 
 @contextmanager
 def opened(
-    device: SimulatedScpi, clock: SimulatedClock, wire: list[str] | None = None, channel: int = 1
+    device: SimulatedScpi,
+    clock: SimulatedClock,
+    wire: list[str] | None = None,
+    channel: int = 1,
+    timeout_s: float = 0.5,
 ) -> Iterator[Supply]:
     with serve(device) as address:
         supply = open_supply(
-            Connection("tcp", address, channel=channel),
+            Connection("tcp", address, channel=channel, timeout_s=timeout_s),
             clock=clock,
             wire_log=[].append if wire is None else wire.append,
             family="scpi",
@@ -143,7 +148,8 @@ def test_limits_are_those_of_the_channel(clock: SimulatedClock) -> None:
 @each_model
 def test_another_supply_does_not_confirm_off(clock: SimulatedClock, model: str) -> None:
     device = SimulatedScpi(clock=clock, model=model)
-    with opened(device, clock) as supply:
+    # each question that is asked again waits for two time-outs of silence
+    with opened(device, clock, timeout_s=QUICK_S) as supply:
         prepare(supply, LOW, model=model)
         switch_on(supply, Decimal("2.9"))
         device._maker = replace(device._maker, identity="Somebody,{},4711,1.0")

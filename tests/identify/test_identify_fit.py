@@ -129,7 +129,7 @@ def test_drops_tell_the_ground() -> None:
 
 
 def test_a_foot_that_never_slips_does_not_tell_friction_and_it_is_said_what_would() -> None:
-    still = driven(MODEL, "hop", 6.0, 1.5)
+    still = driven(MODEL, "hop", 6.0, 1.0)
     with pytest.raises(InputError) as told:
         identify([still], MODEL, SHAPE, ["friction_slide"])
     assert str(told.value) == (

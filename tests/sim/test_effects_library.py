@@ -44,8 +44,8 @@ NAMES: dict[Group, str] = {
 SEEN = (*FOOT, PITCH, *TOP, *ROTOR, ROTOR_ANGLE)
 CONDITIONS: dict[Mode, Condition] = {
     "clamped": Condition("clamped", np.full(181, 13.0)),
-    "decay": Condition("decay", np.zeros(181), pull=0.4),
-    "hop": Condition("hop", np.full(181, 17.0)),
+    "decay": Condition("decay", np.zeros(121), pull=0.4),
+    "hop": Condition("hop", np.full(121, 17.0)),
     "drop": Condition("drop", np.zeros(121), height=0.02),
 }
 ROUNDING = 1e-12  # [m, rad] a mass that is never moved changes the last digits of the solver

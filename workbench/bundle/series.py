@@ -72,7 +72,8 @@ class SeriesFiles(NamedTuple):
 
         path = own_file(self._path(kind))
         try:
-            table = pq.read_table(path)
+            with pq.ParquetFile(path) as file:  # `read_table` loads pyarrow's data sets for it
+                table = file.read()
             columns = {name: table[name].to_numpy() for name in table.column_names}
             times = columns.pop(_TIME)
             masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}

@@ -6,8 +6,6 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from workbench.protocol import builtin_names
-
 __all__ = ["bench_names", "model_names", "protocol_files", "run_names", "shape_names"]
 
 _HEAD_BYTES = 2048  # a file says what it is near its top
@@ -33,12 +31,18 @@ def bench_names(incomplete: str) -> list[str]:
 
 def model_names(incomplete: str) -> list[str]:
     """Return the built-in models, and model files beside what is typed."""
-    return _beginning(incomplete, [*builtin_names("model"), *_files(incomplete, "model", Path())])
+    return _names(incomplete, "model")
 
 
 def shape_names(incomplete: str) -> list[str]:
     """Return the built-in shapes, and shape files beside what is typed."""
-    return _beginning(incomplete, [*builtin_names("shape"), *_files(incomplete, "shape", Path())])
+    return _names(incomplete, "shape")
+
+
+def _names(incomplete: str, kind: str) -> list[str]:
+    from workbench.protocol import builtin_names  # only where one is typed
+
+    return _beginning(incomplete, [*builtin_names(kind), *_files(incomplete, kind, Path())])
 
 
 def _files(incomplete: str, kind: str, usual: Path) -> list[str]:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from workbench.bench import load_bench, make_bench
-from workbench.bundle import Bundle, judgements, passed
 from workbench.cli.completing import bench_names, protocol_files, run_names
 from workbench.cli.output import (
     JsonFlag,
@@ -18,10 +16,9 @@ from workbench.cli.output import (
     print_judgements,
     tell,
 )
-from workbench.cli.views import described
-from workbench.experiment import read_experiment
-from workbench.resume import foresee
-from workbench.resume import resume as go_on
+
+if TYPE_CHECKING:
+    from workbench.bundle import Bundle
 
 __all__ = ["run"]
 
@@ -63,6 +60,11 @@ def run(
 
     Example: workbench run protocols/clamped-sweep.yaml --dry-run
     """
+    from workbench.bench import load_bench, make_bench  # none of these for help
+    from workbench.experiment import read_experiment
+    from workbench.resume import foresee
+    from workbench.resume import resume as go_on
+
     lab = load_bench(bench)
     device = make_bench(lab.content)
     experiment = read_experiment(protocol, lab, device.voltage_step)
@@ -77,7 +79,9 @@ def run(
         runs = course.root or runs
         left = len(experiment.plan.without(course.done).runs)
         tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
+    from workbench.bundle import judgements, passed
     from workbench.cli.terminal import carry_out_here  # and all that a run needs
+    from workbench.cli.views import described
 
     done: list[Bundle] = []
     failed = 0
@@ -99,6 +103,8 @@ def run(
 
 
 def _print_bundle(bundle: Bundle) -> None:
+    from workbench.bundle import judgements
+
     comparison_table(bundle.asked.title, bundle.compared)
     print_judgements(judgements(bundle.manifest))
     print(f"bundle:    {bundle.path}")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-import scipy
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
@@ -242,8 +242,8 @@ def _require_followed(system: Hopper, run: int, found: Innovations) -> None:
 
 def _near_seen(seen: Array) -> NDArray[np.bool_]:
     """Return where every channel was seen within a tenth of a second, (n,)."""
-    wide = np.ones((2 * _BLIND + 1, 1), dtype=np.bool_)
-    return np.asarray(scipy.ndimage.binary_dilation(np.isfinite(seen), wide).all(axis=1))
+    wide = np.pad(np.isfinite(seen), ((_BLIND, _BLIND), (0, 0)))
+    return sliding_window_view(wide, 2 * _BLIND + 1, axis=0).any(axis=2).all(axis=1)
 
 
 def _with_sigmas(names: list[str], values: Array, covariance: Array) -> dict[str, Array]:

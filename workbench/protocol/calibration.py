@@ -69,9 +69,7 @@ class Calibration(MotorLine):
     slope: Annotated[float, Quantity("speed_per_voltage", above=0)] = 4.4
     offset: Speed = -2.9
     lowest: Annotated[float, Quantity("voltage", above=0)] = 1.0
-    """Lowest voltage that was measured."""
     highest: Annotated[float, Quantity("voltage", above=0)] = 5.5
-    """Highest voltage that was measured."""
 
 
 class CalibrationFile(MotorLine):
