@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.bundles import manifest_of
+from tests.bundles import carried_out, manifest_of, report_of
 from tests.conftest import Command
 from workbench import ingest, review
 from workbench.bundle import Bundle, View, verify
@@ -194,3 +194,11 @@ def test_a_sheet_s_runs_get_their_views(
     assert answer.json["bundles"] == [str(bare.path)]
     assert "the viewer is broken" in answer.json["warnings"][0]
     assert views_of(bare) == ["report"]
+
+
+def test_a_report_says_how_the_run_compares_with_the_last_one(tmp_path: Path) -> None:
+    one = "  - run: {mode: decay, pull: 0.4 N, rest: 0.5 s, duration: 1 s}\n"
+    first, second = carried_out(tmp_path, one + one)
+    said = "Beside the last run of the same condition: error of the twin"
+    assert said not in report_of(first)
+    assert said in report_of(second)

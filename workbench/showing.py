@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from workbench import review
 from workbench.bundle import Bundle, View, sha256
+from workbench.catalogue import Query, beside_earlier, search
 from workbench.errors import InputError
 from workbench.pairing import other_twin
 from workbench.protocol import Document, ModelFile
@@ -28,9 +29,11 @@ if TYPE_CHECKING:
 __all__ = ["Shown", "pair_extended", "write_views"]
 
 _MOMENT = 0.8  # of the run: where a picture is taken
-_DRAW: dict[View, Callable[[Comparison, Path], None]] = {
-    "recording": lambda comparison, path: review.write_recording(comparison, path),
-    "report": lambda comparison, path: review.write_report(comparison, path),
+_DRAW: dict[View, Callable[[Bundle, Comparison, Path], None]] = {
+    "recording": lambda _, comparison, path: review.write_recording(comparison, path),
+    "report": lambda bundle, comparison, path: review.write_report(
+        comparison, path, None, _beside(bundle)
+    ),
 }
 _LATER: dict[View, str] = {"recording": "--save", "report": "--page"}
 """Option of `workbench review` that draws a view."""
@@ -50,12 +53,18 @@ def write_views(bundle: Bundle) -> str | None:
     for kind, draw in _DRAW.items():
         try:
             shown = shown or recall_whatever(bundle)
-            bundle.write_view(kind, partial(draw, shown))
+            bundle.write_view(kind, partial(draw, bundle, shown))
         except (KeyboardInterrupt, SystemExit):
             raise
         except BaseException as error:  # a panic inside rerun is no Exception
             why[kind] = " ".join(f"{type(error).__name__}: {error}".split())
     return _not_drawn(bundle, why) if why else None
+
+
+def _beside(bundle: Bundle) -> str:
+    """Return how a run compares with the last ones of its condition in the folder of its runs."""
+    found = search(bundle.path.parent, Query(), lambda _: None)
+    return beside_earlier(found.entries, bundle.path.name)
 
 
 def _not_drawn(bundle: Bundle, why: Mapping[View, str]) -> str:

@@ -52,7 +52,8 @@ class TimeSeries:
         valid: Mapping[str, NDArray[np.bool_]] | None = None,
     ) -> TimeSeries:
         """Build from one (n,) array a column; a column not in `valid` is valid where finite."""
-        values = np.column_stack([np.asarray(c, dtype=float) for c in columns.values()])
+        # a column is one piece of memory
+        values = np.array([np.asarray(c, dtype=float) for c in columns.values()]).T
         mask = np.isfinite(values)
         for i, name in enumerate(columns):
             if valid is not None and name in valid:

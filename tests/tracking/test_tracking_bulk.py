@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -12,13 +15,13 @@ from fuzzing import FLAVOURS, base_export, check
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.tracking import BodyTake, Cloud, Missing, Take, write_motive, write_row
+from workbench.tracking import BodyTake, Cloud, Missing, Take, read_take, write_motive, write_row
 from workbench.tracking.motive_header import read_layout
 from workbench.tracking.motive_table import read_bulk as motive_bulk
-from workbench.tracking.rectangle import read_rectangle
+from workbench.tracking.rectangle import Rectangle, find_rows, read_rectangle
 from workbench.tracking.row_bulk import read_bulk as row_bulk
 from workbench.tracking.row_table import version_of
-from workbench.tracking.source import Source
+from workbench.tracking.source import LARGE, Source
 
 Edit = Callable[[bytes], bytes]
 
@@ -55,7 +58,7 @@ def test_real_exports_are_read_in_bulk(real_exports: Path, tmp_path: Path) -> No
         ("row_1.0", lambda s: s.replace(b"\r\n", b",,\r\n")),
         ("row_1.0", lambda s: s.replace(b"frame,3,", b"FRAME,3,")),
         ("row_1.0", lambda s: s.replace(b"comment,", b'comment,"a\nb",', 1)),
-        ("row_1.1", lambda s: s.replace(b",NAN", b",-1.#INF", 1)),
+        ("row_1.1", lambda s: s.replace(b",NAN", b",-inf", 1)),
         ("motive_1.23", lambda s: s.replace(b"\r\n", b",,\r\n")),
         ("motive_1.23", lambda s: s.replace(b"0.008333,", b'"0.008333",')),
         ("motive_1.23", lambda s: s.replace(b"0.008333,", b"0.008_333,")),
@@ -73,6 +76,15 @@ def test_what_is_not_plain_is_declined_and_read_all_the_same(
     assert faults == []
 
 
+@pytest.mark.parametrize("blank", [b"nan", b"-1.#INF", b"1.#QNAN", b""])
+def test_any_blank_is_read_in_bulk(blank: bytes, stored: Path, tmp_path: Path) -> None:
+    data = (stored / "hop_row_1.1.csv").read_bytes()
+    edited = data.replace(b",NAN", b"," + blank, 1)
+    assert edited != data
+    assert answers(edited)
+    assert check(tmp_path / "x.csv", edited)[1] == []
+
+
 def test_a_blank_last_cell_is_left_to_the_careful_reader(stored: Path, tmp_path: Path) -> None:
     lines = (stored / "hop_row_1.0.csv").read_bytes().split(b"\r\n")
     lines[-2] = lines[-2][: lines[-2].rindex(b",") + 1]
@@ -83,8 +95,65 @@ def test_a_blank_last_cell_is_left_to_the_careful_reader(stored: Path, tmp_path:
     assert "has 23 cells and 2 markers; 24 cells" in str(found)
 
 
+def rectangle(
+    text: bytes, width: int, numbers: Sequence[int], words: Sequence[int] = ()
+) -> Rectangle | None:
+    return read_rectangle(find_rows(text, 0), width, numbers, words)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [b'7,a"b\n', b'7,"a\n', b'"7",a\n', b"7\n", b"7,a,\n", b"7,a\r8,b\n", b"7,a\r", b"inf,a\n"],
+)
+def test_a_row_that_is_not_plain_is_declined(text: bytes) -> None:
+    assert rectangle(b"6,a\n" + text, 2, [0], [1]) is None
+    assert rectangle(b"6,a\n" + text, 2, [0]) is None or (b"\r8" not in text and b'"' not in text)
+
+
+def test_rows_are_put_where_they_are_asked_for_and_words_are_shared() -> None:
+    text = b'3,"a",x\n1,b,a\n2,a,b\n'
+    found = read_rectangle(find_rows(text, 0), 3, [0], [1, 2], places=np.array([2, 0, 1]))
+    assert found is not None
+    assert found.numbers.tolist() == [[1.0, 2.0, 3.0]]
+    assert {word: rows.tolist() for word, rows in found.words(0).items()} == {"a": [1, 2], "b": [0]}
+    assert {word: rows.tolist() for word, rows in found.words(1).items()} == {
+        "x": [2], "a": [0], "b": [1]
+    }  # fmt: skip
+
+
+def test_more_words_and_rows_than_one_block_holds_are_read() -> None:
+    texts = [f"{k},label {k % 1000},{0.001 * k:.3f},{k}e-3\r\n" for k in range(150_000)]
+    found = rectangle("".join(texts).encode(), 4, [0, 2, 3], [1])  # 4.4 MB; blocks have 2 MB
+    assert found is not None
+    order = np.arange(150_000)
+    assert (found.numbers[0] == order).all()
+    assert found.numbers[2].tolist() == [float(f"{k}e-3") for k in order]
+    assert found.vocabulary == tuple(f"label {k}" for k in range(1000))
+    assert (found.codes[0] == order % 1000).all()
+
+
+def test_small_files_are_read_without_loading_the_compiler(stored: Path) -> None:
+    code = (
+        "import sys; from workbench.tracking import read_take; read_take(sys.argv[1]); "
+        "sys.exit('numba' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code, stored / "hop_motive_1.23.csv"], check=True)
+
+
+def test_a_large_file_is_read_in_bulk(stored: Path, tmp_path: Path) -> None:
+    head, *rows = (stored / "hop_motive_1.23.csv").read_bytes().split(b"\r\n0,")
+    row = rows[0].split(b"\r\n")[0]
+    count = LARGE // len(row) + 1
+    text = head + b"".join(b"\r\n%d,%s" % (k, row) for k in range(count)) + b"\r\n"
+    with mock.patch("workbench.tracking.motive_table.read_careful") as careful:
+        (tmp_path / "x.csv").write_bytes(text)
+        assert len(read_take(tmp_path / "x.csv")) == count
+    careful.assert_not_called()
+
+
 CELLS = st.one_of(
     st.floats(allow_nan=False, width=32).map(repr),
+    st.decimals(-1000, 1000, allow_nan=False).map(lambda x: f"{x:f}"),
     st.sampled_from(
         ["", "NAN", "nan", "-0.0", "1e9", "1.5e9", "1_0", " 1", "1.", ".5", "0x1", "#"]
     ),
@@ -96,7 +165,7 @@ CELLS = st.one_of(
 @given(rows=st.lists(st.tuples(CELLS, CELLS), min_size=1, max_size=5))
 def test_a_number_read_in_bulk_is_the_one_that_python_reads(rows: list[tuple[str, str]]) -> None:
     text = "".join(f"7,{a},{b}\n" for a, b in rows)
-    found = read_rectangle(text.encode(), 3, [1, 2])
+    found = rectangle(text.encode(), 3, [1, 2])
     if found is not None:
         careful = [Source("x", str, b"").numbers(row, 1, (0, 1)) for row in rows]
         np.testing.assert_array_equal(found.numbers, np.array(careful).T)

@@ -33,6 +33,9 @@ class Entry:
         distance: that the robot travelled [m].
         twin_distance: that its twin travelled [m].
         error: between the two [mm].
+        protocol: name of its file.
+        rotor: mean speed of the rotor as measured [rad/s].
+        noise: white noise of T along x [mm].
         verdict: `good`, `bad` or `none`.
         tags: with a space before and behind each.
         notes: what people wrote, a line each.
@@ -52,6 +55,9 @@ class Entry:
     distance: float | None
     twin_distance: float | None
     error: float | None
+    protocol: str
+    rotor: float | None
+    noise: float | None
     verdict: str
     tags: str
     notes: str
@@ -110,6 +116,9 @@ def read_entry(folder: Path, closed: bool) -> Entry:
         distance=None if compared is None else compared.real.travel_m,
         twin_distance=None if compared is None else compared.twin.travel_m,
         error=None if compared is None else compared.error_mm,
+        protocol=(asked and asked.protocol) or "",
+        rotor=_rotor(manifest),
+        noise=_noise(manifest),
         verdict=said.verdict,
         tags="".join(f" {tag} " for tag in said.tags),
         notes="\n".join(" ".join(note.text.split()) for note in said.notes),
@@ -137,6 +146,19 @@ def _described(manifest: Manifest) -> dict[str, Any]:
         "warnings": compared and compared.warnings,
     }
     return found | (verdict if judged else {})
+
+
+def _rotor(manifest: Manifest) -> float | None:
+    """Return the mean speed that was measured, else the one of the comparison [rad/s]."""
+    signals, compared = manifest.signals, manifest.compared
+    if signals is not None and signals.rotor_speed_rad_s is not None:
+        return signals.rotor_speed_rad_s.value
+    return getattr(compared and compared.real, "speed_rad_s", None)
+
+
+def _noise(manifest: Manifest) -> float | None:
+    found = manifest.signals and manifest.signals.noise_mm.get("top_x_m")
+    return found.white if found else None
 
 
 def _operator(manifest: Manifest) -> str:

@@ -1,7 +1,8 @@
 """The panel: one local page that shows the run that is under way, and can stop it.
 
 What lives here: who carries out a run (`controller.py`), what its bundle tells while it grows
-(`following.py`), the list of runs (`listing.py`), the times (`estimate.py`), what the page shows
+(`following.py`), the list of runs (`listing.py`), all of them with comparison and trends
+(`runs.py`, `charts.py`), the times (`estimate.py`), what the page shows
 (`view.py`, kept up to date by `watcher.py`), the web server (`server.py`, `guard.py`) and the page
 itself (`page/`). What does not: anything that drives; the panel is a process of its own, reads what
 the run writes, and speaks to it at its `desk`. It is no safety device.

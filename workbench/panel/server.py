@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import uvicorn
 from fastapi import FastAPI, HTTPException
+from fastapi import Query as QueryParameter
 from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
@@ -23,6 +24,7 @@ from workbench.desk import Card, answer, cards, holder, pause, press_stop
 from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
+from workbench.panel.runs import compare_page, rows_json, trend_page
 from workbench.panel.view import NOTHING_TO_STOP, OWN_SWITCH
 from workbench.panel.watcher import TICK_S, Watcher
 
@@ -39,6 +41,9 @@ PAGE = {
     "": ("index.html", "text/html; charset=utf-8"),
     "panel.css": ("panel.css", "text/css; charset=utf-8"),
     "panel.js": ("panel.js", "text/javascript; charset=utf-8"),
+    "list": ("list.html", "text/html; charset=utf-8"),
+    "list.js": ("list.js", "text/javascript; charset=utf-8"),
+    "runs.css": ("runs.css", "text/css; charset=utf-8"),
     "icon.svg": ("icon.svg", "image/svg+xml"),
 }
 
@@ -125,8 +130,32 @@ def _app(pages: _Pages) -> FastAPI:
     async def give_answer(given: Answer) -> dict[str, Any]:
         return await _in_own_thread(lambda: _answer(watcher, given))
 
+    _add_runs(app, watcher.runs)
     _add_files(app, watcher)  # last, as any name is looked up there
     return app
+
+
+def _add_runs(app: FastAPI, root: Path) -> None:
+    """Serve what is known of all runs; each in a thread of its own, as the disk may be slow."""
+
+    @app.get("/list.json")
+    def rows() -> Response:
+        return Response(rows_json(root), media_type="application/json")
+
+    @app.get("/compare")
+    def compare(run: Annotated[list[str], QueryParameter()]) -> Response:
+        return _page(lambda: compare_page(root, run))
+
+    @app.get("/trend")
+    def trend(like: str = "") -> Response:
+        return _page(lambda: trend_page(root, like))
+
+
+def _page(make: Callable[[], str]) -> Response:
+    try:
+        return Response(make(), media_type="text/html; charset=utf-8")
+    except InputError as error:
+        raise HTTPException(404, str(error)) from None
 
 
 def _add_files(app: FastAPI, watcher: Watcher) -> None:

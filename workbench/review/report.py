@@ -4,25 +4,31 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from markupsafe import Markup
+
 from workbench.review.comparison import Comparison
 from workbench.review.headline import verdict
 from workbench.review.page import picture, write_page
-from workbench.review.sections import RECORDING, SECTIONS
+from workbench.review.sections import RECORDING, RESULT, SECTIONS
 
 __all__ = ["write_report"]
 
 
-def write_report(comparison: Comparison, path: Path, jpeg: bytes | None = None) -> None:
-    """Write the report to `path`; the same comparison gives the same bytes.
+def write_report(
+    comparison: Comparison, path: Path, jpeg: bytes | None = None, beside: str = ""
+) -> None:
+    """Write the report to `path`; the same arguments give the same bytes.
 
     Args:
         comparison: the run and its twin.
         path: the `.html` file; one that is there is replaced.
         jpeg: of its recording in the viewer, where one was taken.
+        beside: how the run compares with others, a sentence of the result.
     """
-    shown = picture(jpeg, "The recording in the viewer.")
+    more = {RECORDING: picture(jpeg, "The recording in the viewer.")}
+    if beside:
+        more[RESULT] = Markup("<p>{}</p>").format(beside)
     bodies = [
-        (section.title, section.body(comparison) + (shown if section is RECORDING else ""))
-        for section in SECTIONS
+        (section.title, section.body(comparison) + more.get(section, "")) for section in SECTIONS
     ]
     write_page(path, comparison.headline, comparison.run, verdict(comparison), bodies)

@@ -24,7 +24,7 @@ from workbench.review.plots import (
     trajectory_plot,
 )
 
-__all__ = ["RECORDING", "SECTIONS", "Section"]
+__all__ = ["RECORDING", "RESULT", "SECTIONS", "Section"]
 
 
 class Section(NamedTuple):
@@ -145,10 +145,11 @@ def _recording(comparison: Comparison) -> Markup:
 
 
 RECORDING = Section("Recording", _recording)
+RESULT = Section("Result", _headline)
 SECTIONS = (
     Section("Warnings", _warnings),
     Section("Pass or fail", _judged),
-    Section("Result", _headline),
+    RESULT,
     Section("Path", _trajectory),
     Section("Error of the twin", _misfit),
     Section("Prediction", _prediction),

@@ -117,7 +117,7 @@ def _reject(times: NDArray[np.float64], raw: _Paths) -> tuple[_Masks, tuple[str,
 
 
 def _without(path: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    return np.where(mask[:, None], np.nan, path)
+    return np.where(mask[:, None], np.nan, path) if mask.any() else path
 
 
 def _curve(

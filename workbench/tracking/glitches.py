@@ -42,8 +42,9 @@ def spikes(
     for _ in range(_ROUNDS):
         if len(seen) < _WINDOW:
             break
-        apart = _length(path[seen] - _running_median(path[seen]))
-        far = apart > _far(apart, least) + _unseen_way(times[seen], path[seen])
+        own = path[seen]
+        apart = _length(own - _running_median(own))
+        far = apart > _far(apart, least) + _unseen_way(times[seen], own)
         if not far.any():
             break
         found[seen[far]] = True

@@ -40,7 +40,8 @@ class Untangled(NamedTuple):
     @property
     def exchanged(self) -> NDArray[np.bool_]:
         """(n,) True where an exchange was undone."""
-        return (self.slots != np.arange(self.slots.shape[1])).any(axis=1)
+        moved = self.slots != np.arange(self.slots.shape[1])
+        return moved.any(axis=1) if moved.any() else np.zeros(len(moved), dtype=bool)
 
 
 def untangle(
@@ -66,13 +67,17 @@ def untangle(
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, unchanged)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
-    order = unchanged.copy()
+    order = unchanged
     cuts = _cuts(cloud, rows, nearest)
-    if len(cuts):
-        order[rows] = _by_continuity(_Motion(times, cloud, rows, nearest), cuts)
-    for row, slot in _by_paths(times, cloud, rows, order, nearest).items() if partly else ():
-        order[row] = slot
-    if (order == unchanged).all():
+    found = _by_continuity(_Motion(times, cloud, rows, nearest), cuts) if len(cuts) else None
+    if found is not None:
+        order = unchanged.copy()
+        order[rows] = found
+    by_paths = _by_paths(times, cloud, rows, order, nearest) if partly else {}
+    if by_paths:
+        order = order.copy()
+        order[list(by_paths)] = list(by_paths.values())
+    if order is unchanged or (order == unchanged).all():
         return Untangled(cloud, unchanged)
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
 
@@ -116,10 +121,12 @@ def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
     return full - np.einsum("kmi->ki", full)[:, None] / full.shape[1]
 
 
-def _by_continuity(motion: _Motion, cuts: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return slots (k, m) of samples that show all markers."""
+def _by_continuity(motion: _Motion, cuts: NDArray[np.intp]) -> NDArray[np.intp] | None:
+    """Return slots (k, m) of samples that show all markers, None where each keeps its own."""
     starts, stops = np.r_[0, cuts], np.r_[cuts, len(motion)]
     orders, group = _linked(motion, starts, stops)
+    if (orders == np.arange(orders.shape[1])).all():
+        return None
     for name in np.unique(group):
         members = np.flatnonzero(group == name)
         kinds, kind = np.unique(orders[members], axis=0, return_inverse=True)

@@ -94,7 +94,7 @@ def without_zeros(
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return start and stop (one past the end) of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def gaps(seen: NDArray[np.bool_]) -> tuple[int, int]:

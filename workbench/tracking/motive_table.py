@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.motive_header import Layout
-from workbench.tracking.rectangle import read_rectangle
+from workbench.tracking.rectangle import find_rows, read_rectangle
 from workbench.tracking.source import Source, shown
 
 __all__ = ["MotiveTable", "read_bulk", "read_careful", "read_table"]
@@ -53,20 +53,24 @@ class MotiveTable:
 
 
 def read_table(layout: Layout, source: Source) -> MotiveTable:
-    """Read the data rows, in bulk where all of them are plain.
+    """Read the data rows, in bulk where they are many and plain.
 
     Raises:
         TakeError: a row cannot be used; the message names it and the cause.
     """
-    return read_bulk(layout, source) or read_careful(layout, source)
+    return (source.large and read_bulk(layout, source)) or read_careful(layout, source)
 
 
 def read_bulk(layout: Layout, source: Source) -> MotiveTable | None:
     """Read all rows at once, or return None where one of them needs a closer look."""
-    text = source.after(layout.line)
-    if text is None or len(text) == 0:
+    start = source.after(layout.line)
+    if start is None:
         return None
-    found = read_rectangle(text, layout.width, layout.columns)
+    rows = find_rows(source.data, start)
+    rows = rows.of(rows.ends > rows.begins)
+    if not len(rows):
+        return None
+    found = read_rectangle(rows, layout.width, layout.columns)
     if found is None or not _whole(found.numbers[0]).all():
         return None
     return MotiveTable(layout.columns, found.numbers)

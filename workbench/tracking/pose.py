@@ -20,6 +20,7 @@ __all__ = ["Poses", "fit_poses", "on_a_line", "pitch_of"]
 _FLAT = 1e-2  # second singular value over the first; below it the markers are on a line
 _MOST_STEPS = 30  # Newton's; three or four are usual
 _CONVERGED = 1e-14
+_FEW = 16  # markers whose patterns are counted rather than sorted
 _BLOCK = 8192  # samples fitted at a time, so that they stay in the cache
 
 
@@ -54,7 +55,7 @@ def fit_poses(
     weights = np.ones(m) if weights is None else weights
     visible = known(cloud) & known(places)
     pattern = visible @ (1 << np.arange(m))
-    for code in np.unique(pattern):
+    for code in np.flatnonzero(np.bincount(pattern)) if m < _FEW else np.unique(pattern):
         shown = np.flatnonzero(code >> np.arange(m) & 1)
         if on_a_line(places[shown]):
             continue

@@ -8,228 +8,173 @@ from __future__ import annotations
 
 import os
 import re
-from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.pieces import Pieces
 from workbench.tracking.source import LARGEST
 
-if TYPE_CHECKING:
-    import pyarrow as pa
+__all__ = ["Rectangle", "Rows", "find_rows", "read_rectangle"]
 
-__all__ = ["Rectangle", "Words", "read_rectangle"]
-
-_BLOCK = 4 << 20  # bytes that one thread parses at a time
-_ROW = 1 << 12  # bytes in which the end of a row is looked for
-_WORKERS = os.cpu_count() or 1
-_NEWLINE = ord("\n")
+_BLOCK = 1 << 21  # bytes that one thread reads at a time
 _CHUNK = 1 << 18  # bytes searched at a time, so that they stay in the cache
-_BLANKS = ["", "NAN", "nan", "NaN", "1.#QNAN", "-1.#QNAN", "1.#IND", "-1.#IND"]
+_NEWLINE, _RETURN = b"\n\r"
 _WHOLLY_QUOTED = re.compile(r'"[^"]*"')
 
 
 @dataclass(frozen=True, eq=False)
-class Words:
-    """A column of texts that repeat.
+class Rows:
+    """Rows of a text.
 
     Args:
-        codes: (n,) places in `vocabulary`.
-        vocabulary: the different texts, without quotes around them.
+        text: the bytes of the whole file.
+        begins: (n,) where each row begins.
+        ends: (n,) one past its content, the line end not included.
     """
 
-    codes: NDArray[np.int32]
-    vocabulary: tuple[str, ...]
+    text: NDArray[np.uint8]
+    begins: NDArray[np.int64]
+    ends: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.begins)
+
+    def of(self, some: NDArray[np.bool_ | np.intp] | slice) -> Rows:
+        """Return some of the rows."""
+        return Rows(self.text, self.begins[some], self.ends[some])
+
+    def widths(self) -> NDArray[np.int32]:
+        """Return the number of cells of each row, 0 where it is blank."""
+        from workbench.tracking.cells import count_cells
+
+        widths = np.empty(len(self), np.int32)
+        count_cells(self.text, self.begins, self.ends, widths)
+        return widths
 
 
 @dataclass(frozen=True, eq=False)
 class Rectangle:
-    """The columns asked for.
+    """The columns asked for, over n rows.
 
     Args:
         numbers: (k, n) the columns of numbers in the order asked for, NaN where blank.
-        words: the columns of texts in the order asked for.
+        codes: (w, n) the columns of words in the order asked for, as places in `vocabulary`.
+        vocabulary: the different words of all columns, without quotes around them.
     """
 
     numbers: NDArray[np.float64]
-    words: tuple[Words, ...]
+    codes: NDArray[np.int32]
+    vocabulary: tuple[str, ...]
+
+    def words(self, column: int) -> dict[str, NDArray[np.intp]]:
+        """Return the rows that hold each of the different words of a column."""
+        codes = self.codes[column]
+        used = np.flatnonzero(np.bincount(codes, minlength=len(self.vocabulary)))
+        return {self.vocabulary[code]: np.flatnonzero(codes == code) for code in used}
+
+
+def find_rows(data: bytes, start: int) -> Rows:
+    """Find the rows from a place on; one with a carriage return within it will be declined."""
+    text = np.frombuffer(data, np.uint8)
+    stops = [np.empty(0, np.int64)]
+    for at in range(start, len(text), _CHUNK):
+        stops.append(np.flatnonzero(text[at : at + _CHUNK] == _NEWLINE) + at)
+    ends = np.concatenate(stops)
+    if start < len(text) and text[-1] != _NEWLINE:
+        ends = np.append(ends, len(text))
+    begins = np.concatenate(([start], ends[:-1] + 1))[: len(ends)]
+    returned = (ends > begins) & (ends < len(text)) & (text[ends - 1] == _RETURN)
+    return Rows(text, begins, ends - returned)
 
 
 def read_rectangle(
-    text: bytes | memoryview | Pieces,
+    rows: Rows,
     width: int,
     numbers: Sequence[int],
     words: Sequence[int] = (),
     encoding: str = "utf-8",
+    places: NDArray[np.intp] | None = None,
 ) -> Rectangle | None:
     """Read columns of rows that have `width` cells each.
 
-    Blocks of the text are parsed side by side, and each is put into its place among plain arrays at
-    once: no table of the whole text ever stands in memory.
+    Blocks of rows are read side by side, each number straight into its place in the result.
 
     Args:
-        text: the rows.
+        rows: of a text, none of them blank.
         width: cells in each of them.
         numbers: columns that hold numbers or are blank, from 0.
         words: columns that hold text.
         encoding: of the text.
+        places: of the rows in the result, (n,); in their own order if None.
 
     Returns:
-        The columns, or None where a row, a quote or a number is out of the ordinary.
+        The columns, or None where a row, a quote, a carriage return or a number is out of the
+        ordinary.
     """
-    import pyarrow as pa
+    from workbench.tracking.cells import SKIPPED, WORDS
 
-    whole = np.empty((len(numbers), _most_rows(text)))
-    parts: list[_Part] = []
-    under_way: deque[Future[_Part]] = deque()
-    start = 0
-    try:
-        with ThreadPoolExecutor(_WORKERS) as pool:
-            for block, rows in _blocks(text):
-                if len(under_way) > _WORKERS:
-                    parts.append(under_way.popleft().result())
-                place = whole[:, start : start + rows]
-                under_way.append(pool.submit(_parsed, block, width, numbers, words, place))
-                start += rows
-            parts.extend(each.result() for each in under_way)
-        pa.default_memory_pool().release_unused()  # else it keeps a third of the file's size
-    except (pa.ArrowInvalid, _Declined):
+    columns = np.full(width, SKIPPED)
+    columns[list(numbers)] = np.arange(len(numbers))
+    columns[list(words)] = WORDS - np.arange(len(words))
+    values = np.empty((len(numbers), len(rows)))
+    codes = np.empty((len(words), len(rows)), np.int32)
+    size = int((rows.ends - rows.begins).sum())
+    edges = np.linspace(0, len(rows), size // _BLOCK + 2).astype(int).tolist()
+    blocks = [slice(*edge) for edge in pairwise(edges)]
+    places = np.arange(len(rows)) if places is None else places
+    vocabulary: dict[str, int] = {}
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        read = pool.map(lambda some: _read(rows.of(some), columns, values, places[some]), blocks)
+        for some, block in zip(blocks, read, strict=True):
+            if block is None:
+                return None
+            texts = (_unquoted(word.decode(encoding)) for word in block[1])
+            moved = [vocabulary.setdefault(text, len(vocabulary)) for text in texts]
+            codes[:, places[some]] = np.array(moved, np.int32)[block[0]]
+    return Rectangle(values, codes, tuple(vocabulary))
+
+
+def _read(
+    rows: Rows, columns: NDArray[np.int64], values: NDArray[np.float64], places: NDArray[np.intp]
+) -> tuple[NDArray[np.int32], list[bytes]] | None:
+    """Fill in the numbers of a block of rows.
+
+    Returns:
+        Its words (w, rows) as places among the different ones, or None where it is declined.
+    """
+    from workbench.tracking.cells import WORDS, number_words, read_cells
+
+    words = np.empty((max(0, WORDS + 1 - min(columns)), len(rows), 2), np.int64)
+    codes, odd = np.empty(words.shape[:2], np.int32), np.empty((0, 4), np.int64)
+    given = rows.text, rows.begins, rows.ends, columns, values, places, words
+    count = read_cells(*given, odd)
+    if count > 0:  # again, with room for what is odd
+        odd = np.empty((count, 4), np.int64)
+        read_cells(*given, odd)
+    if count < 0 or not _put_odd(odd, rows.text, values):
         return None
-    quotes = text.quotes if isinstance(text, Pieces) else _count(text, b'"')
-    texts = tuple(_joined([part.words[i] for part in parts], encoding) for i in range(len(words)))
-    if quotes != sum(map(_enclosing, texts)):
-        return None
-    return Rectangle(_closed_up(whole, parts), tuple(map(_unquoted, texts)))
+    different = number_words(rows.text, words, codes) if len(words) else ()
+    return codes, [rows.text[begin:end].tobytes() for begin, end in different]
 
 
-class _Declined(Exception):
-    """A number is no measured one."""
+def _put_odd(odd: NDArray[np.int64], text: NDArray[np.uint8], values: NDArray[np.float64]) -> bool:
+    """Convert what the compiled loop did not; tell whether all of it is measured numbers."""
+    for place, row, begin, end in odd:
+        cell = text[begin:end].tobytes()
+        try:
+            value = float(cell)
+        except ValueError:
+            return False
+        if b"_" in cell or b"\r" in cell or abs(value) > LARGEST:
+            return False
+        values[place, row] = value
+    return True
 
 
-class _Part(NamedTuple):
-    """What came of a block: its place (k, rows), how many rows it has, its columns of text."""
-
-    place: NDArray[np.float64]
-    rows: int
-    words: tuple[tuple[NDArray[np.int32], list[bytes]], ...]
-
-
-def _most_rows(text: bytes | memoryview | Pieces) -> int:
-    """Return how many rows a text has if none is blank."""
-    if isinstance(text, Pieces):
-        return text.most_rows()
-    return _count(text, b"\n") + 1
-
-
-def _blocks(text: bytes | memoryview | Pieces) -> Iterator[tuple[bytes | memoryview, int]]:
-    """Yield the text in blocks of whole rows, and how many rows each has if none is blank."""
-    if isinstance(text, Pieces):
-        while block := text.read(_BLOCK):
-            yield block, _count(block, b"\n") + (not block.endswith(b"\n"))
-        return
-    view, start = memoryview(text), 0
-    while start < len(view):
-        stop = min(start + _BLOCK, len(view))
-        while stop < len(view):  # to the end of the row that is begun
-            found = bytes(view[stop : stop + _ROW]).find(b"\n")
-            stop = min(len(view), stop + (_ROW if found < 0 else found + 1))
-            if found >= 0:
-                break
-        yield view[start:stop], _count(view[start:stop], b"\n") + (view[stop - 1] != _NEWLINE)
-        start = stop
-
-
-def _parsed(
-    block: bytes | memoryview,
-    width: int,
-    numbers: Sequence[int],
-    words: Sequence[int],
-    place: NDArray[np.float64],
-) -> _Part:
-    """Parse one block in one thread, its numbers into their place (k, rows or more)."""
-    import pyarrow as pa
-    from pyarrow import csv
-
-    names, word = [str(column) for column in range(width)], pa.dictionary(pa.int32(), pa.binary())
-    kinds = {names[i]: pa.float64() for i in numbers} | {names[i]: word for i in words}
-    table = csv.read_csv(
-        pa.BufferReader(pa.py_buffer(block)),
-        csv.ReadOptions(column_names=names, block_size=len(block) + 1, use_threads=False),
-        csv.ParseOptions(quote_char=False),
-        csv.ConvertOptions(
-            column_types=kinds,
-            include_columns=list(kinds),
-            null_values=_BLANKS,
-            quoted_strings_can_be_null=False,
-        ),
-    )
-    _put_numbers(table, [names[i] for i in numbers], place[:, : table.num_rows])
-    return _Part(place, table.num_rows, tuple(_words(table[names[i]]) for i in words))
-
-
-def _put_numbers(table: pa.Table, names: Sequence[str], values: NDArray[np.float64]) -> None:
-    """Fill (k, n); decline a number that is no measured one: `nan(...)`, `inf`, 1e300."""
-    blanks = 0
-    for row, name in zip(values, names, strict=True):
-        column, at = table[name], 0
-        blanks += column.null_count
-        for chunk in column.chunks:
-            row[at : at + len(chunk)] = chunk.to_numpy(zero_copy_only=False)
-            at += len(chunk)
-    if not values.size:
-        return
-    lowest, highest = np.fmin.reduce(values, axis=None), np.fmax.reduce(values, axis=None)
-    if np.count_nonzero(np.isnan(values)) != blanks or lowest < -LARGEST or highest > LARGEST:
-        raise _Declined
-
-
-def _closed_up(whole: NDArray[np.float64], parts: Sequence[_Part]) -> NDArray[np.float64]:
-    """Return the numbers (k, n) without the room that was left for rows which are blank."""
-    filled = sum(part.rows for part in parts)
-    if all(part.rows == part.place.shape[1] for part in parts):
-        return whole[:, :filled]
-    return np.concatenate([part.place[:, : part.rows] for part in parts], axis=1)
-
-
-def _words(column: pa.ChunkedArray) -> tuple[NDArray[np.int32], list[bytes]]:
-    """Return a column of texts as they stand, with their quotes: codes and what they stand for."""
-    column = column.unify_dictionaries()
-    codes = [chunk.indices.to_numpy(zero_copy_only=False) for chunk in column.chunks]
-    return np.concatenate(codes), column.chunk(0).dictionary.to_pylist()
-
-
-def _joined(parts: Sequence[tuple[NDArray[np.int32], list[bytes]]], encoding: str) -> Words:
-    """Return one column of the parts' texts, which each part has numbered in its own way."""
-    places: dict[bytes, int] = {}
-    codes = []
-    for own, entries in parts:
-        moved = [places.setdefault(entry, len(places)) for entry in entries]
-        codes.append(np.array(moved, dtype=np.int32)[own])
-    return Words(np.concatenate(codes), tuple(entry.decode(encoding) for entry in places))
-
-
-def _count(text: bytes | memoryview, sign: bytes) -> int:
-    """Return how often a byte stands in a text."""
-    buffer = np.frombuffer(text, np.uint8)
-    pieces = (buffer[start : start + _CHUNK] for start in range(0, len(buffer), _CHUNK))
-    return sum(int(np.count_nonzero(piece == ord(sign))) for piece in pieces)
-
-
-def _enclosing(words: Words) -> int:
-    """Return how many quotes in a column stand around a whole cell."""
-    times = np.bincount(words.codes, minlength=len(words.vocabulary))
-    return sum(
-        2 * int(count)
-        for text, count in zip(words.vocabulary, times, strict=True)
-        if _WHOLLY_QUOTED.fullmatch(text)
-    )
-
-
-def _unquoted(words: Words) -> Words:
-    plain = (text[1:-1] if _WHOLLY_QUOTED.fullmatch(text) else text for text in words.vocabulary)
-    return Words(words.codes, tuple(plain))
+def _unquoted(text: str) -> str:
+    return text[1:-1] if _WHOLLY_QUOTED.fullmatch(text) else text

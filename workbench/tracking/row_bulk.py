@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.pieces import Pieces
-from workbench.tracking.rectangle import Rectangle, read_rectangle
+from workbench.tracking.rectangle import Rectangle, Rows, find_rows, read_rectangle
 from workbench.tracking.row_table import (
     BODY_WORDS,
     LEAD,
@@ -31,9 +30,7 @@ from workbench.tracking.source import Source
 
 __all__ = ["read_bulk"]
 
-_BLOCK = 4096  # lines whose commas are counted at a time, so that they stay in the cache
-_CHUNK = 1 << 20  # bytes searched for newlines at a time, for the same reason
-_NEWLINE, _RETURN, _COMMA = b"\n\r,"
+_COMMA = ord(",")
 
 
 class _Declined(Exception):
@@ -41,10 +38,18 @@ class _Declined(Exception):
 
 
 class _Kind(NamedTuple):
-    """Rows of the same kind and width: their text, cells a row, and the frame of each (k,)."""
+    """Rows of the same kind and width.
 
-    text: Pieces
+    Args:
+        rows: k rows.
+        width: cells of each.
+        places: (k,) where each goes in the result.
+        frames: (k,) of each place.
+    """
+
+    rows: Rows
     width: int
+    places: NDArray[np.int64]
     frames: NDArray[np.int64]
 
 
@@ -124,72 +129,43 @@ class _Lines:
     """
 
     def __init__(self, data: bytes, at: int) -> None:
-        self._data = data
-        buffer = np.frombuffer(data, np.uint8)
-        stops = _newlines(buffer, at)
-        self._starts = np.concatenate(([at], stops[:-1]))
-        self._stops, first = stops, buffer[self._starts]
-        blank = (first == _NEWLINE) | (first == _RETURN)
-        _require(not _ends_in_comma(buffer, stops)[~blank].any())
-        self._width = _commas(buffer, self._starts, stops) + 1
-        self.is_frame = first == ord("f")
-        self.is_other = ~self.is_frame & ~blank
+        self._rows = rows = find_rows(data, at)
+        self._width = rows.widths()
+        given = self._width > 0
+        # spreadsheets add blank cells at the end of a line, and lost cells leave them
+        _require(not (rows.text[rows.ends[given] - 1] == _COMMA).any())
+        self.is_frame = rows.text[rows.begins] == ord("f")
+        self.is_other = ~self.is_frame & given
         self._frame = np.cumsum(self.is_frame) - 1
+        self._after_frame = np.arange(len(rows)) - np.flatnonzero(self.is_frame)[self._frame]
         self.n = int(self._frame[-1]) + 1
 
     def kinds(self, mask: NDArray[np.bool_]) -> Iterator[_Kind]:
-        """Yield the lines of a mask, those of the same width together."""
+        """Yield the lines of a mask, those of the same width together.
+
+        Lines that follow their frames alike are neighbours: mostly they are of one body.
+        """
         for width in np.flatnonzero(np.bincount(self._width[mask])).tolist():
-            members = mask & (self._width == width)
-            edges = np.flatnonzero(np.diff(members, prepend=False, append=False))
-            begins, ends = self._starts[edges[::2]], self._stops[edges[1::2] - 1]
-            yield _Kind(Pieces(self._data, begins, ends), width, self._frame[members])
-
-
-def _newlines(buffer: NDArray[np.uint8], at: int) -> NDArray[np.int64]:
-    """Return where each line from `at` on stops, one past its newline."""
-    found = [
-        np.flatnonzero(buffer[start : start + _CHUNK] == _NEWLINE) + (start + 1)
-        for start in range(at, len(buffer), _CHUNK)
-    ]
-    stops = np.concatenate(found)
-    return stops if len(stops) and stops[-1] == len(buffer) else np.append(stops, len(buffer))
-
-
-def _ends_in_comma(buffer: NDArray[np.uint8], stops: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Tell lines whose last cell is blank; spreadsheets add such, and lost cells leave them."""
-    last = stops - 1
-    for end in (_NEWLINE, _RETURN):
-        last = last - (buffer[last] == end)
-    return buffer[last] == _COMMA
-
-
-def _commas(
-    buffer: NDArray[np.uint8], starts: NDArray[np.int64], stops: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Return the number of commas in each line."""
-    count = np.empty(len(starts), dtype=np.int64)
-    for i in range(0, len(starts), _BLOCK):
-        own = slice(i, i + _BLOCK)
-        is_comma = buffer[starts[i] : stops[own][-1]] == _COMMA
-        count[own] = np.add.reduceat(
-            is_comma.view(np.uint8), starts[own] - starts[i], dtype=np.int32
-        )
-    return count
+            members = np.flatnonzero(mask & (self._width == width))
+            order = np.argsort(self._after_frame[members], kind="stable")
+            places = np.empty_like(order)
+            places[order] = np.arange(len(order))
+            yield _Kind(self._rows.of(members), width, places, self._frame[members[order]])
 
 
 def _read_kind(kind: _Kind, numbers: list[int], words: list[int], source: Source) -> Rectangle:
-    found = read_rectangle(kind.text, kind.width, numbers, words, source.plain_encoding)
+    found = read_rectangle(
+        kind.rows, kind.width, numbers, words, source.plain_encoding, kind.places
+    )
     if found is None:
         raise _Declined
-    _require(found.numbers.shape[1] == len(kind.frames))
-    _require(all("" not in texts.vocabulary for texts in found.words))
+    _require("" not in found.vocabulary)
     return found
 
 
 def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> None:
     """Read frame rows that list the same number of bodies and of points."""
-    tracked, seen = _counts(kind.text.first_row())
+    tracked, seen = _counts(kind.rows)
     _require(kind.width == frame_width(tracked, seen, version))
     poses = [POSE_START + POSE_WIDTH * j for j in range(tracked)]
     count = POSE_START + POSE_WIDTH * tracked
@@ -199,29 +175,28 @@ def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> 
     numbers += [start + i for start in points for i in range(3)]
     words = [0, *poses, *(start + POINT_WIDTH[version] - 1 for start in points)]
     found = _read_kind(kind, numbers, words, source)
-    _require(set(found.words[0].vocabulary) == {"frame"})
+    _require(found.words(0).keys() == {"frame"})
     index, time, bodies, visible = found.numbers[:4]
     _require((index == np.round(index)).all() and np.isfinite(time).all())
     _require((bodies == tracked).all() and (visible == seen).all())
     frames.indices[kind.frames], frames.times[kind.frames] = index, time
-    for j, ids in enumerate(found.words[1 : 1 + tracked]):
+    for j in range(tracked):
         values = found.numbers[4 + 7 * j : 11 + 7 * j]
-        for code, identity in enumerate(ids.vocabulary):
-            of = np.flatnonzero(ids.codes == code)
+        for identity, of in found.words(1 + j).items():
             pose = (kind.frames[of], np.take(values, of, axis=1).T)
             frames.poses.setdefault(identity.strip(), []).append(pose)
     # of a frame that shows nothing there are no numbers, so the count of rows has to be stated
     places = found.numbers[4 + 7 * tracked :].reshape(seen, 3, len(kind.frames)).transpose(2, 0, 1)
-    labels = np.empty(places.shape[:2], dtype=np.int32)
-    for k, texts in enumerate(found.words[1 + tracked :]):
-        known = [frames.vocabulary.setdefault(x, len(frames.vocabulary)) for x in texts.vocabulary]
-        labels[:, k] = np.array(known, dtype=np.int32)[texts.codes]
-    frames.points.append((kind.frames, places, labels))
+    codes = found.codes[1 + tracked :]
+    known = np.zeros(len(found.vocabulary), dtype=np.int32)
+    for code in np.flatnonzero(np.bincount(codes.ravel())):
+        known[code] = frames.vocabulary.setdefault(found.vocabulary[code], len(frames.vocabulary))
+    frames.points.append((kind.frames, places, known[codes].T))
 
 
-def _counts(row: bytes) -> tuple[int, int]:
-    """Return the counts of tracked bodies and of visible points in a row."""
-    cells = row.split(b",")
+def _counts(rows: Rows) -> tuple[int, int]:
+    """Return the counts of tracked bodies and of visible points in the first of some rows."""
+    cells = rows.text[rows.begins[0] : rows.ends[0]].tobytes().split(b",")
     try:
         tracked = int(cells[3])
         return tracked, int(cells[POSE_START + POSE_WIDTH * tracked])
@@ -236,16 +211,16 @@ def _bodies(
     _require(kind.width > LEAD)
     numbers = [1, 5, 6, *range(LEAD, kind.width)]
     found = _read_kind(kind, numbers, [0, 3, 4], source)
-    words, _, ids = found.words
     index, lost, markers = found.numbers[:3]
-    _require(set(words.vocabulary) <= set(BODY_WORDS))
+    _require(found.words(0).keys() <= set(BODY_WORDS))
     _require((index == frames.indices[kind.frames]).all())
     _require((lost == np.round(lost)).all() and (lost >= 0).all())
     _require(markers[0] >= 0 and (markers == markers[0]).all())
     _require(body_width(int(markers[0]), version) == kind.width)
-    for code, text in enumerate(ids.vocabulary):
-        of, identity = np.flatnonzero(ids.codes == code), text.strip()
-        own = kind.frames[of]
+    for text, of in found.words(2).items():
+        of = of[np.argsort(kind.frames[of], kind="stable")]
+        identity, own = text.strip(), kind.frames[of]
+        some = slice(of[0], of[-1] + 1) if (np.diff(of) == 1).all() else of
         _require(head.names.get(identity, "") != "" and (np.diff(own) > 0).all())
         pose_frames, poses = _poses(identity, frames)
         yield BodyRows(
@@ -254,7 +229,7 @@ def _bodies(
             markers=int(markers[0]),
             frames=own,
             lost=lost[of].astype(np.int64),
-            values=np.take(found.numbers[3:], of, axis=1).T,
+            values=found.numbers[3:, some].T,
             pose_frames=pose_frames,
             poses=poses,
         )
@@ -282,8 +257,9 @@ def _rowless(identity: str, head: Head, frames: _Frames, version: str) -> BodyRo
 
 def _points(frames: _Frames) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     n, most = len(frames.indices), max(labels.shape[1] for _, _, labels in frames.points)
-    points, names = np.full((n, most, 3), np.nan), np.zeros((n, most), dtype=np.int32)
+    points = np.empty((most, 3, n)).transpose(2, 0, 1)  # frames along the fast axis
+    names = np.zeros((n, most), dtype=np.int32)
     for of, places, labels in frames.points:
-        points[of, : labels.shape[1]] = places
-        names[of, : labels.shape[1]] = labels
+        count = labels.shape[1]
+        points[of, :count], points[of, count:], names[of, :count] = places, np.nan, labels
     return points, names

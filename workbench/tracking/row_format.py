@@ -17,6 +17,7 @@ from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 
 __all__ = ["parse_row"]
 
+_BLOCK = 4096  # frames whose points are compared at a time, so that they stay in the cache
 _WXYZ = [6, 3, 4, 5]  # places of the quaternion in a pose
 
 
@@ -27,7 +28,7 @@ def parse_row(source: Source) -> Take:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
     version = version_of(source)
-    table = read_bulk(source, version) or read_careful(source, version)
+    table = (source.large and read_bulk(source, version)) or read_careful(source, version)
     table = with_own_poses(table, source)
     _check_header(table, source)
     warn_of_index_steps(table.indices, source)
@@ -85,13 +86,13 @@ def _check_header(table: RowTable, source: Source) -> None:
 def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
     n, m, width = len(table.indices), rows.markers, MODEL_WIDTH[table.version]
     frames, values = rows.frames, rows.values
-    solved, measured = np.full((n, m, 3), np.nan), np.full((n, m, 3), np.nan)
-    quality, error = np.full((n, m), np.nan), np.full(n, np.nan)
-    solved[frames] = values[:, : width * m].reshape(len(frames), m, width)[:, :, :3]
-    measured[frames] = values[:, width * m : (width + 3) * m].reshape(len(frames), m, 3)
+    if not np.array_equal(frames, np.arange(n)):
+        values = np.full((n, values.shape[1]), np.nan)
+        values[frames] = rows.values
+    solved = values[:, : width * m].reshape(n, m, width)[:, :, :3]
+    measured = values[:, width * m : (width + 3) * m].reshape(n, m, 3)
     measured = without_zeros(measured, f"markers of {name!r}", table.indices, source.warn)
     solved = without_zeros(solved, f"model markers of {name!r}", table.indices, source.warn)
-    quality[frames], error[frames] = values[:, (width + 4) * m : -1], values[:, -1]
     missing = np.full(n, Missing.BLANK, dtype=np.int8)
     missing[frames] = np.where(rows.lost > 0, Missing.LOST, Missing.SEEN)
     unknown = ~known(solved).all(axis=1) if m else np.ones(n, dtype=bool)
@@ -107,8 +108,8 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(m)),
         missing=missing,
-        reported_error=error,
-        marker_quality=quality,
+        reported_error=values[:, -1],
+        marker_quality=values[:, (width + 4) * m : -1],
     )
 
 
@@ -136,11 +137,14 @@ def _posed(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTa
 def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
     """Return the visible points without those that the body rows repeat digit for digit."""
     seen = without_zeros(table.points, "visible points", table.indices, source.warn)
-    free = known(seen)
-    x, y, z = np.ascontiguousarray(seen.transpose(2, 1, 0))  # (k, n) each
-    for body in bodies:
-        for marker in np.ascontiguousarray(body.measured.transpose(1, 2, 0)):  # (3, n)
-            free &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2])).T
+    free = np.ascontiguousarray(known(seen).T)  # (k, n): frames along the fast axis
+    for start in range(0, len(seen), _BLOCK):
+        block = slice(start, start + _BLOCK)
+        x, y, z = np.ascontiguousarray(seen[block].transpose(2, 1, 0))  # (k, frames) each
+        for body in bodies:
+            for marker in np.ascontiguousarray(body.measured[block].transpose(1, 2, 0)):
+                free[:, block] &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2]))
+    free = free.T
     most = int(free.sum(axis=1).max(initial=0))
     if most == 0:
         return Cloud.empty(len(free))

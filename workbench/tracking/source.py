@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from workbench.errors import TakeError
 
-__all__ = ["LARGEST", "Source", "listed", "shown", "unique_name"]
+__all__ = ["LARGE", "LARGEST", "Source", "listed", "shown", "unique_name"]
 
 LARGEST = 1e9
 """Beyond any coordinate, time or index; keeps later arithmetic from overflowing."""
+LARGE = 8_000_000
+"""Bytes from which a file is read in bulk."""
 _SHOWN = 40
 _LISTED = 8
 
@@ -74,15 +76,20 @@ class Source:
         if text not in self.warnings:
             self.warnings.append(text)
 
-    def after(self, line: int) -> memoryview | None:
-        """Return the bytes after a line, or None where the lines before do not all end alike."""
+    @property
+    def large(self) -> bool:
+        """Whether reading in bulk gains more than its compiled loops take to load."""
+        return len(self.data) >= LARGE
+
+    def after(self, line: int) -> int | None:
+        """Return where a line ends, or None where the lines before do not all end alike."""
         at = 0
         for _ in range(line):
             at = self.data.find(b"\n", at) + 1
             if at == 0:
                 return None
         head = self.data[:at]
-        return None if head.count(b"\r") > head.count(b"\r\n") else memoryview(self.data)[at:]
+        return None if head.count(b"\r") > head.count(b"\r\n") else at
 
     def warn_once(self, text: str, line: int) -> None:
         """Keep a warning with the first line that it is about."""
