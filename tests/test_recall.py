@@ -19,7 +19,7 @@ from workbench.bundle import Bundle, runs_named, verify
 from workbench.errors import InputError
 from workbench.recall import recall, recall_damaged, recall_whatever
 from workbench.review import Comparison, sections, write_recording, write_report
-from workbench.review.geometry import beam_points
+from workbench.review.geometry import beam_points, certainty
 
 
 @pytest.fixture
@@ -68,7 +68,8 @@ def cut_off(bundle: Bundle) -> Bundle:
     later = ("sent", "output_off", "cameras", "release", "command", "real", "twin", "error_mm",
              "error_foot_mm", "error_top_mm", "track", "warnings", "noise_mm", "noise_rad",
              "rotor_speed_rad_s", "floor", "alignment", "state", "prediction_mm",
-             "measured_input_mm")  # fmt: skip
+             "compared_s", "commanded_mm", "measured_input_mm", "measured_start_mm",
+             "noise_floor_mm")  # fmt: skip
     facts = {key: value for key, value in manifest_of(bundle).items() if key not in later}
     text = json.dumps(facts | {"status": "failed"})
     (bundle.path / "manifest.json").write_text(text, encoding="utf-8")
@@ -120,8 +121,14 @@ def test_the_estimated_pose_follows_the_track_and_has_a_beam(finished: Path) -> 
         assert np.isfinite(beam_points(found.estimate, found.figure)).all()
         told = manifest_of(bundle)["prediction_mm"]
         assert list(told) == ["0.1", "0.5", "2"]
-        assert [row.mm for row in found.predictions[:3]] == list(told.values())
-        assert found.predictions[-1].mm == manifest_of(bundle)["measured_input_mm"]
+        assert [row.mm for row in found.predictions] == list(told.values())
+        facts, sources = manifest_of(bundle), found.sources
+        assert sources is not None
+        assert sources.started == facts["measured_start_mm"] < sources.commanded
+        assert (sources.turned is None) == (found.mode not in ("hop", "clamped"))
+        sure = certainty(found.estimate)
+        assert sure.shape[1] == 16
+        assert np.median(sure) > 0.9
 
 
 def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(

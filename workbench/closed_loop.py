@@ -134,7 +134,8 @@ class ClosedLoop:
         folder.mkdir(parents=True)
         found = diagnose(rig, folder, name, self.tell)
         proposed = following(found, bundles, folder, name, self.tell)
-        self.tell(f"report: {write_report(folder, found, files, proposed)}")
+        page = write_report(folder, found, files, proposed, bundles=bundles)
+        self.tell(f"report: {page}")
         if proposed is None:
             return found, None
         minutes = proposed.proposal.minutes

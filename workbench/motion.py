@@ -24,12 +24,14 @@ __all__ = [
     "CORNER_FORCES",
     "DRIVEN",
     "FOOT",
+    "FOOT_ERROR",
     "PITCH",
     "RELEASED",
     "ROTOR",
     "ROTOR_ANGLE",
     "ROTOR_SPEED",
     "TOP",
+    "TOP_ERROR",
     "Misfit",
     "Mode",
     "Summary",
@@ -59,6 +61,8 @@ ROTOR_SPEED = "rotor_speed_rad_s"
 CORNER_FORCES = tuple(tuple(f"corner_{k}_{axis}_N" for axis in "xyz") for k in range(4))
 """What the ground does to the foot's corners, front left, front right, rear left, rear right; of a
 twin that stands on the ground only, nobody measures it on the robot."""
+FOOT_ERROR, TOP_ERROR = "foot_error_mm", "top_error_mm"
+"""Distance of foot and T from where another motion has them, in the hopping plane."""
 RELEASED: dict[Mode, tuple[str, str, str]] = {"decay": TOP, "drop": FOOT}
 """The point whose motion begins with the release."""
 

@@ -35,6 +35,7 @@ from workbench.fit.estimation import estimate
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import (
     DRIVEN,
+    FOOT,
     ROTOR_ANGLE,
     TOP,
     Misfit,
@@ -160,10 +161,15 @@ def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
         bundle.record.note(Observed(state=str(error)))
         return
     bundle.series.write("state", found.state, made_from)
+    apart = misfit(run.motion, made.twin, found.compared_s)
     facts = Observed(
         state="estimated",
         prediction_mm=dict(found.prediction_mm),
+        compared_s=found.compared_s,
+        commanded_mm=_finite(apart.both_mm if FOOT[0] in run.places else apart.top_mm),
         measured_input_mm=found.measured_input_mm,
+        measured_start_mm=found.measured_start_mm,
+        noise_floor_mm=found.noise_mm,
     )
     bundle.record.note(facts)
 
@@ -315,6 +321,10 @@ def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -
             clocks=clocks and Clocks(**asdict(clocks)),
         ),
     )
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _is_place(channel: str) -> bool:

@@ -43,7 +43,7 @@ from workbench.motion import (
     Summary,
 )
 from workbench.protocol import ModelFile, ShapeFile, load, load_model, load_shape
-from workbench.review import Comparison, Figure, Phase, Predicted
+from workbench.review import Comparison, ErrorSources, Figure, Phase, Predicted
 from workbench.review.condition import condition
 from workbench.review.phases import phases, with_prompts
 from workbench.ringdown import RingDown
@@ -173,6 +173,8 @@ def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
         estimate=kept.state,
         predictions=_predictions(bundle.manifest.observed),
         judged=judgements(bundle.manifest),
+        sources=_sources(bundle.manifest.observed),
+        unestimated=_unestimated(bundle, kept.state),
     )
 
 
@@ -182,8 +184,29 @@ def _predictions(observed: Observed | None) -> tuple[Predicted, ...]:
         return ()
     errors = observed.prediction_mm.items()
     found = [Predicted(float(ahead), mm) for ahead, mm in errors if mm is not None]
-    driven = observed.measured_input_mm
+    driven = None if observed.compared_s is not None else observed.measured_input_mm
     return (*found, *([Predicted(math.inf, driven)] if driven is not None else ()))
+
+
+def _sources(observed: Observed | None) -> ErrorSources | None:
+    """Return what the twin's error comes from, where no free simulation ended early."""
+    if observed is None:
+        return None
+    until, commanded = observed.compared_s, observed.commanded_mm
+    started, noise = observed.measured_start_mm, observed.noise_floor_mm
+    if until is None or commanded is None or started is None or noise is None:
+        return None
+    return ErrorSources(until, commanded, observed.measured_input_mm, started, noise)
+
+
+def _unestimated(bundle: Bundle, state: TimeSeries | None) -> str:
+    """Return why a run has no estimated pose; empty where it has one."""
+    if state is not None:
+        return ""
+    told = bundle.manifest.observed and bundle.manifest.observed.state
+    if told == "estimated":
+        return "state.parquet is missing or damaged"
+    return told or "the run was not observed"
 
 
 def _robot(bundle: Bundle) -> tuple[ModelFile, ShapeFile]:

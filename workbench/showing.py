@@ -14,14 +14,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from workbench import review
 from workbench.bundle import Bundle, View, sha256
-from workbench.catalogue import Query, beside_earlier, search
+from workbench.catalogue import Query, search
+from workbench.catalogue.trends import beside_earlier
 from workbench.errors import InputError
+from workbench.fit.measured import measured_run, paced
+from workbench.fit.prediction import predictions
+from workbench.fit.replay import compared_s, replayed
 from workbench.pairing import other_twin
-from workbench.protocol import Document, ModelFile
+from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.recall import recall, recall_whatever
-from workbench.review import Comparison, ExperimentPage, Extended
+from workbench.review import Comparison, ExperimentPage, Extended, Proof, Replayed
+from workbench.twin import robot_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -35,6 +42,10 @@ _DRAW: dict[View, Callable[[Bundle, Comparison, Path], None]] = {
         comparison, path, None, _beside(bundle)
     ),
 }
+_OWN = (
+    "Both models start as the robot did, and their rotors turn as it was seen to turn. Base is the "
+    "model that the run was made with; a diagnosis refits it before it compares."
+)
 _LATER: dict[View, str] = {"recording": "--save", "report": "--page"}
 """Option of `workbench review` that draws a view."""
 
@@ -77,7 +88,9 @@ def _not_drawn(bundle: Bundle, why: Mapping[View, str]) -> str:
     )
 
 
-def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
+def pair_extended(
+    bundle: Bundle, model: Document[ModelFile], proof: Proof | None = None
+) -> Comparison:
     """Compare a run with its twin and with that of an extended model; nothing is written.
 
     The extended twin gets the same commands. Where the pull or height was found in the data, it is
@@ -86,6 +99,8 @@ def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
     Args:
         bundle: of the run.
         model: the extended one.
+        proof: both models as a diagnosis compared them; else the run's own model and the extended
+            one are simulated as a diagnosis would.
 
     Raises:
         TakeError, InputError, WorkbenchError: as `pair`, for either model.
@@ -94,10 +109,30 @@ def pair_extended(bundle: Bundle, model: Document[ModelFile]) -> Comparison:
     twin = other_twin(bundle, model.content)
     return replace(
         comparison,
+        proof=proof or _replayed(bundle, model.content),
         extended=Extended(name, twin.motion, twin.summary, twin.misfit),
         facts={**comparison.facts, "extended model": f"{name} ({sha256(model.path)[:12]})"},
         warnings=(*comparison.warnings, *twin.warnings),
     )
+
+
+def _replayed(bundle: Bundle, model: ModelFile) -> Proof | None:
+    """Return the run's own model and an extended one, started and turned as was measured."""
+    own = load(bundle.document("model"), ModelFile).content
+    shape = load(bundle.document("shape"), ShapeFile).content
+    try:
+        run = paced(measured_run(bundle))
+        part = replace(run, motion=run.motion.between(-np.inf, compared_s(run)))
+        robots = {"the run's own model": robot_of(own, shape), model.name: robot_of(model, shape)}
+        found = {name: replayed(robot, part) for name, robot in robots.items()}
+    except InputError:
+        return None  # what cannot be observed is shown as commanded
+    base, extended = (
+        Replayed(name, one.motion, one.error, one.rms_mm, predictions(robots[name], run))
+        for name, one in found.items()
+    )
+    noise = next(iter(found.values())).noise_mm
+    return Proof(base, extended, noise, float(base.error.times[-1]), _OWN)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import html
 import json
 import re
+import shutil
 import tarfile
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import pytest
 from tests.bundles import journal_of, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, events, verify
+from workbench.diagnose import robot_of
 from workbench.recall import recall
 from workbench.review import write_recording, write_report
 
@@ -64,6 +66,20 @@ def test_a_kept_bundle_is_reviewed_with_the_same_numbers(
     write_report(shown, tmp_path / "report.html")
     assert (tmp_path / "compare.rrd").stat().st_size > 100_000
     assert _numbers(tmp_path / "report.html") == EXPECTED["runs"][name]["report"]
+
+
+def test_a_run_that_was_stopped_is_left_out_of_a_diagnosis(runs: Path, tmp_path: Path) -> None:
+    stopped = shutil.copytree(runs / NAMES[0], tmp_path / f"{NAMES[0]}_stopped")
+    shutil.rmtree(stopped / "take")
+    text = (stopped / "manifest.json").read_text(encoding="utf-8")
+    text = text.replace('"status": "complete"', '"status": "interrupted"')
+    (stopped / "manifest.json").write_text(text, encoding="utf-8")
+    told: list[str] = []
+    bundles = [Bundle.open(runs / name) for name in NAMES] + [Bundle.open(stopped)]
+    rig, files = robot_of(bundles, told.append)
+    assert list(rig.names) == NAMES
+    assert list(files) == ["shape", *NAMES]
+    assert f"left out {stopped.name}: its status is interrupted" in told
 
 
 @pytest.mark.budget(25)  # a whole diagnosis

@@ -200,8 +200,9 @@ def test_the_report_of_a_search_needs_nothing_beside_it(begin: Begin) -> None:
     write_report(page, study, history, found, {"workbench": "0"})
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 4
-    assert f"goes {found[0].values['distance_m']:.2f} m" in text
-    assert "zeta L, clamped" in text
+    assert f"goes {1000 * found[0].values['distance_m']:.0f} mm" in text
+    assert f"workbench optimize --resume {study.folder} --evaluations 24" in text
+    assert "Longitudinal frequency, clamped" in text
     assert found[0].shape.name in text
     assert not re.search(r'(src|href)="(?!#)', text)
 

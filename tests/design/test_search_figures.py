@@ -26,7 +26,9 @@ def test_figure_6_2_has_best_above_and_mean_below() -> None:
     figure = Figure()
     draw_generations(figure, {"17 rad/s": three(), "19 rad/s": three()}, "distance_m")
     best, mean = figure.axes
-    assert best.lines[0].get_ydata() == pytest.approx([1.0, 1.4, -2.0])
+    assert best.lines[0].get_ydata() == pytest.approx([1.0, 1.4, 1.4]), "the best so far"
+    assert best.lines[1].get_ydata() == pytest.approx([1.0, 1.4, -2.0]), "of each generation"
+    assert {float(tick) % 1 for tick in mean.get_xticks()} == {0.0}
     np.testing.assert_allclose(np.asarray(mean.lines[0].get_ydata()), [0.75, 1.0, np.nan])
     assert legend(best) == ["17 rad/s", "19 rad/s"]
     assert best.get_ylabel() == "distance [m]"

@@ -26,6 +26,7 @@ from workbench.diagnose.rules import RULES
 from workbench.diagnose.validate import Errors
 from workbench.fit import Hopper
 from workbench.sim import EFFECTS
+from workbench.timeseries import TimeSeries
 
 KINDS = get_args(Kind)
 TITLES = {
@@ -33,7 +34,7 @@ TITLES = {
     "SET": "Possible: air drag or tether",
     "PARTIAL": "Found, but not all of it: air drag",
     "NONE": "No known cause explains the misfit",
-    "CLEAN": "Nothing is wrong above the noise",
+    "CLEAN": "The model fits to the noise",
     "DATA_FAULT": "The data are at fault: hop-2",
 }
 NOWHERE: Any = SimpleNamespace(
@@ -71,6 +72,16 @@ class Regression:
         return {q.name: (q.tolerance, q.tolerance / 4) for q in EFFECTS[name].quantities}
 
 
+def errors_of(sizes: dict[str, float], ahead: dict[str, float]) -> Errors:
+    """Errors of runs that are off by the same all the time."""
+    times = np.arange(240) / 120
+    off = {run: TimeSeries.of(times, {"top_error_mm": np.full(240, mm)})
+           for run, mm in sizes.items()}  # fmt: skip
+    still = TimeSeries.of(times, {"top_x_m": np.zeros(240)})
+    return Errors(off, dict.fromkeys(sizes, 0.3), "mm", dict.fromkeys(sizes, ahead),
+                  dict.fromkeys(sizes, still))  # fmt: skip
+
+
 def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis:
     model = folder / "model.yaml"
     model.write_text("{}")
@@ -80,8 +91,8 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     gains = ((scored("air_drag"), 90.0), (scored("tether"), 20.0))
     drive = [(scored(name), float(k)) for k, name in enumerate(DRIVE)]
     ahead = {"0.1": 0.41, "0.5": 0.63, "2": 1.27}
-    errors = Errors({"clamped-9": 2.34, "hop-9": 1.11}, 0.3, "mm", {}, ahead)
-    after = Errors({"clamped-9": 0.52, "hop-9": 1.92}, 0.3, "mm", {}, {**ahead, "2": None})
+    errors = errors_of({"clamped-9": 2.34, "hop-9": 1.11}, ahead)
+    after = errors_of({"clamped-9": 0.52, "hop-9": 1.92}, {"0.1": 0.41, "0.5": 0.63})
     near: Any = None
     fits: Any = SimpleNamespace(
         repeats=lambda channel="": 2.0,
@@ -128,16 +139,16 @@ def test_the_answer_and_the_errors_come_first(tmp_path: Path, kind: Kind) -> Non
 def test_sections_come_in_their_order(tmp_path: Path) -> None:
     titles = re.findall(r"<h2>(.*?)</h2>", html_of(tmp_path, diagnosis(tmp_path, "NAMED")))
     assert titles == [
-        "Warnings", "Error on the runs held out", "Size of the cause", "What the refit changed",
-        "What each candidate is worth", "Rivals, and why not", "The drive", "Rules",
-        "What to do next", "Made from",
+        "Warnings", "Error on the runs held out", "Size of the cause", "Gain of each candidate",
+        "Alternatives, and why they are out", "What the refit changed", "The drive",
+        "What to do next", "Rules", "Made from",
     ]  # fmt: skip
 
 
 def test_numbers_are_those_of_the_answer(tmp_path: Path) -> None:
     text = text_of(html_of(tmp_path, diagnosis(tmp_path, "NAMED")))
-    assert "0.1 s ahead, all of them 0.410 0.410" in text
-    assert "2 s ahead, all of them 1.27 noise alone" in text, "where nothing was predicted, nothing"
+    assert "0.1 s ahead, all of them 0.410 0.410 0.300" in text
+    assert "2 s ahead, all of them 1.27 0.300 Root" in text, "where nothing was predicted, nothing"
     assert "air drag c 0.0200 0.0180 to 0.0220 N s^2/m^2" in text
     assert "top mass 0.0880 0.0912 0.0900 to 0.0924 kg +1.60" in text
     assert "speed scale share 0.500 0.294 to 0.706 % 0 0" in text
@@ -148,7 +159,7 @@ def test_numbers_are_those_of_the_answer(tmp_path: Path) -> None:
 
 def test_promises_count_as_gains_do(tmp_path: Path) -> None:
     html = html_of(tmp_path, diagnosis(tmp_path, "NAMED"))
-    assert "gain: by how much" in html
+    assert "gain in log-likelihood over the base" in html
     assert "threshold 16.0" in html
     assert html.index(">air drag<") < html.index(">tether<")
 
@@ -188,7 +199,7 @@ def test_the_missing_force_of_a_robot_is_told_and_drawn(tmp_path: Path) -> None:
     section = html[html.index("<h2>The missing force</h2>") :]
     assert "A force at T against the motion" in section
     assert "with the square of speed" in section
-    assert section.count("<svg", 0, section.index("What each candidate")) == 2
+    assert section.count("<svg", 0, section.index("Gain of each candidate")) == 2
 
 
 def test_the_answer_is_written_as_it_is_printed(tmp_path: Path) -> None:

@@ -103,7 +103,8 @@ def _alone(comparison: Comparison, up: float) -> np.ndarray:
     twin = comparison.twin.between(0.0, 8.0)
     at = twin.times[int(np.argmin(np.abs(twin["foot_z_m"] - up)))]
     alone = replace(comparison, real=twin.between(100.0, 200.0), twin=twin.between(at, at + 0.1))
-    return pictures(replace(alone, duration_s=8.0), replace(SHOT, rate_hz=1))[0][1]
+    shown = pictures(replace(alone, duration_s=8.0), replace(SHOT, rate_hz=1))[0][1]
+    return shown[: -shown.shape[0] // 10]  # without the caption's names of the arrows
 
 
 def test_the_caption_tells_time_pace_and_condition(comparison: Comparison) -> None:
@@ -119,11 +120,7 @@ def test_the_caption_tells_time_pace_and_condition(comparison: Comparison) -> No
 
 
 def test_the_pace_is_told_in_words() -> None:
-    assert [pace(slow) for slow in (4, 1, 0.5)] == [
-        "4 times slower than life",
-        "",
-        "2 times faster",
-    ]
+    assert [pace(slow) for slow in (4, 1, 0.5)] == ["1/4 speed", "", "2 times faster"]
 
 
 def test_a_film_plays_at_its_rate_for_its_time(comparison: Comparison, tmp_path: Path) -> None:

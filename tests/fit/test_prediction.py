@@ -13,7 +13,8 @@ from workbench.errors import InputError
 from workbench.fit.estimation import estimate
 from workbench.fit.measured import MeasuredRun, paced
 from workbench.fit.observer import observe
-from workbench.fit.prediction import Horizon, free_motion, prediction_errors
+from workbench.fit.prediction import Horizon, prediction_errors
+from workbench.fit.replay import replayed
 from workbench.fit.state import observed, pose
 from workbench.motion import TOP, misfit
 from workbench.timeseries import TimeSeries
@@ -45,8 +46,9 @@ def test_with_nothing_hidden_predictions_are_off_by_the_noise() -> None:
     one = observed(hopper(twin_motion(CLAMPED), CLAMPED))
     for seconds, mm in prediction_errors(one).items():
         assert mm == pytest.approx(NOISE_MM, rel=0.3), seconds
-    left = misfit(one.system.runs[0].motion, free_motion(one), CLAMPED.duration)
-    assert left.top_mm == pytest.approx(NOISE_MM, rel=0.1)
+    left = replayed(ROBOT, one.system.runs[0])
+    assert left.rms_mm == pytest.approx(NOISE_MM, rel=0.1)
+    assert left.noise_mm == pytest.approx(NOISE_MM, rel=0.1)
 
 
 def test_what_a_model_lacks_grows_with_the_time_ahead() -> None:
@@ -62,6 +64,8 @@ def test_a_drive_that_turns_otherwise_than_commanded_is_not_the_model_s_error() 
     found = estimate(ROBOT, slower)
     assert found.measured_input_mm is not None
     assert found.measured_input_mm < 2 * NOISE_MM
+    assert found.measured_start_mm == pytest.approx(NOISE_MM, rel=0.3)
+    assert found.compared_s == pytest.approx(CLAMPED.duration, abs=0.01)
     commanded = twin_motion(CLAMPED._replace(steps=slower.steps))
     assert misfit(run.motion, commanded, CLAMPED.duration).top_mm > 20 * NOISE_MM
     assert found.prediction_mm["2"] == pytest.approx(NOISE_MM, rel=0.3)

@@ -129,9 +129,11 @@ def test_figures_4_4_and_4_5_show_measured_and_simulated_on_the_same_axes() -> N
     real, twin = TimeSeries.of(t, columns), TimeSeries.of(t, {n: 2 * c for n, c in columns.items()})
     pair = Pair("run", "17.0 rad/s", real, twin)
     figure = figure_4_4([pair, pair])
-    assert drawn(figure, 0)[:, 1] == pytest.approx(columns[TOP[2]])
-    assert drawn(figure, 1)[:, 1] == pytest.approx(2 * columns[TOP[2]])
-    assert figure.axes[1].get_title(loc="left") == "17.0 rad/s, simulated"
+    measured, simulated = figure.axes[1].lines
+    assert measured.get_ydata() == pytest.approx(1000 * columns[TOP[2]])
+    assert simulated.get_ydata() == pytest.approx(2000 * columns[TOP[2]])
+    assert [measured.get_color(), simulated.get_color()] == [palette.REAL, palette.TWIN]
+    assert figure.axes[1].get_title(loc="left") == "17.0 rad/s"
     figure = figure_4_5(pair)
     assert drawn(figure, 0)[:, 0] == pytest.approx(columns[FOOT[0]])
     assert drawn(figure, 1)[:, 1] == pytest.approx(2 * columns[FOOT[2]])

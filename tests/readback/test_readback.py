@@ -98,7 +98,7 @@ def test_the_page_tells_it_all(target: ShapeFile, tmp_path: Path) -> None:
     path = tmp_path / "as-bent.html"
     write_readback(path, "as-bent", bent, deviation_of(bent, target), cost, {"target": "x"})
     text = path.read_text(encoding="utf-8")
-    for told in ("One joint needs correction", "open by 2.0", "1 of 6 fell", "+5.0 cm", "0.250"):
+    for told in ("One joint needs correction", "open by 2.0", "1 of 6 fell", "+50 mm", "250"):
         assert told in text, told
     assert "<svg" in path.with_suffix(".svg").read_text(encoding="utf-8")
 
@@ -107,3 +107,12 @@ def test_the_figure_names_the_joints_to_correct(target: ShapeFile) -> None:
     figure = deviation_figure(deviation_of(bent_by(target, {3: 2.0, 8: -3.0}), target))
     told = [text.get_text() for text in figure.axes[0].texts]
     assert told == ["8: close by 3.0\N{DEGREE SIGN}", "3: open by 2.0\N{DEGREE SIGN}"]
+
+
+def test_the_figure_marks_every_joint_that_the_headline_counts(target: ShapeFile) -> None:
+    off = dict.fromkeys(range(1, 12), 2.5)
+    deviation = deviation_of(bent_by(target, off), target)
+    figure = deviation_figure(deviation)
+    assert len(figure.axes[0].texts) == len(deviation.correct) == 11
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()][:2] == ["target", "as bent"]

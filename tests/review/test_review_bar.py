@@ -98,7 +98,7 @@ def test_the_viewer_shows_every_view_without_a_warning(viewer: HeadlessViewer) -
     viewer.set_time(MOMENT_S)
     state = viewer.state()
     names = [view.name for view in state.views]
-    assert len(names) == len(set(names)) == 17
+    assert len(names) == len(set(names)) == 18
     assert all(view.visible for view in state.views)
     assert [report for view in state.views for report in view.reports] == []
     complaints = [log for log in viewer.logs() if log.level in ("WARN", "ERROR")]

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from workbench.motion import FOOT, TOP
+from workbench.motion import FOOT, FOOT_ERROR, TOP, TOP_ERROR
 from workbench.review import Comparison, Figure
-from workbench.review.comparison import FOOT_ERROR, TOP_ERROR
 from workbench.review.geometry import beam_points, beam_root, foot_pitch, pitch_quaternions
 from workbench.review.headline import headline, misfit_rows, verdict
 from workbench.timeseries import TimeSeries

@@ -68,7 +68,7 @@ from workbench.bundle.named import run_named, runs_named, runs_of
 from workbench.bundle.record import Exchange, Record
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
-from workbench.bundle.series import Series, SeriesFiles
+from workbench.bundle.series import Series, SeriesFiles, read_series, write_series
 from workbench.bundle.stamp import Stamp, stamping
 
 __all__ = [
@@ -118,6 +118,7 @@ __all__ = [
     "parse_line",
     "passed",
     "read_remarks",
+    "read_series",
     "run_named",
     "runs_named",
     "runs_of",
@@ -125,4 +126,5 @@ __all__ = [
     "stamping",
     "unportable",
     "verify",
+    "write_series",
 ]

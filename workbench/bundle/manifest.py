@@ -230,8 +230,16 @@ class Observed(Section):
     """`estimated`, or why the run could not be observed."""
     prediction_mm: dict[str, float | None] = {}
     """Time ahead [s] -> root mean square error."""
+    compared_s: float | None = None
+    """Until when free simulations are compared: a hop to its first hops. None in older bundles."""
+    commanded_mm: float | None = None
+    """Error of the twin over that time: as commanded, or released as asked."""
     measured_input_mm: float | None = None
     """Error of a free simulation whose rotor turns as measured."""
+    measured_start_mm: float | None = None
+    """Error of one that starts as measured, too."""
+    noise_floor_mm: float | None = None
+    """What the cameras' noise alone makes of these errors."""
 
 
 class ChannelNoise(_Frozen):

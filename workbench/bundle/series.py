@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from workbench.timeseries import TimeSeries
 
-__all__ = ["Series", "SeriesFiles"]
+__all__ = ["Series", "SeriesFiles", "read_series", "write_series"]
 
 Series = Literal["supply", "raw", "track", "twin", "state"]
 
@@ -44,19 +44,7 @@ class SeriesFiles(NamedTuple):
         Raises:
             RecordError: when it cannot be written.
         """
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        columns: dict[str, NDArray[Any]] = {_TIME: series.times}
-        columns |= {name: series[name] for name in series.names}
-        for name in series.names:
-            if not series.validity(name).all():
-                columns[_VALID + name] = series.validity(name)
-        hashes = {"made_from": json.dumps(dict(made_from))}
-        table = pa.table(columns).replace_schema_metadata(hashes)
-        with replaced(self._path(kind)) as draft:
-            # measured numbers seldom repeat: a dictionary of them costs time and space
-            pq.write_table(table, draft, use_dictionary=False)
+        write_series(self._path(kind), series, made_from)
 
     def read(self, kind: Series) -> TimeSeries:
         """Read a time series back.
@@ -64,26 +52,55 @@ class SeriesFiles(NamedTuple):
         Raises:
             InputError: when it is missing or damaged.
         """
-        import numpy as np
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        from workbench.timeseries import TimeSeries
-
-        path = own_file(self._path(kind))
-        try:
-            with pq.ParquetFile(path) as file:  # `read_table` loads pyarrow's data sets for it
-                table = file.read()
-            columns = {name: table[name].to_numpy() for name in table.column_names}
-            times = columns.pop(_TIME)
-            masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}
-            values = {n: c for n, c in columns.items() if not n.startswith(_VALID)}
-            valid = [masks.get(name, np.ones(len(times), dtype=bool)) for name in values]
-            return TimeSeries(
-                times, np.column_stack(list(values.values())), tuple(values), np.column_stack(valid)
-            )
-        except (pa.ArrowException, OSError, KeyError, ValueError) as error:
-            raise InputError(f"{path}: cannot be read: {error}") from None
+        return read_series(own_file(self._path(kind)))
 
     def _path(self, kind: Series) -> Path:
         return self.folder / f"{kind}.parquet"
+
+
+def write_series(path: Path, series: TimeSeries, made_from: Mapping[str, str]) -> None:
+    """Write a time series with the hashes of what it was made from; whole or not at all.
+
+    Raises:
+        RecordError: when it cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns: dict[str, NDArray[Any]] = {_TIME: series.times}
+    columns |= {name: series[name] for name in series.names}
+    for name in series.names:
+        if not series.validity(name).all():
+            columns[_VALID + name] = series.validity(name)
+    hashes = {"made_from": json.dumps(dict(made_from))}
+    table = pa.table(columns).replace_schema_metadata(hashes)
+    with replaced(path) as draft:
+        # measured numbers seldom repeat: a dictionary of them costs time and space
+        pq.write_table(table, draft, use_dictionary=False)
+
+
+def read_series(path: Path) -> TimeSeries:
+    """Read a time series back.
+
+    Raises:
+        InputError: when it is missing or damaged.
+    """
+    import numpy as np
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from workbench.timeseries import TimeSeries
+
+    try:
+        with pq.ParquetFile(path) as file:  # `read_table` loads pyarrow's data sets for it
+            table = file.read()
+        columns = {name: table[name].to_numpy() for name in table.column_names}
+        times = columns.pop(_TIME)
+        masks = {n.removeprefix(_VALID): c for n, c in columns.items() if n.startswith(_VALID)}
+        values = {n: c for n, c in columns.items() if not n.startswith(_VALID)}
+        valid = [masks.get(name, np.ones(len(times), dtype=bool)) for name in values]
+        return TimeSeries(
+            times, np.column_stack(list(values.values())), tuple(values), np.column_stack(valid)
+        )
+    except (pa.ArrowException, OSError, KeyError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None

@@ -1,8 +1,8 @@
 """The catalogue: finding, comparing and handing on runs among thousands of bundles.
 
 Here live the index (`index.py`, one SQLite file in the folder of all bundles), what it knows of a
-run (`entry.py`), what changes from run to run (`trends.py`), what can be asked (`query.py`), what
-two runs differ in (`differences.py`), and
+run (`entry.py`), what changes from run to run (`trends.py`, imported by itself, as it needs numpy),
+what can be asked (`query.py`), what two runs differ in (`differences.py`), and
 export for colleagues (`export.py`). What does not: the bundles themselves and what people said of
 them (`bundle`). The disk is the truth and the index a cache: whoever deletes it loses nothing.
 
@@ -13,35 +13,17 @@ condition in `query.py`, an option in `cli/runs.py`, and another `_VERSION` in `
 from workbench.catalogue.entry import UNREADABLE, Entry, describe
 from workbench.catalogue.index import Found, rebuild, search
 from workbench.catalogue.query import SORTS, Query, Window, period, window
-from workbench.catalogue.trends import (
-    Condition,
-    Limits,
-    Trend,
-    beside_earlier,
-    condition_of,
-    conditions,
-    individuals,
-    trends,
-)
 
 __all__ = [
     "SORTS",
     "UNREADABLE",
-    "Condition",
     "Entry",
     "Found",
-    "Limits",
     "Query",
-    "Trend",
     "Window",
-    "beside_earlier",
-    "condition_of",
-    "conditions",
     "describe",
-    "individuals",
     "period",
     "rebuild",
     "search",
-    "trends",
     "window",
 ]

@@ -19,6 +19,7 @@ from workbench.diagnose import (
     following,
     load_mechanism,
     next_object,
+    proof_of,
     refused,
     robot_of,
     write_report,
@@ -67,7 +68,7 @@ def diagnose(
     look_ahead = look_ahead and bool(bundles)
     proposed = following(found, bundles, target, target.name, tell) if look_ahead else None
     moving = _moving(found, bundles) if picture and bundles else None
-    page = write_report(target, found, files, proposed, moving)
+    page = write_report(target, found, files, proposed, moving, bundles)
     if as_json:
         emit(found.as_json() | next_object(proposed) | {"report": str(page)})
         return
@@ -90,7 +91,8 @@ def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
     if found.extended is None:
         shown = recall_whatever(worst)
     else:
-        shown = pair_extended(worst, load_model(str(found.extended.source), Path()))
+        model = load_model(str(found.extended.source), Path())
+        shown = pair_extended(worst, model, proof_of(found, worst.path.name))
     image = picture_of(Shown([worst], [shown]))
     return None if image is None else views.as_jpeg(image)
 
@@ -107,4 +109,5 @@ def _rig(
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
-    return *robot_of(bundles, tell), bundles
+    found, files = robot_of(bundles, tell)
+    return found, files, [one for one in bundles if one.path.name in files]

@@ -12,10 +12,11 @@ from workbench import review as views
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import RunArguments, RunsFolder, people, show_table, tell
 from workbench.cli.showing import picture_of
-from workbench.diagnose import extended_model_of
+from workbench.diagnose import extended_model_of, kept_proof
 from workbench.protocol import Document, ModelFile, load_model
 from workbench.recall import recall_whatever
-from workbench.review import Comparison
+from workbench.review import Comparison, Proof
+from workbench.review.headline import proof_rows
 from workbench.showing import Shown, pair_extended
 
 __all__ = ["review"]
@@ -97,9 +98,16 @@ def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Pa
     if model is None:
         return comparison
     tell(f"simulate {comparison.run} with {model.content.name}")
-    comparison = pair_extended(bundle, model)
+    comparison = pair_extended(bundle, model, _proof(bundle, model))
     _print_errors(comparison)
     return comparison
+
+
+def _proof(bundle: Bundle, model: Document[ModelFile]) -> Proof | None:
+    """Return what the diagnosis that wrote a model compared with the run, if it did."""
+    if not bundle.has_take():
+        return None
+    return kept_proof(model.path, bundle.path.name, bundle.take())
 
 
 def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float) -> None:
@@ -115,6 +123,11 @@ def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float)
 
 
 def _print_errors(comparison: Comparison) -> None:
+    """Print how far both models are off, as compared first, then as commanded."""
+    if comparison.proof is not None:
+        names = [f"{who} ({one.name})" for who, one in comparison.proof.both]
+        show_table(f"{comparison.title}: as compared", ["", *names], proof_rows(comparison))
+        people.print(comparison.proof.about, markup=False)
     errors = {"twin": comparison.misfit}
     if comparison.extended is not None:
         errors["extended twin"] = comparison.extended.misfit
@@ -122,4 +135,4 @@ def _print_errors(comparison: Comparison) -> None:
         [who, *(f"{error:.1f}" for error in (e.foot_mm, e.top_mm, e.both_mm))]
         for who, e in errors.items()
     ]
-    show_table(comparison.title, ["", "foot [mm]", "T [mm]", "foot and T [mm]"], rows)
+    show_table("as commanded", ["", "foot [mm]", "T [mm]", "foot and T [mm]"], rows)

@@ -155,8 +155,8 @@ def _show(deviation: Deviation, cost: Cost | None, files: list[str]) -> None:
     print(f"tip off by {math.hypot(*tip):.1f} mm: {tip[0]:+.1f} forward, {tip[1]:+.1f} up")
     if cost is not None:
         print(
-            f"distance {cost.target:.3f} m as designed, {cost.bent:.3f} m as bent; over the "
-            f"angles' doubt {change_in_words(cost)}"
+            f"distance {1000 * cost.target:.0f} mm as designed, {1000 * cost.bent:.0f} mm as bent; "
+            f"change averaged over the angles' uncertainty: {change_in_words(cost)}"
         )
     for path in files:
         print(path)

@@ -37,8 +37,8 @@ _ROWS = {
     "standing_dh_m": ("dh of the standing robot", 1e2, "cm", 2),
     "standing_e": ("e of the standing robot", 1.0, "", 2),
     "tightest_radius_m": ("Tightest radius", 1e3, "mm", 0),
-    "zeta_T_hz": ("zeta T, clamped", 1.0, "Hz", 2),
-    "zeta_L_hz": ("zeta L, clamped", 1.0, "Hz", 2),
+    "zeta_T_hz": ("Torsional frequency, clamped", 1.0, "Hz", 2),
+    "zeta_L_hz": ("Longitudinal frequency, clamped", 1.0, "Hz", 2),
 }
 """Number -> name, factor, unit, digits."""
 _MOST_REASONS = 8
@@ -100,10 +100,15 @@ def write_experiment(path: Path, name: str, about: str, parts: Iterable[Part]) -
 
 def verdict(found: Found, first: Appraisal | None) -> str:
     """Return the result in a sentence."""
-    told = f"The best design goes {found.values['distance_m']:.2f} m"
+    told = f"The best design goes {_way(found.values['distance_m'])}"
     if first is None or "distance" not in first.values:
         return f"{told}; the first shape does not hop."
-    return f"{told}; the first shape goes {first.values['distance']:.2f} m."
+    return f"{told}; the first shape goes {_way(first.values['distance'])}."
+
+
+def _way(metres: float) -> str:
+    """Return a distance with three digits that count."""
+    return f"{metres:.2f} m" if abs(metres) >= 1 else f"{1000 * metres:.0f} mm"
 
 
 def _warnings(study: Study, history: History, first: Appraisal | None) -> list[str]:
@@ -160,7 +165,8 @@ def _progress(study: Study, history: History) -> Markup:
     column = study.problem.goals[0].column
     picture = drawn(lambda f: draw_generations(f, {"search": history}, column), 4.6)
     picture = as_svg(picture, "progress")
-    return figure(picture, "Best and mean over the generations, as in figure 6.2.")
+    words = "Best so far, and best and mean of each generation (figure 6.2 of the thesis)."
+    return figure(picture, words)
 
 
 def _shapes(problem: Problem, first: Appraisal | None, best: Appraisal) -> Markup:
@@ -198,14 +204,22 @@ def _kind(text: str) -> str:
 
 def _next(study: Study, found: Found) -> Markup:
     model = found.model or study.model.path
-    lines = [
+    hop = (
         f"workbench simulate --shape {found.shape} --model {model} --omega {found.omega:g} "
-        f"--duration {study.settings.duration:g}",
-        f"workbench template {found.shape}",
-    ]
-    return Markup("<p>Hop it again, then print it at 1:1:</p><pre>{}</pre>").format(
-        "\n".join(lines)
+        f"--duration {study.settings.duration:g}"
     )
+    steps = {
+        "Hop it again:": hop,
+        "Print it at 1:1, bend the strip over it, photograph it and read it back:": (
+            f"workbench template {found.shape}"
+        ),
+        "Search on from here:": (
+            f"workbench optimize --resume {study.folder} "
+            f"--evaluations {2 * study.settings.evaluations}"
+        ),
+    }
+    parts = (Markup("<p>{}</p><pre>{}</pre>").format(*step) for step in steps.items())
+    return Markup().join(parts)
 
 
 def _provenance(study: Study, history: History, versions: Mapping[str, str]) -> Markup:

@@ -25,7 +25,7 @@ _SHIFT = 0.25  # of the marks of several searches beside each other, of a variab
 
 
 def draw_generations(figure: Figure, histories: Mapping[str, History], number: str) -> None:
-    """Draw the best and the mean of each generation, as figure 6.2 does.
+    """Draw the best so far, the best and the mean of each generation, as figure 6.2 does.
 
     The best is the trial of the least fitness; the mean leaves out what failed, the thesis counted
     failures as -2 m.
@@ -38,12 +38,26 @@ def draw_generations(figure: Figure, histories: Mapping[str, History], number: s
     best, mean = figure.subplots(2, 1, sharex=True)
     for name, history in histories.items():
         counted = np.arange(1, len(history.generations) + 1)
-        best.plot(counted, [_worth(g.best, number) for g in history.generations], label=name)
+        (line,) = best.step(counted, _best_so_far(history, number), where="post", label=name)
+        of_each = [_worth(g.best, number) for g in history.generations]
+        best.plot(counted, of_each, "o", color=line.get_color(), alpha=0.5, markersize=5)
         mean.plot(counted, [_mean(g, number) for g in history.generations])
-    best.set(title=f"best of each generation, {_words(number)}", ylabel=_words(number))
+    best.set(title="line: best so far; dots: best of each generation", ylabel=_words(number))
     mean.set(title="mean of those that did not fail", ylabel=_words(number), xlabel="generation")
+    mean.xaxis.get_major_locator().set_params(integer=True)
     if len(histories) > 1:
         best.legend(ncols=3, fontsize="small")
+
+
+def _best_so_far(history: History, number: str) -> list[float]:
+    """Return the number of the best trial up to each generation."""
+    best, told = None, list[float]()
+    for generation in history.generations:
+        one = generation.best
+        if best is None or one.evaluation.fitness[0] < best.evaluation.fitness[0]:
+            best = one
+        told.append(_worth(best, number))
+    return told
 
 
 def draw_repeats(figure: Figure, histories: Sequence[History], number: str) -> None:

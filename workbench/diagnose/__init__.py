@@ -14,12 +14,13 @@ puts `drive_faults`, `body_faults` and `release_faults` together, `onset` tells 
 began. A new check is a function there that yields a sentence.
 
 `missing` tells which force is missing, and what it depends on; `report`, `report_tables` and
-`figures` are the page, `kept` the answer as a file that `workbench review` reads, `written` puts
-both into the folder of the diagnosis. What comes after:
+`figures` are the page, `kept` the answer as a file and `compared` the motions behind its errors,
+both read by `workbench review`, `written` puts all into the folder of the diagnosis. Then:
 `remaining` is what an answer leaves, `next_experiment` the runs that would tell, `next_protocol`
 the menu of a bench and the file, `investigation` the loop of runs and diagnoses.
 """
 
+from workbench.diagnose.compared import kept_proof, proof_of
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.facts import Trial
 from workbench.diagnose.investigation import Round, investigate
@@ -47,9 +48,11 @@ __all__ = [
     "extended_model_of",
     "following",
     "investigate",
+    "kept_proof",
     "load_mechanism",
     "minutes_of",
     "next_object",
+    "proof_of",
     "propose",
     "refused",
     "robot_of",

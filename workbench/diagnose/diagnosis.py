@@ -110,6 +110,8 @@ class Diagnosis:
                 "base": None if base is None else dict(base.ahead),
                 "extended": None if after is None else dict(after.ahead),
             },
+            "errors_by_run": self._errors_by_run(),
+            "drive_compared": bool("drive" in self.parts and self.parts["drive"].best.names),
             "removable_removed": self.removed,
             "held_out_runs": list(self.held_out),
             "extended_model": None if self.extended is None else str(self.extended.source),
@@ -117,6 +119,20 @@ class Diagnosis:
             "rules": asdict(self.rules),
             "seconds": self.seconds,
         }
+
+    def _errors_by_run(self) -> dict[str, Any]:
+        """Return of each run held out what `rmse_mm` and `prediction_mm` are the means of."""
+        base, after = self.errors, self.extended_errors
+        if base is None or after is None:
+            return {}
+        both = {"base": base, "extended": after}
+        return {
+            run: {"noise_floor": base.noise[run]} | {
+                who: {"rmse": one.by_run[run], "ahead": dict(one.predicted.get(run, {}))}
+                for who, one in both.items()
+            }
+            for run in self.held_out
+        }  # fmt: skip
 
     @property
     def worst_held_out(self) -> str:
@@ -181,7 +197,9 @@ def diagnose(
     values = {p.name: observer.best.values[p.name] for p in rig.base}
     out.mkdir(parents=True, exist_ok=True)
     extended = rig.extend(out / f"{name}-model", values, effects, name)
-    angles = (None, None) if drive is None else drive.angles
+    # as the rotor was seen to turn, unless it is the drive that an extension changes
+    turned = drive is not None and bool(drive.part.best.names)
+    angles = drive.angles if drive is not None and turned else (None, None)
     before = {p.name: base.values[p.name] for p in rig.base}
     errors = rig.errors(fits.held, before, angles[0], threads)
     if kind == "CLEAN" and errors is not None and errors.rmse > rig.whole * errors.noise_floor:
@@ -231,9 +249,9 @@ def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
             against = "the base" if part.best.names == () else " with ".join(part.best.names)
             behind = versus(part.best, one, fits.repeats())
             why = (
-                f"{against} makes the same seconds likelier by {digits(behind.gain + behind.held)}"
+                f"its log-likelihood is {digits(behind.gain + behind.held)} below that of {against}"
                 if part.best.names
-                else f"worth {digits(told.gain)} in the runs fitted and {digits(told.held)} in "
+                else f"gain {digits(told.gain)} in the runs fitted and {digits(told.held)} in "
                 "those held out: no more than chance, or of no practical size"
             )
             found.append(Rival(name, why))

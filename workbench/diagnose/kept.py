@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from workbench.bundle import sha256
 
-__all__ = ["Answered", "extended_model_of", "write_answer"]
+__all__ = ["Answered", "extended_model_of", "read_answer", "write_answer"]
 
 _SCHEMA = "workbench/diagnosis-1"
 
@@ -22,16 +23,22 @@ class Answered(Protocol):
         ...
 
 
-def write_answer(path: Path, found: Answered, files: Mapping[str, Path]) -> None:
+def write_answer(
+    path: Path,
+    found: Answered,
+    files: Mapping[str, Path],
+    following: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
     """Write an answer with the files that it rests on.
 
     Args:
         path: of the `.json` file; one that is there is replaced.
         found: the diagnosis.
         files: what it was made from; a run's take stands under the name of its bundle.
+        following: what is said of the next experiment.
     """
     rests_on = {name: sha256(file) for name, file in files.items()}
-    answer = {"schema": _SCHEMA, **found.as_json(), "files": rests_on}
+    answer = {"schema": _SCHEMA, **found.as_json(), **following, "files": rests_on}
     text = json.dumps(answer, indent=2, ensure_ascii=False, default=str) + "\n"
     path.write_text(text, encoding="utf-8")
 
@@ -49,7 +56,7 @@ def extended_model_of(run: str, take: Path, folder: Path) -> Path | None:
         folder.glob("*/*.json"), key=lambda path: path.stat().st_mtime, reverse=True
     )
     for path in newest_first:
-        answer = _read(path)
+        answer = read_answer(path)
         if answer.get("files", {}).get(run) != digest:
             continue
         model = answer.get("extended_model")
@@ -57,7 +64,7 @@ def extended_model_of(run: str, take: Path, folder: Path) -> Path | None:
     return None
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_answer(path: Path) -> dict[str, Any]:
     """Return an answer, nothing of a file that is none."""
     try:
         answer = json.loads(path.read_text(encoding="utf-8"))

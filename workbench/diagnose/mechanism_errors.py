@@ -11,6 +11,7 @@ from workbench.diagnose.validate import Errors
 from workbench.fit import Estimator, ParameterVector, Scope, minimised
 from workbench.fit.systems.mjcf import MjcfSystem
 from workbench.fit.systems.mjcf_model import units_of
+from workbench.timeseries import TimeSeries
 
 __all__ = ["errors_in", "unit_of_errors"]
 
@@ -31,17 +32,14 @@ def errors_in(system: MjcfSystem, values: Mapping[str, float], threads: int = 0)
         x = minimised(free, x, own).x
     unit, scale, chosen = unit_of_errors(system)
     found = free.innovations(x)
-    names = system.names
-    by_run = {
-        name: scale * float(np.sqrt(np.nanmean(one.error[:, chosen] ** 2)))
-        for name, one in zip(names, found, strict=True)
-    }
-    predicted = {
-        name: system.seen(k) - one.error
-        for k, (name, one) in enumerate(zip(names, found, strict=True))
+    over_time = {
+        name: TimeSeries.of(
+            system.times(k), {system.channels[c].name: scale * one.error[:, c] for c in chosen}
+        )
+        for k, (name, one) in enumerate(zip(system.names, found, strict=True))
     }
     floor = scale * float(np.sqrt(np.mean(system.sigma(0)[chosen] ** 2)))
-    return Errors(by_run, floor, unit, predicted, {})
+    return Errors(over_time, dict.fromkeys(system.names, floor), unit)
 
 
 def unit_of_errors(system: MjcfSystem) -> tuple[str, float, NDArray[np.int64]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -12,13 +13,19 @@ from markupsafe import Markup
 from workbench.bundle import sha256
 from workbench.diagnose.decide import Kind, Part
 from workbench.diagnose.diagnosis import Diagnosis
-from workbench.diagnose.figures import Bar, coordinate_figure, force_figure, worth_figure
+from workbench.diagnose.figures import (
+    Bar,
+    coordinate_figure,
+    force_figure,
+    gain_figure,
+    residual_figure,
+)
 from workbench.diagnose.missing import ABSENT, missing_force
 from workbench.diagnose.report_tables import causes, drive, errors, refit
 from workbench.diagnose.rules import Rules
 from workbench.diagnose.wording import digits
 from workbench.review.drawing import as_svg
-from workbench.review.page import code, figure, picture, table, warning_list, write_page
+from workbench.review.page import code, figure, folded, picture, table, warning_list, write_page
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,9 +39,13 @@ _HEADLINES: dict[Kind, str] = {
     "SET": "Possible: {causes}",
     "PARTIAL": "Found, but not all of it: {causes}",
     "NONE": "No known cause explains the misfit",
-    "CLEAN": "Nothing is wrong above the noise",
+    "CLEAN": "The model fits to the noise",
     "DATA_FAULT": "The data are at fault: {causes}",
 }
+_MORE = (
+    "Use the refitted model: it is as good as these runs can tell. The runs proposed above would "
+    "show causes that these could not."
+)
 _ADVICE: dict[Kind, str] = {
     "NAMED": "Look for the cause at the machine. Where it is to stay, go on with the extended "
     "model; where it is mended, measure again.",
@@ -43,8 +54,8 @@ _ADVICE: dict[Kind, str] = {
     "the machine where the missing force is greatest.",
     "NONE": "Look at the machine where and when the missing force is greatest, change one thing at "
     "a time, measure again.",
-    "CLEAN": "Nothing: the model is as good as these runs can tell. Only runs of other modes, or "
-    "with larger motion, would ask more of it.",
+    "CLEAN": "Use the refitted model: it is as good as these runs can tell. Only runs of other "
+    "modes, or with larger motion, would ask more of it.",
     "DATA_FAULT": "Put the measurement right and measure again before anything of the machine is "
     "changed.",
 }
@@ -57,6 +68,7 @@ def write_diagnosis(
     versions: Mapping[str, str],
     next_run: str | None = None,
     moving: bytes | None = None,
+    folders: Mapping[str, Path] = MappingProxyType({}),
 ) -> Path:
     """Write a diagnosis as one HTML page and return its path; the same one gives the same bytes.
 
@@ -68,22 +80,23 @@ def write_diagnosis(
         next_run: in a sentence, what to measure next; None where nothing was proposed.
         moving: JPEG of the viewer with the run held out that the base misses most and its twins;
             None without one.
+        folders: run -> its bundle, for the command that shows it.
     """
     fitted = len(found.base.blocks)
     about = f"{found.kind}: {found.rig.name}, {fitted} runs fitted, {len(found.held_out)} held out"
     sections = [
         ("Warnings", warning_list(_warnings(found))),
-        ("Error on the runs held out", errors(found)),
+        ("Error on the runs held out", _residuals(found) + errors(found)),
+        ("Base and extended model in motion", _recording(found, moving, folders)),
         ("Size of the causes" if len(found.causes) > 1 else "Size of the cause", causes(found)),
-        ("What the refit changed", refit(found)),
         ("The missing force", _missing(found)),
-        ("What each candidate is worth", _worth(found)),
-        ("Rivals, and why not", _rivals(found)),
+        ("Gain of each candidate", _gains(found)),
+        ("Alternatives, and why they are out", _alternatives(found)),
+        ("What the refit changed", refit(found)),
         ("The drive", drive(found)),
-        ("Rules", _rules(found)),
-        ("Recording", _recording(found, moving)),
         ("What to do next", _list(_next_steps(found, next_run))),
-        ("Made from", _provenance(found, files, versions)),
+        ("Rules", folded("All numbers that can change the answer", _rules(found))),
+        ("Made from", folded("Files, hashes and versions", _provenance(found, files, versions))),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
     write_page(path, _headline(found), about, _verdict(found), sections)
@@ -166,29 +179,41 @@ def _missing(found: Diagnosis) -> Markup:
     )  # fmt: skip
 
 
-def _worth(found: Diagnosis) -> Markup:
-    """Return what each candidate promised and was worth."""
+def _residuals(found: Diagnosis) -> Markup:
+    """Return the errors over time in the run held out that the base misses most."""
+    base, after = found.errors, found.extended_errors
+    if base is None or after is None:
+        return Markup()
+    run = found.worst_held_out
+    words = f"{run}, the run held out that the base misses most. Root mean square over 0.25 s, "
+    words += "on a logarithmic scale; grey: noise alone."
+    return _drawn(residual_figure(base, after, run), "residual", words)
+
+
+def _gains(found: Diagnosis) -> Markup:
+    """Return what each candidate was estimated to gain, and what it gained when it was fitted."""
     repeats = found.fits.repeats()
     listed = {one.name for one in found.causes}
-    promised = {(one.name,): one.gain / repeats for one in found.promises}
+    estimated = {(one.name,): one.gain / repeats for one in found.promises}
     fitted = {
-        names: gain for part in found.parts.values() for names, gain in _gains(part, found.rules)
+        names: gain for part in found.parts.values() for names, gain in _fitted(part, found.rules)
     }
     bars = [
-        Bar(names, promised.get(names), fitted.get(names), set(names) <= listed)
-        for names in {**promised, **fitted}
+        Bar(names, estimated.get(names), fitted.get(names), set(names) <= listed)
+        for names in {**estimated, **fitted}
     ]
     if not bars:
         return Markup()
     caption = (
-        "Bars: what a candidate promised near the refitted base, before it was fitted. Diamonds: "
-        "what it gained when it was fitted; two together where they gain clearly more than one. "
-        "Green: in the answer. Less than the threshold may be chance."
+        "Gain in log-likelihood over the refitted base (2 ln of the ratio, fitted runs). Bars and "
+        "left numbers: as estimated by one linearisation, before any fit. Diamonds and right "
+        "numbers: when it was fitted; two together where they gain clearly more than one. Green: "
+        "in the answer. Below the threshold it may be chance."
     )
-    return _drawn(worth_figure(bars, found.rules.worth), "worth", caption)
+    return _drawn(gain_figure(bars, found.rules.worth), "gain", caption)
 
 
-def _gains(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
+def _fitted(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield what hypotheses gained; of two causes together only where that is more than of one."""
     single = {one.names[0]: told.gain for one, told in part.compared if len(one.names) == 1}
     for one, told in part.compared:
@@ -197,10 +222,20 @@ def _gains(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
             yield one.names, told.gain
 
 
-def _rivals(found: Diagnosis) -> Markup:
+def _alternatives(found: Diagnosis) -> Markup:
+    """Return every cause that was not taken, and why; those that were not fitted as well."""
     reason = Markup("<p>{}.</p>").format(_sentence(_spoken(found.reason)))
     rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.rivals]
-    return reason + table(rows, css="facts") if rows else Markup()
+    told = {one.name for one in (*found.rivals, *found.causes)}
+    best = found.promises[0].gain if found.promises else 0.0
+    repeats, rules = found.fits.repeats(), found.rules
+    rows += [
+        (_spoken(one.name), f"not fitted: its estimated gain is {digits(one.gain / repeats)}, "
+         f"{100 * one.gain / best:.2g} % of the greatest")
+        for one in found.promises
+        if one.name not in told and one.gain / repeats > rules.worth
+    ]  # fmt: skip
+    return reason + table(rows, ("Cause", "Why it is out"), css="facts") if rows else reason
 
 
 def _rules(found: Diagnosis) -> Markup:
@@ -222,25 +257,30 @@ def _next_steps(found: Diagnosis, next_run: str | None) -> Iterator[str]:
     """Yield what to do now, most urgent first."""
     if next_run is not None:
         yield next_run
-    yield _ADVICE[found.kind]
+    clean = found.kind == "CLEAN"
+    yield _MORE if clean and next_run is not None else _ADVICE[found.kind]
     for cause in found.causes:
         candidate = found.fits.candidates.get(cause.name)
         if candidate is not None and candidate.separated_by:
             yield f"What shows whether it is {_spoken(cause.name)}: {candidate.separated_by}."
     if found.extended is not None:
-        yield f"The extended model: {found.extended.source}"
+        which = "extended" if found.causes else "refitted"
+        yield f"The {which} model: {found.extended.source}"
 
 
-def _recording(found: Diagnosis, moving: bytes | None) -> Markup:
+def _recording(found: Diagnosis, moving: bytes | None, folders: Mapping[str, Path]) -> Markup:
     """Return the run held out that the base misses most in the viewer, and what opens it there."""
     if found.errors is None or moving is None:
         return Markup()
-    by_run = found.errors.by_run
-    worst = max(by_run, key=lambda name: by_run[name])
+    worst = found.worst_held_out
     named = "" if found.extended is None else f" --model {found.extended.source}"
-    who = "robot and twin" if found.extended is None else "robot, twin and extended twin"
-    caption = f"{worst}, the run held out that the base misses most: {who}."
-    return picture(moving, caption) + code(f"workbench review {worst}{named}")
+    caption = (
+        f"{worst}: the robot with its beam as estimated (orange), the base (blue) and the extended "
+        "model (green), all started and turned as the diagnosis compared them. The second tab of "
+        "the recording has them as commanded."
+    )
+    shown = picture(moving, caption)
+    return shown + code(f"workbench review {folders.get(worst, worst)}{named}")
 
 
 def _provenance(found: Diagnosis, files: Mapping[str, Path], versions: Mapping[str, str]) -> Markup:

@@ -33,16 +33,29 @@ def errors(found: Diagnosis) -> Markup:
         ahead = (one.ahead.get(key) for one in models.values())
         told = ("" if value is None else digits(value) for value in ahead)
         rows.append((f"{key} s ahead{', ' + _ALL if several else ''}", *told))
-    rows.append(("noise alone", *(digits(base.noise_floor) for _ in models)))
-    heads = ("Run", *(f"{name} [{base.unit}]" for name in models))
+    for row, run in enumerate(base.by_run):
+        rows[row] += (digits(base.noise[run]),)
+    noise = digits(base.noise_floor)
+    rows[len(base.by_run) :] = [(*row, noise) for row in rows[len(base.by_run) :]]
+    heads = ("Run", *(f"{name} [{base.unit}]" for name in models), f"Noise alone [{base.unit}]")
+    turned = "as commanded (the cause is the drive's)" if _driven(found) else "as measured"
     words = (
-        "Root mean square. A run is simulated freely from its start; ahead, from the state that "
-        "was observed."
+        "Root mean square distance of foot and T (of T where the foot is clamped) from where the "
+        "cameras saw them. A run is simulated freely, started as measured, its rotor turned "
+        f"{turned}. A hop is compared over its first hops only, for then it is chaotic. Ahead: "
+        "predicted from the state that was observed, the rotor turned as measured."
+        if base.motions
+        else "Root mean square of free simulations from the starts that fit best."
     )
     if found.removed is not None:
         share = f"{100 * found.removed:.0f} %"
         words += f" The extension removes {share} of what exceeds the noise."
     return table(rows, heads) + Markup("<p>{}</p>").format(words)
+
+
+def _driven(found: Diagnosis) -> bool:
+    part = found.parts.get("drive")
+    return bool(part and part.best.names)
 
 
 def causes(found: Diagnosis) -> Markup:

@@ -245,6 +245,8 @@ class HopperRig:
 def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict[str, Path]]:
     """Return the robot that made some runs, and the files that it is known from.
 
+    A run that is not complete, such as one that was stopped, is left out with a word.
+
     Args:
         bundles: of the runs.
         tell: is told each run that is read.
@@ -255,6 +257,8 @@ def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict
     Raises:
         InputError: when several robots made them, a take is missing, or none is complete.
     """
-    stated, shape = same_robot(bundles)
-    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in bundles}
-    return HopperRig(measured_runs(bundles, tell), stated, shape.content), files
+    runs = measured_runs(bundles, tell)
+    whole = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
+    stated, shape = same_robot(whole)
+    files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in whole}
+    return HopperRig(runs, stated, shape.content), files

@@ -1,27 +1,27 @@
 """What an extension gains, on runs that no fit has seen, read again from the file that was written.
 
-The robot is simulated freely, its rotor turned by the command through what is said of the drive;
-a hop only up to its first hops, for then it is chaotic. What a run alone knows, such as when it was
-let go, is fitted for base and extension alike.
+The robot is simulated freely (`fit.replay`), its rotor turned as it was measured; where the drive
+is at fault, by the command through what is said of the drive. A hop is compared up to its first
+hops only, for then it is chaotic. What a run alone knows, such as when it was let go, is fitted for
+base and extension alike.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.errors import InputError
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, minimised
-from workbench.fit.fitting import refined
-from workbench.fit.prediction import prediction_errors
-from workbench.fit.state import observed
-from workbench.identify.validation import compared_s
+from workbench.fit import MeasuredRun
+from workbench.fit.prediction import predictions
+from workbench.fit.replay import Replay, compared_s, replayed
 from workbench.sim import Robot
+from workbench.timeseries import TimeSeries
 
-__all__ = ["Errors", "errors_of", "removed"]
+__all__ = ["Errors", "errors_of", "removed", "root_mean_square"]
 
 Array = NDArray[np.float64]
 
@@ -34,23 +34,51 @@ class Errors:
     """How far runs are from a model's prediction.
 
     Args:
-        by_run: run -> root mean square [mm], or in the channel's unit where none is a length.
-        noise_floor: what the cameras' noise makes of it.
+        over_time: run -> distance of each point that is compared, or residual of each channel of
+            another rig, by its name; not valid where it was not seen.
+        noise: run -> root mean square of what the noise makes of it.
         unit: of both.
-        predicted: run -> (n, c) of the observed channels, free simulation.
-        ahead: time ahead [s] -> root mean square error of predictions from the observed state [mm].
+        predicted: run -> time ahead [s] -> root mean square error of predictions from the observed
+            state [mm]; empty for another rig, or where a run could not be observed.
+        motions: run -> motion of the whole robot; empty for another rig.
     """
 
-    by_run: Mapping[str, float]
-    noise_floor: float
+    over_time: Mapping[str, TimeSeries]
+    noise: Mapping[str, float]
     unit: str
-    predicted: Mapping[str, Array]
-    ahead: Mapping[str, float | None]
+    predicted: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    motions: Mapping[str, TimeSeries] = field(default_factory=dict)
+
+    @cached_property
+    def by_run(self) -> dict[str, float]:
+        """Return the root mean square error of each run."""
+        return {run: root_mean_square(one) for run, one in self.over_time.items()}
 
     @property
     def rmse(self) -> float:
         """Return the root mean square over all runs."""
         return float(np.sqrt(np.mean(np.square(list(self.by_run.values())))))
+
+    @property
+    def noise_floor(self) -> float:
+        """Return what the noise makes of all runs."""
+        return float(np.sqrt(np.mean(np.square(list(self.noise.values())))))
+
+    @property
+    def ahead(self) -> dict[str, float | None]:
+        """Return time ahead [s] -> root mean square error of all predictions [mm]."""
+        if not self.motions:
+            return {}
+        told = {key: [o[key] for o in self.predicted.values() if key in o] for key in _AHEAD}
+        return {
+            key: float(np.sqrt(np.mean(np.square(values)))) if values else None
+            for key, values in told.items()
+        }
+
+
+def root_mean_square(error: TimeSeries) -> float:
+    """Return the root mean square of all valid values."""
+    return float(np.sqrt(np.mean(error.values[error.valid] ** 2)))
 
 
 def removed(base: Errors, extended: Errors) -> float | None:
@@ -70,41 +98,17 @@ def errors_of(
         robot: as read from its file.
         runs: held out.
         turned: of each, the rotor's angle against T as the drive is said to make it [rad], from
-            the run's first observed sample on; None where nothing drives it.
+            the run's first observed sample on; None where it turned as it was seen, or not at all.
         threads: 0 takes all cores.
     """
-    by_run, floors, predicted = {}, [], {}
-    ahead: dict[str, list[float]] = {key: [] for key in _AHEAD}
+    found: dict[str, Replay] = {}
     for run, angle in zip(runs, turned, strict=True):
-        until = compared_s(run)
-        part = replace(run, motion=run.motion.between(-np.inf, until))
-        places = len(run.places)
-        system = Hopper(robot, [part])
-        if angle is not None:
-            system = system.turning([angle[: len(system.seen(0))]])
-        vector = ParameterVector(system.parameters)
-        x = np.zeros(len(vector))
-        free = Estimator.of(system, vector, system.strong, threads=threads).uncorrected()
-        masks = refined(free, x).masks
-        free = replace(free, masks=masks)
-        (one,) = free.innovations(minimised(free, x).x)
-        by_run[run.name] = 1000 * float(np.sqrt(np.nanmean(one.error[:, :places] ** 2)))
-        floors.append(1000 * float(np.sqrt(np.mean(system.sigma(0)[:places] ** 2))))
-        predicted[run.name] = system.seen(0) - one.error
-        for key, value in _predictions(run, robot).items():
-            ahead[key].append(value)
-    floor = float(np.sqrt(np.mean(np.square(floors))))
-    means = {
-        key: float(np.sqrt(np.mean(np.square(values)))) if values else None
-        for key, values in ahead.items()
-    }
-    return Errors(by_run, floor, "mm", predicted, means)
-
-
-def _predictions(run: MeasuredRun, robot: Robot) -> dict[str, float]:
-    """Return time ahead -> error of predictions [mm]; nothing where the run cannot be observed."""
-    try:
-        told = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
-    except InputError:
-        return {}
-    return {f"{s:g}": float(mm) for s, mm in told.items() if np.isfinite(mm)}
+        part = replace(run, motion=run.motion.between(-np.inf, compared_s(run)))
+        found[run.name] = replayed(robot, part, angle, threads)
+    return Errors(
+        {name: one.error for name, one in found.items()},
+        {name: one.noise_mm for name, one in found.items()},
+        "mm",
+        {run.name: predictions(robot, run) for run in runs},
+        {name: one.motion for name, one in found.items()},
+    )

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from workbench.motion import CORNER_FORCES
 from workbench.review import Comparison
-from workbench.review.palette import EXTENDED, REAL, TWIN
+from workbench.review.geometry import MISSING
+from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN
 
 __all__ = ["Caption", "pace"]
 
@@ -39,6 +41,13 @@ class Caption:
         self._robots = [("robot (ghost)", REAL)] if len(comparison.real) else []
         self._robots += [("twin", TWIN)] if len(comparison.twin) else []
         self._robots += [("extended twin", EXTENDED)] if comparison.extended else []
+        self._arrows = [
+            *([("ground's force", SHADES["force"])]
+              if any(CORNER_FORCES[0][0] in motion for motion in comparison.motions) else []),
+            *([("missing force", SHADES["missing"])]
+              if comparison.estimate is not None and MISSING["top"][0] in comparison.estimate
+              else []),
+        ]  # fmt: skip
 
     def on(self, picture: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
         """Return the picture with its caption for a time [s]."""
@@ -60,15 +69,18 @@ class Caption:
         for name, color in self._robots:
             draw.text((left, bottom), name, color, self._text, anchor="ls")
             left += draw.textlength(name, self._text) + 1.5 * self._text.size
+        for name, shade in self._arrows:
+            draw.text((left, bottom), name, shade, self._text, anchor="ls")
+            left += draw.textlength(name, self._text) + 1.5 * self._text.size
         scale = "a square is 0.1 m"
         draw.text((left, bottom), scale, _QUIET, self._text, anchor="ls")
 
 
 def pace(slow: float) -> str:
-    """Return in words how much slower than life a film is; nothing where it is not."""
+    """Return the speed of a film against life; nothing where they are the same."""
     if slow == 1:
         return ""
-    return f"{slow:g} times slower than life" if slow > 1 else f"{1 / slow:g} times faster"
+    return f"1/{slow:g} speed" if slow > 1 else f"{1 / slow:g} times faster"
 
 
 def _letters(name: str, size: int) -> ImageFont.FreeTypeFont:

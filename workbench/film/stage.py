@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from workbench.motion import FOOT, ROTOR, TOP, position
 from workbench.review import Comparison, Figure
 from workbench.review.geometry import (
+    MISSING,
     beam_points,
     beam_root,
+    certainty,
     foot_corners,
     foot_pitch,
     ground_forces,
+    missing_force,
+    missing_scale,
 )
 from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN, rgb
 from workbench.review.scene import FORCE_M_PER_N
@@ -80,6 +84,7 @@ class Stage:
         mujoco.mj_forward(self.model, self._data)
         self._scene = mujoco.MjvScene(self.model, maxgeom=_MOST_GEOMS)
         self._camera = _camera(start - _AHEAD_M, end + _AHEAD_M, comparison.floor_m)
+        self._reach = 0.0 if comparison.estimate is None else missing_scale(comparison.estimate)
         self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
 
     def at(self, time: float) -> mujoco.MjvScene:
@@ -90,7 +95,8 @@ class Stage:
             self._scene,
         )  # fmt: skip
         run, instant = self._comparison, np.array([time])
-        self._add_measured(run.real.at(instant), run.figure)
+        estimate = None if run.estimate is None else run.estimate.at(instant)
+        self._add_measured(run.real.at(instant), run.figure, estimate)
         if run.extended is not None and len(run.extended.motion):
             self._add_simulated(run.extended.motion.at(instant), run.figure, EXTENDED)
         if len(run.twin):
@@ -112,15 +118,32 @@ class Stage:
                     tip = place + FORCE_M_PER_N * force
                     self._line(place, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
 
-    def _add_measured(self, motion: TimeSeries, figure: Figure) -> None:
-        """Add the real robot as a ghost; a thin line stands for the beam that nobody measured."""
+    def _add_measured(
+        self, motion: TimeSeries, figure: Figure, estimate: TimeSeries | None
+    ) -> None:
+        """Add the real robot as a ghost, its beam as estimated, the fainter the less certain.
+
+        Where there is no estimate, a thin line stands for the beam.
+        """
         ink = _ink(REAL, _GHOST)
         self._add_top(motion, ink)
         x, y = figure.foot_length / 2, figure.foot_width / 2
         edges = [[x, y], [x, -y], [-x, -y], [-x, y], [x, y]]
         for begin, end in pairwise(foot_corners(motion, edges)[0]):
             self._line(begin, end, _LINK_M, ink)  # a solid foot would hide the twin's
-        self._line(beam_root(motion, figure)[0], position(motion, TOP)[0], _LINK_M, ink)
+        if estimate is None:
+            self._line(beam_root(motion, figure)[0], position(motion, TOP)[0], _LINK_M, ink)
+            return
+        for pair, sure in zip(
+            pairwise(beam_points(estimate, figure)[0]), certainty(estimate)[0], strict=True
+        ):
+            self._line(*pair, _BEAM_M, _ink(REAL, _GHOST * float(np.nan_to_num(sure))))
+        if MISSING["top"][0] in estimate:
+            force, beyond = missing_force(estimate, "top")
+            place = position(estimate, TOP)[0]
+            if beyond[0]:
+                tip = place + self._reach * force[0]
+                self._line(place, tip, _ARROW_M, _ink(SHADES["missing"]), arrow=True)
 
     def _add_top(self, motion: TimeSeries, ink: NDArray[np.float32]) -> None:
         """Add T, rotor and the arm between them."""

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun, paced
-from workbench.fit.prediction import free_motion, prediction_errors
+from workbench.fit.prediction import prediction_errors
+from workbench.fit.replay import compared_s, replayed
 from workbench.fit.state import observed, state_of
 from workbench.fit.systems.hopper import Hopper
-from workbench.motion import FOOT, misfit
 from workbench.sim import Robot
 from workbench.timeseries import TimeSeries
 
@@ -27,14 +27,21 @@ class Estimation:
     Args:
         state: of `fit.state.estimated_state`.
         prediction_mm: horizon in seconds -> error of a prediction [mm], None where there is none.
+        compared_s: until when free simulations are compared [s]: a hop to its first hops.
         measured_input_mm: root mean square distance of foot and T, or of T alone where the foot is
-            held, from a free simulation whose rotor turns, and whose release is, as measured [mm];
-            None where it ended early.
+            held, from a free simulation whose rotor turns as measured [mm]; None of a run that is
+            not driven, or where the simulation ended early.
+        measured_start_mm: the same where it starts as measured, too: where foot and T rested, or
+            as they were released.
+        noise_mm: what the cameras' noise alone makes of these.
     """
 
     state: TimeSeries
     prediction_mm: Mapping[str, float | None]
+    compared_s: float
     measured_input_mm: float | None
+    measured_start_mm: float | None
+    noise_mm: float
 
 
 def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
@@ -51,17 +58,18 @@ def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
         one = observed(Hopper(robot, [run]), coarse=run.driven)
         with np.errstate(over="ignore"):  # of numbers that blew up
             errors = prediction_errors(one)
-        free = free_motion(one)
-        state = state_of(one)
+        state, until = state_of(one), compared_s(run)
+        free = replayed(robot, replace(run, motion=run.motion.between(-np.inf, until)), threads=1)
     except (ArithmeticError, ValueError) as error:
         raise InputError(f"{run.name}: cannot be observed: {error}") from error
-    apart = misfit(run.motion, free, float(run.motion.times[-1]))
-    seen = apart.both_mm if FOOT[0] in run.places else apart.top_mm
-    whole = len(free) == len(one.job.seen)
+    whole = len(free.motion) == len(free.error)
     return Estimation(
         state,
         {f"{seconds:g}": _number(mm) for seconds, mm in errors.items()},
-        _number(seen) if whole else None,
+        until,
+        _number(free.unlaid_mm) if whole and run.driven else None,
+        _number(free.rms_mm) if whole else None,
+        free.noise_mm,
     )
 
 

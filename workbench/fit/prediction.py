@@ -16,11 +16,13 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 from numpy.typing import NDArray
 
-from workbench.fit.state import Observed, pose, start_foot
-from workbench.sim import keep_engine_quiet
-from workbench.timeseries import TimeSeries
+from workbench.errors import InputError
+from workbench.fit.measured import MeasuredRun
+from workbench.fit.state import Observed, observed
+from workbench.fit.systems.hopper import Hopper
+from workbench.sim import Robot, keep_engine_quiet
 
-__all__ = ["HORIZONS", "Horizon", "free_motion", "prediction_errors"]
+__all__ = ["HORIZONS", "Horizon", "prediction_errors", "predictions"]
 
 Array = NDArray[np.float64]
 
@@ -73,10 +75,17 @@ def prediction_errors(one: Observed, horizons: Sequence[Horizon] = HORIZONS) -> 
     }
 
 
-def free_motion(one: Observed) -> TimeSeries:
-    """Return what the model does freely, started and driven as was measured."""
-    times = one.system.times(one.run)[: len(one.free)]
-    return pose(one.system.robot, one.job.model, times, one.free, start_foot(one.job))
+def predictions(robot: Robot, run: MeasuredRun) -> dict[str, float]:
+    """Return time ahead [s] -> error of predictions [mm], in coarse steps.
+
+    Nothing where the model cannot follow the run; a horizon that the run is too short for is left
+    out.
+    """
+    try:
+        told = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
+    except InputError:
+        return {}
+    return {f"{s:g}": float(mm) for s, mm in told.items() if np.isfinite(mm)}
 
 
 def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:

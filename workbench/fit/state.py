@@ -7,7 +7,7 @@ model would need in addition to do as the robot did is the missing force.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -50,8 +50,6 @@ class Observed:
         innovations: of it, with the states before each correction.
         modes: of the gain.
         smoothed: what all samples say of the state.
-        free: (n, nq) where the same model goes from the same start without a correction; it ends
-            where the numbers blow up.
     """
 
     system: Hopper
@@ -60,7 +58,6 @@ class Observed:
     innovations: Innovations
     modes: Modes
     smoothed: Smoothed
-    free: Array
 
     def states(self, change: Array) -> tuple[Array, Array]:
         """Return positions and velocities, (n, nv) each, after a change of the modes, (n, 2 m)."""
@@ -81,7 +78,8 @@ def estimated_state(
     Channels of `workbench.motion` and `hinge_K_rad`, all of one chain, places against the foot's at
     the start. A `*_sigma_*` is the standard deviation of the channel of that name:
 
-    - `foot_x_m` and the like: what cameras and missing forces leave uncertain.
+    - `foot_x_m`, `hinge_K_rad` and the like: what cameras and missing forces leave uncertain.
+    - `beam_K_sigma_m`: the same of the place of joint K in the plane; the last is the beam's tip.
     - `missing_mode_K_N_per_sqrt_kg`: missing modal force of the observer's modes, their mass one.
     - `missing_top_x_N`, `missing_top_z_N`, of a free foot `missing_foot_x_N`, `missing_foot_z_N`
       and `missing_foot_pitch_N_m`: the forces on T and foot that explain the modal ones best
@@ -140,11 +138,10 @@ def observed(
         _require_followed(system, run, found)
         system = _turned(system, run, found.qpos)
     last = job(coarse)
-    alone = replace(last, seen=np.full_like(last.seen, np.nan))
-    found, free = observe([last, alone], threads=1, keep=True)
+    (found,) = observe([last], threads=1, keep=True)
     _require_followed(system, run, found)
     smooth = smoothed(found, gain, modes, process, system.sample_s)
-    return Observed(system, run, last, found, modes, smooth, free.qpos[: free.sane])
+    return Observed(system, run, last, found, modes, smooth)
 
 
 def state_of(one: Observed) -> TimeSeries:
@@ -153,7 +150,7 @@ def state_of(one: Observed) -> TimeSeries:
     times = one.system.times(one.run)
     robot, origin = one.system.robot, start_foot(one.job)
     whole = pose(robot, one.job.model, times, one.states(smooth.change)[0], origin)
-    columns = {name: whole[name] for name in whole.names}
+    columns = {name: whole[name] for name in whole.names} | _beam_sigmas(one)
     slopes, names = one.innovations.slopes[:, : len(run.places)], [*run.places]
     if FOOT[0] in names:
         turn = np.broadcast_to(one.modes.basis[_PITCH_DOF], (len(times), 1, slopes.shape[2]))
@@ -168,6 +165,45 @@ def state_of(one: Observed) -> TimeSeries:
     columns |= _with_sigmas(modal, smooth.force, smooth.force_covariance)
     seen = _near_seen(one.job.seen)
     return TimeSeries.of(times, columns, dict.fromkeys(columns, seen))
+
+
+def _beam_sigmas(one: Observed) -> dict[str, Array]:
+    """Return the standard deviation of each hinge angle [rad] and of each joint's place [m].
+
+    A chain in the plane: turning a joint at (x, z) moves the point (X, Z) beyond it by
+    (Z - z, -(X - x)) for each radian.
+    """
+    model, basis, robot = one.job.model, one.modes.basis, one.system.robot
+    half = basis.shape[1]
+    covariance = one.smoothed.covariance[:, :half, :half]
+    listed = [k for k, hinge in enumerate(robot.hinges) if hinge.stiffness is not None]
+    joints = [model.joint(hinge_name(k)) for k in listed]
+    turning = [int(joint.qposadr[0]) for joint in joints]
+    chain = [int(model.jnt_bodyid[joint.id]) for joint in joints]
+    if turning[0] > _PITCH_DOF:  # a free foot turns about its centre of gravity
+        turning, chain = [_PITCH_DOF, *turning], [model.body("foot").id, *chain]
+    data, qpos = mujoco.MjData(model), one.states(one.smoothed.change)[0]
+    places = np.empty((len(qpos), len(chain) + 1, 2))
+    for n, angles in enumerate(qpos):
+        data.qpos[:] = angles
+        mujoco.mj_kinematics(model, data)
+        places[n] = data.xpos[[*chain, model.body("top").id]][:, [0, 2]]
+    turns = basis[turning]  # (j, m)
+    whole = np.concatenate([np.zeros((1, half)), np.cumsum(turns, axis=0)])  # of the joints before
+    arms = np.cumsum(turns[None, :, :, None] * places[:, :-1, None, :], axis=1)
+    arms = np.concatenate([np.zeros_like(arms[:, :1]), arms], axis=1)
+    moved = whole[None, :, :, None] * places[:, :, None, :] - arms  # (n, j + 1, m, 2)
+    slopes = np.stack([moved[..., 1], -moved[..., 0]], axis=2)  # (n, j + 1, 2, m)
+    if turning[0] == _PITCH_DOF:
+        slopes += basis[:2]
+    spread = np.sqrt(np.maximum(np.einsum("njam,nmk,njak->nj", slopes, covariance, slopes), 0.0))
+    spread = spread[:, -len(listed) - 1 :]
+    sigma = np.sqrt(np.maximum(np.einsum("im,nmk,ik->ni", basis, covariance, basis), 0.0))
+    count, still = len(robot.hinges), np.zeros(len(qpos))
+    angle = dict(zip(listed, sigma[:, turning[-len(listed) :]].T, strict=True))
+    return {f"{hinge_name(k)}_sigma_rad": angle.get(k, still) for k in range(count)} | {
+        f"beam_{k}_sigma_m": one for k, one in zip((*listed, count), spread.T, strict=True)
+    }
 
 
 def pose(
@@ -243,7 +279,8 @@ def _require_followed(system: Hopper, run: int, found: Innovations) -> None:
 def _near_seen(seen: Array) -> NDArray[np.bool_]:
     """Return where every channel was seen within a tenth of a second, (n,)."""
     wide = np.pad(np.isfinite(seen), ((_BLIND, _BLIND), (0, 0)))
-    return sliding_window_view(wide, 2 * _BLIND + 1, axis=0).any(axis=2).all(axis=1)
+    near = np.any(sliding_window_view(wide, 2 * _BLIND + 1, axis=0), axis=2)
+    return np.asarray(np.all(near, axis=1))
 
 
 def _with_sigmas(names: list[str], values: Array, covariance: Array) -> dict[str, Array]:

@@ -37,7 +37,7 @@ from workbench.identify.report import Part, write_identification, write_resonanc
 from workbench.identify.resonance import Resonances, resonances
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
-from workbench.identify.validation import Validation, compared_s, validate
+from workbench.identify.validation import Validation, validate
 
 __all__ = [
     "BEAM",
@@ -54,7 +54,6 @@ __all__ = [
     "SpeedPoint",
     "Validation",
     "calibrate",
-    "compared_s",
     "damping",
     "figure_5_3",
     "fit_line",

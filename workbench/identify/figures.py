@@ -127,7 +127,7 @@ def figure_4_3(
 
 
 def figure_4_4(pairs: Sequence[Pair]) -> Figure:
-    """Draw z of T over time at several speeds: measured left, simulated right.
+    """Draw z of T over time at several speeds, the simulated over the measured.
 
     Args:
         pairs: one row each, in the order given; they need z of T.
@@ -138,17 +138,18 @@ def figure_4_4(pairs: Sequence[Pair]) -> Figure:
     _need(pairs, "figure 4.4 needs a run and its simulation")
 
     def draw(figure: Figure) -> None:
-        rows = figure.subplots(len(pairs), 2, squeeze=False, sharex=True, sharey=True)
-        sides = (("measured", palette.REAL), ("simulated", palette.TWIN))
-        for row, pair in zip(rows, pairs, strict=True):
-            motions = (pair.measured, pair.simulated)
-            for ax, motion, (name, color) in zip(row, motions, sides, strict=True):
+        rows = figure.subplots(len(pairs), 1, squeeze=False, sharex=True, sharey=True)[:, 0]
+        for ax, pair in zip(rows, pairs, strict=True):
+            for motion, name, color, width in (
+                (pair.measured, "measured", palette.REAL, 1.8),
+                (pair.simulated, "simulated", palette.TWIN, 0.8),
+            ):
                 shown = motion.between(0.0, _SPAN_S)
-                ax.plot(shown.times, _seen(shown, TOP[2]), color=color, linewidth=0.7)
-                ax.set_title(f"{pair.label}, {name}")
-            row[0].set_ylabel("z of T [m]")
-        for ax in rows[-1]:
-            ax.set_xlabel("time [s]")
+                ax.plot(shown.times, 1000 * _seen(shown, TOP[2]), color=color, linewidth=width,
+                        label=name)  # fmt: skip
+            ax.set(title=pair.label, ylabel="z of T [mm]")
+        legend(rows[0])
+        rows[-1].set_xlabel("time [s]")
 
     return drawn(draw, 0.4 + _ROW_IN * len(pairs))
 

@@ -94,9 +94,8 @@ def _validated(validation: Validation) -> Part | None:
     rows = [_row(run.name, point) for run in validation.runs for point in run.points]
     rows.append(_row("all", pooled))
     text = (
-        "Distance from where the cameras saw each point of runs that the fit has not seen, root "
-        "mean square in mm: of a perfect model (noise), of the stated and of the fitted one; and "
-        "the share of what could be removed that is gone."
+        "Root mean square position error on runs held out, in mm: noise floor, stated model, "
+        "fitted model; last, the reduction of the error above the noise."
     )
     heads = ("Run", "Point", "Noise", "Stated", "Fitted", "Removed")
     told = " ".join(sentence for run in validation.runs if (sentence := _predicted(run)))

@@ -133,11 +133,21 @@ def _verdict(found: Identification) -> str:
 def _parameters(found: Identification) -> Markup:
     heads = ("Parameter", "Value", "90 % interval", "Stated", "Change", "Unit")
     rows = [
-        (_NAMES.get(name, name), f"{e.value:.5g}", f"{e.low:.5g} to {e.high:.5g}",
+        (_NAMES.get(name, name.replace("_", " ")), *_within(e.value, e.low, e.high),
          f"{e.stated:.4g}", f"{100 * (e.value / e.stated - 1):+.1f} %", e.unit)
         for name, e in found.estimates.items()
     ]  # fmt: skip
     return table(rows, heads) if rows else Markup()
+
+
+def _within(value: float, low: float, high: float) -> tuple[str, str]:
+    """Return a value and its interval with the digits that the interval leaves sure."""
+    wide = high - low
+    if not (np.isfinite(wide) and wide > 0):
+        return f"{value:.4g}", f"{low:.4g} to {high:.4g}"
+    sure = wide / 4, abs(value) / 10 or wide / 4  # two digits of the value at least
+    places = max(0, *(-int(np.floor(np.log10(size))) for size in sure))
+    return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
 
 
 def _warnings(found: Identification) -> Markup:
@@ -149,7 +159,7 @@ def _open(found: Identification) -> Markup:
 
 
 def _misfits(found: Identification) -> Markup:
-    rows = [(name, f"{misfit:.2f}") for name, misfit in found.misfits.items()]
+    rows = [(name, f"{misfit:.2f}") for name, misfit in _largest_first(found.misfits)]
     noise = ", ".join(f"{size:.2g} at the {group}" for group, size in found.process_noise.items())
     words = Markup(
         "<p>Root mean square of what was seen less what was predicted one sample ahead, in "
@@ -157,6 +167,10 @@ def _misfits(found: Identification) -> Markup:
         "the model lacks in N m sqrt(s) and N sqrt(s): {}.</p>"
     ).format(noise)
     return words + table(rows, ("Run", "Misfit in noise deviations"))
+
+
+def _largest_first(misfits: Mapping[str, float]) -> list[tuple[str, float]]:
+    return sorted(misfits.items(), key=lambda pair: -pair[1])
 
 
 def _pairs(found: Identification) -> Markup:

@@ -16,33 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit import Estimator, Hopper, MeasuredRun, ParameterVector, minimised, paced, refined
-from workbench.fit.prediction import prediction_errors
-from workbench.fit.state import observed
-from workbench.motion import FOOT, position
+from workbench.fit import Hopper, MeasuredRun, paced
+from workbench.fit.prediction import predictions
+from workbench.fit.replay import compared_s, replayed
+from workbench.motion import TOP_ERROR
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
-__all__ = [
-    "NOT_VALIDATED",
-    "PointError",
-    "RunValidation",
-    "Validation",
-    "compared_s",
-    "first_slip",
-    "validate",
-]
+__all__ = ["NOT_VALIDATED", "PointError", "RunValidation", "Validation", "validate"]
 
 NOT_VALIDATED = (
     "nothing was validated: no run has role held_out; give one run of each kind that role and "
     "repeat"
 )
 
-_AFTER_SLIP_S = 0.75  # the first hops
-_MOST_HOP_S = 3.0
-_LOW_M = 1e-3  # above its rest: a foot this low stands on all its corners
-_SLIPPED_M = 1e-3
-_SMOOTHED = 5  # samples of a running median; an impact lasts longer
 _REMOVABLE = 1.05  # times the noise: below this the stated model leaves nothing to remove
 
 
@@ -201,78 +188,26 @@ def validate(
     return Validation(tuple(_validated(paced(run), robots, threads) for run in runs))
 
 
-def first_slip(run: MeasuredRun) -> float:
-    """Return when the foot, low on the ground, was first out of its place [s]; inf if never."""
-    path = position(run.motion, FOOT)[:, [0, 2]]
-    seen = np.isfinite(path).all(axis=1)
-    times, path = run.motion.times[seen], path[seen]
-    if len(times) < _SMOOTHED:
-        return float("inf")
-    still = times <= 0
-    path = path - (np.median(path[still], axis=0) if still.any() else path[0])
-    x, z = np.median(np.lib.stride_tricks.sliding_window_view(path, _SMOOTHED, axis=0), axis=-1).T
-    edge = _SMOOTHED // 2
-    times = times[edge:-edge]
-    standing = (times > 0) & (z < _LOW_M)
-    out = standing & (np.abs(x) > _SLIPPED_M)
-    if not out.any():
-        return float("inf")
-    # it left its place in the air, at the end of the last time that it stood in it
-    stood = standing & (np.abs(x) < _SLIPPED_M / 2) & (times < times[out][0])
-    return float(times[stood][-1]) if stood.any() else 0.0
-
-
-def compared_s(run: MeasuredRun) -> float:
-    """Return until when a run is compared with a free simulation [s]: a hop to its first hops."""
-    window = float(run.motion.times[-1])
-    if run.mode == "hop":
-        window = min(window, _MOST_HOP_S, first_slip(run) + _AFTER_SLIP_S)
-    return window
-
-
 def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunValidation:
     window = compared_s(run)
     part = replace(run, motion=run.motion.between(-np.inf, window))
-    apart = [_distances(part, robot, threads) for robot in robots]
+    apart = [replayed(robot, part, threads=threads).error for robot in robots]
     system = Hopper(robots[0], [part])
     points = tuple(
-        _point(system, k, name, *(one[name] for one in apart)) for k, name in enumerate(apart[0])
+        _point(system, k, column, *(one[column] / 1000 for one in apart))
+        for k, column in enumerate(apart[0].names)
     )
-    told = [_predictions(run, robot) for robot in robots]
+    told = [predictions(robot, run) for robot in robots]
     ahead = {key: (told[0].get(key), told[1].get(key)) for key in {**told[0], **told[1]}}
     return RunValidation(run.name, run.mode, window, points, ahead)
 
 
-def _distances(run: MeasuredRun, robot: Robot, threads: int) -> dict[str, NDArray[np.float64]]:
-    """Return the distance of each point at each sample, (n,) [m], NaN where it was not seen.
-
-    Without process noise nothing is corrected: this is the free simulation. What only the run knows
-    is what this model explains it best by.
-    """
-    system = Hopper(robot, [run])
-    vector = ParameterVector(system.parameters)
-    x = np.zeros(len(vector))
-    free = refined(Estimator.of(system, vector, system.strong, threads=threads), x).uncorrected()
-    (one,) = free.innovations(minimised(free, x).x)
-    names = ("T",) if len(run.places) == 2 else ("foot", "T")
-    return {name: np.hypot(*one.error[:, 2 * k : 2 * k + 2].T) for k, name in enumerate(names)}
-
-
-def _predictions(run: MeasuredRun, robot: Robot) -> dict[str, float | None]:
-    """Return time ahead [s] -> error of a prediction [mm]; nothing where it cannot be observed."""
-    try:
-        told = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
-    except InputError:
-        return {}
-    return {f"{s:g}": float(mm) if np.isfinite(mm) else None for s, mm in told.items()}
-
-
 def _point(
-    system: Hopper, k: int, name: str, stated: NDArray[np.float64], fitted: NDArray[np.float64]
+    system: Hopper, k: int, column: str, stated: NDArray[np.float64], fitted: NDArray[np.float64]
 ) -> PointError:
     path, sigma = system.seen(0)[:, 2 * k : 2 * k + 2], system.sigma(0)[2 * k : 2 * k + 2]
     return PointError(
-        point=name,
+        point="T" if column == TOP_ERROR else "foot",
         stated_mm=_rms_mm(stated),
         fitted_mm=_rms_mm(fitted),
         noise_mm=1000 * float(np.hypot(*sigma)),

@@ -11,7 +11,8 @@ from urllib.parse import quote
 import numpy as np
 
 from workbench.bundle import Bundle, Series
-from workbench.catalogue import Entry, Query, condition_of, conditions, search, trends
+from workbench.catalogue import Entry, Query, search
+from workbench.catalogue.trends import condition_of, conditions, trends
 from workbench.errors import InputError
 from workbench.panel.charts import Curve, control_chart, curves_chart
 from workbench.timeseries import TimeSeries

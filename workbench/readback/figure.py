@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.readback.deviation import Deviation
 from workbench.review import palette
-from workbench.review.drawing import drawn, legend
+from workbench.review.drawing import drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,6 @@ __all__ = ["deviation_figure"]
 _SAMPLES = 400
 _LABEL_MM = 11.0  # outside the line
 _STATION_MM = 3.0
-_MOST_MARKED = 6  # joints named in the picture; the table has all
 _MARGIN_MM = 85.0
 
 
@@ -37,7 +36,7 @@ def _draw(figure: Figure, deviation: Deviation) -> None:
     step = target.length / len(deviation.bent)
     stations = step * np.arange(len(deviation.bent))
     ax.plot(*bent.points_at(stations).T, "o", color=palette.REAL, markersize=_STATION_MM)
-    for joint in deviation.correct[:_MOST_MARKED]:
+    for joint in deviation.correct:
         place, normal = bent.points_at(stations[joint]), bent.normals_at(stations[joint])
         ax.plot(*place, "o", color=palette.SHADES["amps"], markersize=8, fillstyle="none")
         text = place + _LABEL_MM * normal
@@ -56,7 +55,7 @@ def _draw(figure: Figure, deviation: Deviation) -> None:
     ax.margins(0.0)
     ax.set_xlim(ax.get_xlim()[0] - _MARGIN_MM, ax.get_xlim()[1] + _MARGIN_MM)
     ax.set_ylim(ax.get_ylim()[0] - _LABEL_MM, ax.get_ylim()[1] + _LABEL_MM)
-    legend(ax)
+    figure.legend(loc="outside upper right", ncols=3)  # where no joint's label can lie on it
     _draw_differences(bars, deviation)
 
 

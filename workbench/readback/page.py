@@ -66,9 +66,9 @@ def write_readback(
 
 def change_in_words(cost: Cost) -> str:
     """Return what the deviation costs, with its doubt."""
-    change = f"{100 * cost.change:+.1f} cm"
+    change = f"{1000 * cost.change:+.0f} mm"
     if cost.change_error is not None:
-        change += f" \N{PLUS-MINUS SIGN} {100 * cost.change_error:.1f} cm"
+        change += f" \N{PLUS-MINUS SIGN} {1000 * cost.change_error:.0f} mm"
     return f"{change} in {cost.duration:g} s at {cost.omega:g} rad/s"
 
 
@@ -77,7 +77,11 @@ def _verdict(deviation: Deviation, cost: Cost | None) -> str:
     joints = {0: "No joint needs", 1: "One joint needs"}.get(count, f"{count} joints need")
     tip = 1000 * float(np.linalg.norm(deviation.tip_error))
     told = f"{joints} correction; the tip is off by {tip:.1f} mm"
-    return f"{told}." if cost is None else f"{told}; that changes {change_in_words(cost)}."
+    return (
+        f"{told}."
+        if cost is None
+        else f"{told}; that changes the distance by {change_in_words(cost)}."
+    )
 
 
 def _warnings(bent: AsBent) -> list[str]:
@@ -111,7 +115,7 @@ def _distances(cost: Cost | None) -> Markup:
     if cost is None:
         return Markup()
     rows = [
-        (name, f"{one:.3f}", *_spread(around))
+        (name, f"{1000 * one:.0f}", *_spread(around))
         for name, one, around in (
             ("target", cost.target, cost.around_target),
             ("as bent", cost.bent, cost.around_bent),
@@ -119,18 +123,18 @@ def _distances(cost: Cost | None) -> Markup:
     ]
     words = (
         f"Simulated hop of {cost.duration:g} s at {cost.omega:g} rad/s. The spread is over "
-        f"{len(cost.around_bent)} draws of the angles' doubt, the same draws around both. "
+        f"{len(cost.around_bent)} draws of the angles' uncertainty, the same draws around both. "
         f"{cost.falls} of {2 + 2 * len(cost.around_bent)} fell or blew up. "
         f"Bent less target: {change_in_words(cost)}."
     )
-    heads = ("Shape", "Distance [m]", "Mean of draws [m]", "Spread (1 sd) [m]")
+    heads = ("Shape", "Distance [mm]", "Mean of draws [mm]", "Spread (1 sd) [mm]")
     return Markup("<p>{}</p>").format(words) + table(rows, heads)
 
 
 def _spread(around: np.ndarray) -> tuple[str, str]:
     if len(around) < 2:
         return "", ""
-    return f"{np.mean(around):.3f}", f"{np.std(around, ddof=1):.3f}"
+    return f"{1000 * np.mean(around):.0f}", f"{1000 * np.std(around, ddof=1):.0f}"
 
 
 def _notes(bent: AsBent) -> Markup:

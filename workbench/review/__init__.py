@@ -13,7 +13,16 @@ curve to the recording, send it in `curves.py` and give it a view in `layout.py`
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from workbench.review.comparison import Comparison, Extended, Figure, Phase, Predicted
+from workbench.review.comparison import (
+    Comparison,
+    ErrorSources,
+    Extended,
+    Figure,
+    Phase,
+    Predicted,
+    Proof,
+    Replayed,
+)
 from workbench.review.experiment_page import ExperimentPage, write_experiment_page
 from workbench.review.report import write_report
 
@@ -24,12 +33,15 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Comparison",
+    "ErrorSources",
     "ExperimentPage",
     "Extended",
     "Figure",
     "HeadlessViewer",
     "Phase",
     "Predicted",
+    "Proof",
+    "Replayed",
     "as_jpeg",
     "open_viewer",
     "picture_recording",

@@ -10,24 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Judgement
-from workbench.motion import DRIVEN, FOOT, ROTOR_ANGLE, TOP, Misfit, Mode, Summary, position
+from workbench.motion import (
+    DRIVEN,
+    FOOT,
+    FOOT_ERROR,
+    ROTOR_ANGLE,
+    TOP,
+    TOP_ERROR,
+    Misfit,
+    Mode,
+    Summary,
+    position,
+)
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
 __all__ = [
-    "FOOT_ERROR",
     "NOISE_WIDTH",
-    "TOP_ERROR",
     "Comparison",
+    "ErrorSources",
     "Extended",
     "Figure",
     "Largest",
     "Phase",
     "Predicted",
+    "Proof",
+    "Replayed",
 ]
 
-FOOT_ERROR = "foot_error_mm"
-TOP_ERROR = "top_error_mm"
 NOISE_WIDTH = 2.0
 """Standard deviations from a measured curve to the edge of its noise band."""
 
@@ -66,6 +76,68 @@ class Predicted(NamedTuple):
 
     seconds: float
     mm: float
+
+
+class ErrorSources(NamedTuple):
+    """What the twin's error comes from: each number a root mean square over the same time [mm].
+
+    Distance of foot and T, of T alone where the foot is held, from the raw track.
+
+    Args:
+        until_s: how much of the run is compared [s]: of a hop the first hops.
+        commanded: of the twin, as commanded or as released.
+        turned: where the rotor turns as measured; None where nothing drives it.
+        started: where it starts as measured, too: what remains is the model's.
+        noise: what the cameras' noise alone makes.
+    """
+
+    until_s: float
+    commanded: float
+    turned: float | None
+    started: float
+    noise: float
+
+
+class Replayed(NamedTuple):
+    """A model beside the run, started and turned as was measured.
+
+    Args:
+        name: of the model.
+        motion: channels as the twin's.
+        error: distance of foot and T, of T alone where the foot is held, over time.
+        rms_mm: root mean square of all that was seen of it.
+        ahead: time ahead [s] -> error of predictions from the estimated state [mm].
+    """
+
+    name: str
+    motion: TimeSeries
+    error: TimeSeries
+    rms_mm: float
+    ahead: Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Base and extended model as a diagnosis compares them.
+
+    Args:
+        base: the model without the causes.
+        extended: the model with them.
+        noise_mm: what the cameras' noise alone makes of either error.
+        until_s: how much of the run is compared [s]: of a hop the first hops.
+        about: how both were driven, and from which diagnosis they are.
+    """
+
+    base: Replayed
+    extended: Replayed
+    noise_mm: float
+    until_s: float
+    about: str
+
+    @property
+    def both(self) -> tuple[tuple[str, Replayed], ...]:
+        """Return base and extension, each with what it is called in entities."""
+        return (("base", self.base), ("extended", self.extended))
 
 
 class Largest(NamedTuple):
@@ -121,6 +193,9 @@ class Comparison:
             None where it was not estimated.
         predictions: errors of predictions from the estimated state, in order of time.
         judged: results beside what the protocol expects of them.
+        sources: what the twin's error comes from; None where it was not found out.
+        proof: base and extended model as a diagnosis compares them; None without one.
+        unestimated: why the real robot's pose was not estimated; empty where it was.
         mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
         log: lines of the journal with their times [s].
@@ -151,6 +226,9 @@ class Comparison:
     estimate: TimeSeries | None = None
     predictions: tuple[Predicted, ...] = ()
     judged: tuple[Judgement, ...] = ()
+    sources: ErrorSources | None = None
+    proof: Proof | None = None
+    unestimated: str = ""
 
     @property
     def called(self) -> str:

@@ -8,10 +8,11 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, ROTOR_ANGLE, ROTOR_SPEED, TOP
+from workbench.motion import FOOT, FOOT_ERROR, ROTOR_ANGLE, ROTOR_SPEED, TOP, TOP_ERROR
 from workbench.review import palette
 from workbench.review.columns import send_seen
-from workbench.review.comparison import FOOT_ERROR, NOISE_WIDTH, TOP_ERROR, Comparison
+from workbench.review.comparison import NOISE_WIDTH, Comparison
+from workbench.review.geometry import MISSING
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
@@ -78,6 +79,8 @@ def plot_run(stream: rr.RecordingStream, comparison: Comparison, root: str = "")
         style = _line("twin ahead of real", palette.TWIN)
         _send(stream, f"{root}plots/rotor_lag/twin", comparison.rotor_lag(), "lag_deg", style)
     _send_errors(stream, comparison, root)
+    _send_proof(stream, comparison, root)
+    _send_missing(stream, comparison, root)
     for column, (name, color) in _SUPPLY.items() if comparison.supply is not None else ():
         path = f"{root}plots/supply/{column}"
         _send(stream, path, comparison.supply, column, _line(name, color))
@@ -105,6 +108,37 @@ def _send_errors(stream: rr.RecordingStream, comparison: Comparison, root: str) 
             level = TimeSeries.of(error.times[[0, -1]], {"noise_mm": [noise, noise]})
             style = _line("twice the noise", palette.SHADES["noise"])
             _send(stream, f"{root}plots/{plot}/noise", level, "noise_mm", style)
+
+
+def _send_proof(stream: rr.RecordingStream, comparison: Comparison, root: str) -> None:
+    """Send the errors of base and extended model as compared, on one plot, with the noise."""
+    proof, columns = comparison.proof, {FOOT_ERROR: "foot", TOP_ERROR: "T"}
+    if proof is None:
+        return
+    inks = {"base": palette.TWIN, "extended": palette.EXTENDED}
+    for name, one in proof.both:
+        for column in one.error.names:
+            style = _line(f"{columns[column]}, {name}", inks[name])
+            path = f"{root}plots/compared/{columns[column].lower()}_mm/{name}"
+            _send(stream, path, one.error, column, style)
+    for column in proof.base.error.names:
+        level = TimeSeries.of(proof.base.error.times[[0, -1]], {"noise_mm": [proof.noise_mm] * 2})
+        path = f"{root}plots/compared/{columns[column].lower()}_mm/noise"
+        _send(stream, path, level, "noise_mm", _line("noise", palette.SHADES["noise"]))
+
+
+def _send_missing(stream: rr.RecordingStream, comparison: Comparison, root: str) -> None:
+    """Send the missing force at T, not valid where it may be noise."""
+    estimate = comparison.estimate
+    if estimate is None or MISSING["top"][0] not in estimate:
+        return
+    shades = {"forward": palette.SHADES["missing"], "up": palette.SHADES["foot"]}
+    for (label, shade), name in zip(shades.items(), MISSING["top"], strict=True):
+        path = f"{root}plots/missing_mN/{label}"
+        force = TimeSeries.of(
+            estimate.times, {"mN": 1000 * estimate[name]}, {"mN": estimate.validity(name)}
+        )
+        _send(stream, path, force, "mN", _line(label, shade))
 
 
 def _send_band(stream: rr.RecordingStream, path: str, comparison: Comparison, channel: str) -> None:

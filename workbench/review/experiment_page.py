@@ -19,6 +19,10 @@ from workbench.review.together_plots import bars, paths, thumbnail
 __all__ = ["ExperimentPage", "write_experiment_page"]
 
 
+_SHOWN = QUANTITIES | {"distance_m": Quantity("Distance", "mm", 1e3, 1)}
+"""Several runs differ by millimetres."""
+
+
 @dataclass(frozen=True)
 class ExperimentPage:
     """What a page of an experiment is made from.
@@ -97,12 +101,14 @@ def _results(grouped: Sequence[Condition]) -> Markup:
     heads = ("Condition", "Quantity", "Runs", "Real", "Twin", "Twin - real")
     percent = f"{100 * CONFIDENCE:.0f} %"
     about = f"Bars: mean of the repeats; whiskers: its {percent} interval; points: the runs."
-    return table(rows, heads, css="numbers spreads") + figure(bars(grouped, told[0]), about)
+    return table(rows, heads, css="numbers spreads") + figure(
+        bars(grouped, told[0], _SHOWN[told[0]]), about
+    )
 
 
 def _compared(condition: Condition, name: str) -> tuple[str, str, str, str]:
     """Return how many runs tell, then robot, twin and their difference, each with its interval."""
-    shown = QUANTITIES[name]
+    shown = _SHOWN[name]
 
     def of(who: str, run: Comparison) -> float:
         summary = run.real_summary if who == "real" else run.twin_summary
@@ -123,7 +129,7 @@ def _told(found: Spread, shown: Quantity, sign: str = "") -> str:
 
 
 def _named(name: str) -> str:
-    shown = QUANTITIES[name]
+    shown = _SHOWN[name]
     return f"{shown.name} [{shown.unit}]" if shown.unit else shown.name
 
 
@@ -160,7 +166,7 @@ def _runs(page: ExperimentPage) -> Markup:
 
 
 def _number(summary: dict[str, float], name: str) -> str:
-    shown, value = QUANTITIES[name], summary.get(name, math.nan)
+    shown, value = _SHOWN[name], summary.get(name, math.nan)
     if not math.isfinite(value):
         return "-"
     return f"{shown.factor * value:.{shown.digits}f} {shown.unit}".rstrip()

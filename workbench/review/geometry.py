@@ -17,13 +17,27 @@ from workbench.shape import curve
 from workbench.timeseries import TimeSeries
 
 __all__ = [
+    "MISSING",
     "beam_points",
     "beam_root",
+    "certainty",
     "foot_corners",
     "foot_pitch",
     "ground_forces",
+    "missing_force",
+    "missing_scale",
     "pitch_quaternions",
 ]
+
+MISSING = {
+    "top": ("missing_top_x_N", "missing_top_z_N"),
+    "foot": ("missing_foot_x_N", "missing_foot_z_N"),
+}
+"""Point -> channels of an estimated state with the force forward and up that the model lacks."""
+
+_SURE_M, _UNSURE_M, _LEAST = 3e-4, 5e-3, 0.15
+_LONGEST_M, _USUAL = 0.1, 95.0  # of an arrow, and which percentile of the forces it belongs to
+_BEYOND = 2.0  # standard deviations: a smaller force may be noise
 
 
 def foot_pitch(motion: TimeSeries) -> NDArray[np.float64]:
@@ -65,6 +79,21 @@ def beam_points(twin: TimeSeries, figure: Figure) -> NDArray[np.float64]:
     )
 
 
+def certainty(estimate: TimeSeries) -> NDArray[np.float64]:
+    """Return how sure each increment of an estimated beam is, (n, N), from 0.15 to 1.
+
+    1 where the place of its ends is known to 0.3 mm (a standard deviation) or better, least where
+    it is known to 5 mm or worse, by the logarithm in between.
+    """
+    hinges = sum(1 for _ in takewhile(estimate.__contains__, (f"hinge_{k}_rad" for k in count())))
+    sigma = np.stack([
+        estimate[name] if (name := f"beam_{k}_sigma_m") in estimate else np.zeros(len(estimate))
+        for k in range(hinges + 1)
+    ], axis=1)  # fmt: skip
+    worst = np.clip(np.maximum(sigma[:, 1:], sigma[:, :-1]), _SURE_M, _UNSURE_M)
+    return 1 - (1 - _LEAST) * np.log(worst / _SURE_M) / np.log(_UNSURE_M / _SURE_M)
+
+
 def ground_forces(
     motion: TimeSeries, figure: Figure
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
@@ -78,6 +107,41 @@ def ground_forces(
     sides = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])  # as `motion.CORNER_FORCES` has them
     halves = sides * np.array([figure.foot_length, figure.foot_width]) / 2
     return foot_corners(motion, halves), forces
+
+
+def missing_force(
+    estimate: TimeSeries, point: str
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return the force that the model lacks at a point, (n, 3) [N], and where it is no noise, (n,).
+
+    Args:
+        estimate: the estimated state.
+        point: `top` or `foot`.
+    """
+    x, z = MISSING[point]
+    force = np.stack([estimate[x], np.zeros(len(estimate)), estimate[z]], axis=1)
+    sigma = [estimate[f"{n.removesuffix('_N')}_sigma_N"] for n in (x, z)]
+    beyond = np.hypot(force[:, 0] / sigma[0], force[:, 2] / sigma[1]) > _BEYOND
+    return force, beyond & estimate.validity(x) & np.isfinite(force).all(axis=1)
+
+
+def missing_scale(estimate: TimeSeries) -> float:
+    """Return how long the arrow of a missing force is [m/N]: 1, 2 or 5 times a power of ten.
+
+    The longest such that nearly all arrows are shorter than 0.1 m.
+    """
+    sizes = [np.zeros(1)]
+    for point in MISSING:
+        if MISSING[point][0] in estimate:
+            force, sure = missing_force(estimate, point)
+            sizes.append(np.linalg.norm(force[sure], axis=1))
+    largest = (
+        float(np.percentile(np.concatenate(sizes)[1:], _USUAL)) if any(map(len, sizes[1:])) else 0.0
+    )
+    if not largest:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(_LONGEST_M / largest))
+    return float(power * max(step for step in (1, 2, 5) if step * power * largest <= _LONGEST_M))
 
 
 def foot_corners(motion: TimeSeries, places: ArrayLike) -> NDArray[np.float64]:

@@ -15,13 +15,18 @@ __all__ = [
     "HeadlineRow",
     "headline",
     "largest_rows",
+    "millimetres",
     "misfit_rows",
     "prediction_rows",
+    "proof_rows",
+    "source_rows",
+    "source_sentence",
     "verdict",
 ]
 
 HEADINGS = ("", "Real", "Twin", "Difference")
 _UNKNOWN = "not measured"
+_DOUBTFUL = 1.5  # times the noise: an error below tells next to nothing of the model
 
 
 class HeadlineRow(NamedTuple):
@@ -54,22 +59,84 @@ def misfit_rows(misfit: Misfit) -> list[tuple[str, str]]:
 
 def prediction_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Return how far the model is off so long after the estimated state, last freely."""
-    if not comparison.predictions:
-        return []
     measured = "turned as measured" if comparison.driven else "released as measured"
     told = [
         (
             f"{seconds:g} s ahead, from the estimated state"
             if math.isfinite(seconds)
             else f"Free simulation, {measured}",
-            _quantity(mm, "mm", 1 if mm >= 10 else 2),
+            millimetres(mm),
         )
         for seconds, mm in comparison.predictions
     ]
-    foot = comparison.mode in ("hop", "drop")
-    free = _quantity(comparison.misfit.both_mm if foot else comparison.misfit.top_mm, "mm", 1)
-    asked = "turned as commanded" if comparison.driven else "the twin's release"
-    return [*told, (f"Free simulation, {asked}", free)]
+    if any(math.isinf(seconds) for seconds, _ in comparison.predictions):  # of an older run
+        foot = comparison.mode in ("hop", "drop")
+        free = comparison.misfit.both_mm if foot else comparison.misfit.top_mm
+        asked = "turned as commanded" if comparison.driven else "the twin's release"
+        told.append((f"Free simulation, {asked}", _quantity(free, "mm", 1)))
+    if told and comparison.sources is not None:
+        told.append(("Noise alone", millimetres(comparison.sources.noise)))
+    return told
+
+
+def source_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
+    """Return the twin's error as commanded, turned as measured and started as measured."""
+    found = comparison.sources
+    if found is None:
+        return []
+    first = "The twin, as commanded" if comparison.driven else "The twin, as it was to be released"
+    rows, before = [(first, millimetres(found.commanded), "")], found.commanded
+    if found.turned is not None:
+        rows.append(("Rotor turned as measured", millimetres(found.turned),
+                     _part("drive", before, found.turned)))  # fmt: skip
+        before = found.turned
+    started = "Also rested where it rested" if comparison.driven else "Released as measured"
+    rows.append((started, millimetres(found.started), _part("start", before, found.started)))
+    remains = found.started > _DOUBTFUL * found.noise
+    rows[-1] = (*rows[-1][:2], f"{rows[-1][2]}; what remains is the model's" if remains else
+                f"{rows[-1][2]}; what remains is little more than noise")  # fmt: skip
+    return [*rows, ("Noise alone", millimetres(found.noise), "")]
+
+
+def source_sentence(comparison: Comparison) -> str:
+    """Say in one line how much of the twin's error is drive, start and model; empty if unknown."""
+    found = comparison.sources
+    if found is None:
+        return ""
+    point = "foot and T" if comparison.mode in ("hop", "drop") else "T"
+    when = f" over the first {found.until_s:.1f} s" if comparison.mode == "hop" else ""
+    turned = found.commanded if found.turned is None else found.turned
+    parts = [("drive", found.commanded - turned), ("start", turned - found.started)]
+    told = [
+        f"{millimetres(mm)} are the {name}'s" if mm >= 0 else
+        f"as measured, the {name} makes it {millimetres(-mm)} more"
+        for name, mm in parts[0 if found.turned is not None else 1:]
+    ]  # fmt: skip
+    return (
+        f"Of the {millimetres(found.commanded)} at {point}{when}, {', '.join(told)}, and "
+        f"{millimetres(found.started)} the model's; noise alone makes {millimetres(found.noise)}."
+    )
+
+
+def proof_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+    """Return the errors of base and extended model as compared, freely and some time ahead."""
+    proof = comparison.proof
+    if proof is None:
+        return []
+    free = f"Free simulation, {proof.until_s:.1f} s"
+    rows = [(free, *(millimetres(one.rms_mm) for _, one in proof.both))]
+    for seconds in proof.base.ahead:
+        told = (one.ahead.get(seconds) for _, one in proof.both)
+        rows.append((f"{seconds} s ahead", *("-" if mm is None else millimetres(mm)
+                                              for mm in told)))  # fmt: skip
+    return [*rows, ("Noise alone", *[millimetres(proof.noise_mm)] * 2)]
+
+
+def _part(name: str, before: float, after: float) -> str:
+    """Return what a step takes off an error."""
+    if after > before:
+        return f"{millimetres(after - before)} more: not the {name}"
+    return f"{millimetres(before - after)} less: the {name}"
 
 
 def largest_rows(comparison: Comparison) -> list[tuple[str, str, str, str]]:
@@ -96,7 +163,13 @@ def verdict(comparison: Comparison) -> str:
     if not math.isfinite(real + twin + comparison.misfit.both_mm):
         return "Too little of the run was seen to compare the robot with its twin."
     apart = _quantity(comparison.misfit.both_mm, "mm", 1)
-    return f"{told}; over that time they were {apart} apart (root mean square of foot and T)."
+    told = f"{told}; over that time they were {apart} apart (root mean square of foot and T)."
+    return f"{told} {source_sentence(comparison)}".strip()
+
+
+def millimetres(value: float) -> str:
+    """Return an error in mm with the digits that count."""
+    return _quantity(value, "mm", 1 if abs(value) >= 10 else 2)
 
 
 def _row(quantity: Quantity, real: float, twin: float) -> HeadlineRow:

@@ -10,10 +10,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TimelineColumn
 
-from workbench.motion import FOOT, TOP
+from workbench.motion import FOOT, FOOT_ERROR, TOP, TOP_ERROR
 from workbench.review import palette
 from workbench.review.columns import TIMELINE
 from workbench.review.comparison import Comparison
+from workbench.review.geometry import MISSING
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
 from workbench.review.story import journal_lines
@@ -27,6 +28,7 @@ _HEIGHT = 0.42  # of the scene: the robot, about 0.35 m, and a little floor
 _AIR = 1.05  # of the greatest error, to the end of its axis
 _ASPECT = 1.9  # width to height of what a 3-D view shows
 _DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
+_LEAST_M = 0.005  # of an axis: on less, a foot that is held seems to move by the noise
 _SHARES = {"scenes": 5.2, "traces": 4.8, "evidence": 3.4, "phases": 1.6}
 
 
@@ -48,6 +50,20 @@ def run_views(comparison: Comparison, root: str = "", name: str | None = None) -
         root: entity that holds it; empty when it is the whole recording.
         name: of the container, for its tab.
     """
+    if comparison.proof is None:
+        return _commanded(comparison, root, name)
+    compared = rrb.Vertical(
+        rrb.Horizontal(*_compared_scenes(comparison, root)),
+        rrb.Horizontal(*_compared_errors(comparison, root)),
+        rrb.Horizontal(*_missing(comparison, root), _words(comparison, root)),
+        row_shares=[_SHARES["scenes"], _SHARES["traces"], _SHARES["evidence"]],
+        name="As compared: turned and started as measured",
+    )
+    return rrb.Tabs(compared, _commanded(comparison, root, "As commanded"), active_tab=0, name=name)
+
+
+def _commanded(comparison: Comparison, root: str, name: str | None) -> rrb.Container:
+    """Return the run beside its twin, as the motor was commanded."""
     rows = {
         "scenes": _scenes(comparison, root),
         "traces": _traces(comparison, root),
@@ -60,6 +76,42 @@ def run_views(comparison: Comparison, root: str = "", name: str | None = None) -
         row_shares=[_SHARES[row] for row in shown],
         name=name,
     )
+
+
+def _compared_scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DView]:
+    """Return robot, base and extended model, each alone, and all three."""
+    floor, eye = floor_height(comparison), _eye(comparison)
+    paths = {"Real": f"{root}/real", "Base": f"{root}/compared/base",
+             "Extended": f"{root}/compared/extended"}  # fmt: skip
+    views = [scene(name, root, [f"{path}/**"], eye, floor) for name, path in paths.items()]
+    outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
+    outlined: Overrides = {f"{path}/foot": outline for path in [*paths.values()][1:]}
+    every = [f"{path}/**" for path in paths.values()]
+    return [*views, scene("All three as compared", root, every, eye, floor, outlined)]
+
+
+def _compared_errors(comparison: Comparison, root: str) -> list[rrb.TimeSeriesView]:
+    """Return the errors of base and extended model over time, all on one axis."""
+    assert comparison.proof is not None
+    every = [one.error.values[one.error.valid] for _, one in comparison.proof.both]
+    top = _AIR * max((float(part.max()) for part in every if part.size), default=1.0)
+    named = {FOOT_ERROR: "foot", TOP_ERROR: "T"}
+    return [
+        curves(
+            f"{root}/plots/compared/{named[column].lower()}_mm",
+            f"Error at {named[column]} as compared [mm]",
+            span=(0.0, top),
+        )
+        for column in comparison.proof.base.error.names
+    ]
+
+
+def _missing(comparison: Comparison, root: str) -> list[rrb.TimeSeriesView]:
+    """Return the missing force over time, where the pose was estimated."""
+    estimate = comparison.estimate
+    if estimate is None or MISSING["top"][0] not in estimate:
+        return []
+    return [curves(f"{root}/plots/missing_mN", "Missing force at T [mN]")]
 
 
 def _scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DView]:
@@ -162,6 +214,7 @@ def _evidence(comparison: Comparison, root: str) -> list[rrb.View | rrb.Containe
     views: list[rrb.View | rrb.Container] = []
     if len(comparison.real) and len(comparison.twin):
         views.append(_errors(comparison, root))
+    views += _missing(comparison, root)
     if comparison.supply is not None:
         volts = [f"{root}/plots/supply/{name}" for name in ("set_voltage_V", "voltage_V")]
         supply = f"{root}/plots/supply"
@@ -235,5 +288,6 @@ def _range(comparison: Comparison, channel: str) -> tuple[float, float] | None:
     seen = np.concatenate([m[channel][m.validity(channel)] for m in comparison.motions])
     if len(seen) == 0 or np.ptp(seen) == 0:
         return None
-    air = 0.12 * np.ptp(seen)
-    return float(seen.min() - air), float(seen.max() + air)
+    middle = (float(seen.min()) + float(seen.max())) / 2
+    half = max(0.62 * float(np.ptp(seen)), _LEAST_M / 2)
+    return middle - half, middle + half

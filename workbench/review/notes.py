@@ -7,7 +7,15 @@ from dataclasses import replace
 
 from workbench.motion import CORNER_FORCES
 from workbench.review.comparison import Comparison
-from workbench.review.headline import HEADINGS, headline, largest_rows, misfit_rows
+from workbench.review.geometry import MISSING, missing_scale
+from workbench.review.headline import (
+    HEADINGS,
+    headline,
+    largest_rows,
+    misfit_rows,
+    proof_rows,
+    source_rows,
+)
 
 __all__ = ["labels", "notes", "overview"]
 
@@ -17,8 +25,8 @@ _UNSEEN = (
 )
 _ESTIMATED = (
     "The orange curve from the foot to T is the real beam as it was estimated: a model corrected "
-    "towards foot and T after each picture. The beam itself was not measured; the eye beside "
-    "`real/beam` hides it."
+    "towards foot and T after each picture, lighter where that is less certain. The beam itself "
+    "was not measured; the eye beside `real/beam` hides it."
 )
 _FORCES = (
     "Red arrows: what the ground does to each corner of the twin's foot, 50 mm for each newton. "
@@ -35,15 +43,45 @@ def notes(comparison: Comparison) -> str:
     parts = [
         f"**{comparison.title}**",
         f"**{comparison.mark}**" if comparison.mark else "",
+        _proof(comparison),
         _numbers(comparison, HEADINGS),
+        _sources(comparison),
         _extended(comparison),
         "\n".join(f"- **Warning:** {warning}" for warning in comparison.warnings),
-        _UNSEEN if comparison.estimate is None else _ESTIMATED,
+        _beam(comparison),
         _FORCES if any(CORNER_FORCES[0][0] in motion for motion in comparison.motions) else "",
         _noise(comparison),
         _table(("Fact", ""), comparison.facts.items()),
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _beam(comparison: Comparison) -> str:
+    """Say what the real beam in the picture is, and what the arrows at it are."""
+    estimate, why = comparison.estimate, comparison.unestimated
+    if estimate is None:
+        return f"{_UNSEEN} Its pose was not estimated: {why}." if why else _UNSEEN
+    if MISSING["top"][0] not in estimate:
+        return _ESTIMATED
+    newton = 1000 * missing_scale(estimate)
+    return (
+        f"{_ESTIMATED}\n\nViolet arrows at T, and at a free foot: the force that the model lacks, "
+        f"{newton:g} mm for each newton, where it is more than noise."
+    )
+
+
+def _proof(comparison: Comparison) -> str:
+    """Return base and extended model as compared."""
+    if comparison.proof is None:
+        return ""
+    heads = ("As compared", *(f"{name.capitalize()}: {one.name}" for name, one in
+                              comparison.proof.both))  # fmt: skip
+    return f"{_table(heads, proof_rows(comparison))}\n\n{comparison.proof.about}"
+
+
+def _sources(comparison: Comparison) -> str:
+    rows = source_rows(comparison)
+    return _table(("Error", "", "Change"), rows) if rows else ""
 
 
 def overview(title: str, comparisons: Sequence[Comparison]) -> str:

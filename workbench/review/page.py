@@ -14,7 +14,7 @@ from workbench.review import palette
 if TYPE_CHECKING:
     import jinja2
 
-__all__ = ["code", "figure", "picture", "table", "warning_list", "write_page"]
+__all__ = ["code", "figure", "folded", "picture", "table", "warning_list", "write_page"]
 
 
 def write_page(
@@ -42,8 +42,17 @@ def write_page(
 
 def warning_list(warnings: Iterable[str]) -> Markup:
     """Return warnings as a list, empty when there are none."""
-    items = Markup().join(Markup("<li>{}</li>").format(text) for text in warnings)
+    items = Markup().join(Markup("<li>{}</li>").format(_coded(text)) for text in warnings)
     return Markup('<ul class="warnings">{}</ul>').format(items) if items else items
+
+
+def _coded(text: str) -> Markup:
+    """Return text whose parts in backticks are set as what is typed."""
+    parts = text.split("`")
+    if len(parts) % 2 == 0:
+        return Markup("{}").format(text)
+    shown = ("<code>{}</code>" if k % 2 else "{}" for k in range(len(parts)))
+    return Markup().join(Markup(form).format(part) for form, part in zip(shown, parts, strict=True))
 
 
 def figure(svg: str, caption: str) -> Markup:
@@ -66,6 +75,13 @@ def code(text: str) -> Markup:
     return Markup("<pre>{}</pre>").format(text)
 
 
+def folded(summary: str, body: Markup) -> Markup:
+    """Return what a reader opens by a click; on paper it is open. Nothing of nothing."""
+    if not body:
+        return body
+    return Markup("<details><summary>{}</summary>{}</details>").format(summary, body)
+
+
 def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "numbers") -> Markup:
     """Return a table; the first cell of a row is its heading.
 
@@ -77,7 +93,9 @@ def table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), css: str = "
     """
     head = Markup("<thead><tr>{}</tr></thead>").format(_cells(heads, "th")) if heads else ""
     body = Markup().join(Markup("<tr>{}</tr>").format(_row(row)) for row in rows)
-    return Markup('<table class="{}">{}<tbody>{}</tbody></table>').format(css, head, body)
+    return Markup('<div class="wide"><table class="{}">{}<tbody>{}</tbody></table></div>').format(
+        css, head, body
+    )
 
 
 def _row(row: Sequence[str]) -> Markup:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, ROTOR_SPEED, TOP
+from workbench.motion import FOOT, FOOT_ERROR, ROTOR_SPEED, TOP, TOP_ERROR
 from workbench.review import palette
-from workbench.review.comparison import FOOT_ERROR, NOISE_WIDTH, TOP_ERROR, Comparison
+from workbench.review.comparison import NOISE_WIDTH, Comparison
 from workbench.review.drawing import as_svg, drawn, legend
 from workbench.timeseries import TimeSeries
 
@@ -29,6 +29,7 @@ __all__ = [
 ]
 
 _BAND = 0.3  # opacity of a noise band
+_LEAST_M = 0.005  # of an axis: on less, a foot that is held seems to move by the noise
 
 
 def trajectory_plot(comparison: Comparison) -> str:
@@ -58,6 +59,9 @@ def motion_plot(comparison: Comparison) -> str:
         channels |= {"T x [m]": TOP[0], "T z [m]": TOP[2]}
         for ax, (label, channel) in zip(axes, channels.items(), strict=True):
             _both(ax, comparison, channel, label)
+            middle, half = np.mean(ax.get_ylim()), np.ptp(ax.get_ylim()) / 2
+            if half < _LEAST_M / 2:
+                ax.set_ylim(middle - _LEAST_M / 2, middle + _LEAST_M / 2)
         legend(axes[0])
         _time_axis(axes[-1], comparison.time_zero)
 
@@ -100,12 +104,23 @@ def error_plot(comparison: Comparison) -> str:
             color = palette.SHADES[shade]
             ax.plot(error.times, seen(error, column), color=color, label=name)
         noise = max(comparison.error_noise().values(), default=0.0)
-        ax.axhspan(0, NOISE_WIDTH * noise, color=palette.SHADES["noise"], alpha=_BAND, lw=0)
-        ax.set(ylabel="distance [mm]", ylim=(0, None))
+        _logarithmic(ax, error, NOISE_WIDTH * noise)
+        ax.set_ylabel("distance [mm]")
         legend(ax)
         _time_axis(ax, comparison.time_zero)
 
     return as_svg(drawn(draw, 2.2), "error")
+
+
+def _logarithmic(ax: Axes, error: TimeSeries, noise: float) -> None:
+    """Give an axis of distances a logarithmic scale on which the noise's band can be seen."""
+    seen_of = error.values[error.valid & (error.values > 0)]
+    if not len(seen_of):
+        return
+    low = min(noise / 4 or np.inf, float(np.percentile(seen_of, 5)))
+    ax.set(yscale="log", ylim=(low, 1.3 * max(float(seen_of.max()), noise)))
+    ax.axhspan(low, noise, color=palette.SHADES["noise"], alpha=_BAND, lw=0)
+    ax.yaxis.set_major_formatter("{x:g}")
 
 
 def supply_plot(supply: TimeSeries, time_zero: str) -> str:

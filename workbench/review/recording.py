@@ -1,9 +1,10 @@
 """One rerun recording of a run beside its twin, or of several runs beside theirs.
 
 `/real/**` and `/sim/**` hold the two robots, `/extended/**` a third one where a model was
-extended, `/plots/**` the curves, `/phase`, `/log`, `/notes` and `/protocol` the story, all on the
-timeline `t` [s] whose zero is the rotor's first motion or the release. Every entity is sent as
-whole columns, styles once.
+extended, `/compared/base/**` and `/compared/extended/**` both models as a diagnosis compares them,
+started and turned as was measured, in a tab of their own; `/plots/**` the curves, `/phase`,
+`/log`, `/notes` and `/protocol` the story, all on the timeline `t` [s] whose zero is the rotor's
+first motion or the release. Every entity is sent as whole columns, styles once.
 
 Of several runs each has all that below `/runs/<number>/`, on the same timeline, so that all robots
 start together; each run stands in a lane of its own. A tab shows one pair of robot and twin, the
@@ -92,6 +93,10 @@ def _send_run(stream: rr.RecordingStream, comparison: Comparison, root: str) -> 
         draw_simulated(stream, f"{root}sim", comparison.twin, figure, palette.TWIN)
     if extended is not None:
         draw_simulated(stream, f"{root}extended", extended.motion, figure, palette.EXTENDED)
+    if comparison.proof is not None:
+        inks = {"base": palette.TWIN, "extended": palette.EXTENDED}
+        for name, one in comparison.proof.both:
+            draw_simulated(stream, f"{root}compared/{name}", one.motion, figure, inks[name])
     plot_run(stream, comparison, root)
     tell_run(stream, comparison, root)
 
@@ -109,6 +114,8 @@ def _properties(comparison: Comparison) -> dict[str, Any]:
     }
     if extended is not None:
         numbers |= {"extended_model": extended.model, "extended_misfit_mm": extended.misfit.both_mm}
+    if comparison.proof is not None:
+        numbers |= {f"compared_{name}_mm": one.rms_mm for name, one in comparison.proof.both}
     if comparison.mark is not None:
         numbers["mark"] = comparison.mark
     largest = comparison.largest_error()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -47,16 +48,22 @@ class Condition(NamedTuple):
 
 
 def conditions(comparisons: Sequence[Comparison]) -> list[Condition]:
-    """Return the conditions in order of their first run."""
+    """Return the conditions, sorted by their labels, numbers in them by their size."""
     found: dict[tuple[str, ...], list[Comparison]] = {}
     for run in comparisons:
         told = tuple(part for part in run.label if not part.startswith("repeat "))
         found.setdefault(told or (run.title,), []).append(run)
     same = set.intersection(*map(set, found)) if len(found) > 1 else set()
     return [
-        Condition(", ".join(part for part in told if part not in same), tuple(runs))
-        for told, runs in found.items()
+        Condition(", ".join(part for part in told if part not in same), tuple(found[told]))
+        for told in sorted(found, key=_order)
     ]
+
+
+def _order(label: Sequence[str]) -> list[tuple[str, float, str]]:
+    """Return what sorts labels by their words, and equal units by their numbers."""
+    parts = [re.match(r"(-?[\d.]*)\s*(.*)", part) for part in label]
+    return [(m[2], float(m[1].strip(".") or 0), m[0]) for m in parts if m is not None]
 
 
 def spread(values: Sequence[float]) -> Spread:

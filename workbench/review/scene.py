@@ -11,10 +11,14 @@ from workbench.review import palette
 from workbench.review.columns import TIMELINE, send_seen
 from workbench.review.comparison import Comparison, Figure
 from workbench.review.geometry import (
+    MISSING,
     beam_points,
     beam_root,
+    certainty,
     foot_pitch,
     ground_forces,
+    missing_force,
+    missing_scale,
     pitch_quaternions,
 )
 from workbench.review.palette import rgb
@@ -26,7 +30,6 @@ _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
-_ESTIMATED_RADIUS = 0.0015
 FORCE_M_PER_N = 0.05  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
 
 
@@ -79,13 +82,39 @@ def draw_real(
 def _draw_estimate(
     stream: rr.RecordingStream, path: str, estimate: TimeSeries, figure: Figure
 ) -> None:
-    _send_strips(stream, path, estimate.times, beam_points(estimate, figure))
+    """Send each increment of the beam, its colour the lighter the less certain its place is."""
+    points, sure = beam_points(estimate, figure), certainty(estimate)
+    pieces = np.stack([points[:, :-1], points[:, 1:]], axis=2).astype(np.float32)
+    seen = _seen(points)
+    white, ink = np.full(3, 255.0), np.array(rgb(palette.REAL))
+    colors = (white + sure[seen][..., None] * (ink - white)).round().astype(np.uint8)
+    beams = rr.LineStrips3D.columns(
+        strips=pieces[seen].reshape(-1, 2, 3), colors=colors.reshape(-1, 3)
+    )
+    send_seen(stream, path, estimate.times, seen, beams, each=sure.shape[1])
     stream.log(
         path,
-        rr.LineStrips3D.from_fields(radii=_ESTIMATED_RADIUS, colors=rgb(palette.REAL)),
-        rr.AnyValues(note="the beam was estimated, not measured"),
+        rr.LineStrips3D.from_fields(radii=_LINE_RADIUS),
+        rr.AnyValues(note="the beam was estimated, not measured; lighter where less certain"),
         static=True,
     )
+    _draw_missing(stream, path.rpartition("/")[0], estimate)
+
+
+def _draw_missing(stream: rr.RecordingStream, root: str, estimate: TimeSeries) -> None:
+    """Draw the force that the model lacks at T, and at a free foot, where it is more than noise."""
+    reach = missing_scale(estimate)
+    for point, place in (("top", TOP), ("foot", FOOT)):
+        if MISSING[point][0] not in estimate:
+            continue
+        force, sure = missing_force(estimate, point)
+        origins = position(estimate, place)
+        seen = sure & _seen(origins)
+        arrows = rr.Arrows3D.columns(origins=origins[seen], vectors=reach * force[seen])
+        path = f"{root}/missing/{point}"
+        send_seen(stream, path, estimate.times, seen, arrows)
+        look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.SHADES["missing"]))
+        stream.log(path, look, rr.AnyValues(metres_per_newton=reach), static=True)
 
 
 def draw_simulated(

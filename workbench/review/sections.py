@@ -13,8 +13,17 @@ from markupsafe import Markup
 
 from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
-from workbench.review.headline import HEADINGS, headline, misfit_rows, prediction_rows
-from workbench.review.page import code, figure, table, warning_list
+from workbench.review.evidence_plots import missing_plot, pose_plot, pose_times, proof_plot
+from workbench.review.geometry import MISSING
+from workbench.review.headline import (
+    HEADINGS,
+    headline,
+    misfit_rows,
+    prediction_rows,
+    proof_rows,
+    source_rows,
+)
+from workbench.review.page import code, figure, folded, table, warning_list
 from workbench.review.plots import (
     error_plot,
     motion_plot,
@@ -68,22 +77,56 @@ def _misfit(comparison: Comparison) -> Markup:
         )
         for name, rms in misfit_rows(comparison.misfit)
     ]
-    return table(rows, ("", "Root mean square", "Largest", "Of noise alone")) + figure(
+    shown = figure(
         error_plot(comparison),
-        "Distance between robot and twin in the hopping plane. Gaps: the cameras saw nothing. "
-        "Grey: up to twice what noise alone would make.",
+        "Distance between robot and twin in the hopping plane, on a logarithmic scale. Gaps: the "
+        "cameras saw nothing. Grey: up to twice what noise alone would make.",
     )
+    return shown + table(rows, ("", "Root mean square", "Largest", "Of noise alone"))
+
+
+def _sources(comparison: Comparison) -> Markup:
+    rows = source_rows(comparison)
+    if not rows:
+        return Markup()
+    hop = comparison.mode == "hop" and comparison.sources is not None
+    caution = (
+        f" A hop is compared over its first {comparison.sources.until_s:.1f} s only: then it is "
+        "chaotic, and a free simulation is off however good its model. Judge the model by the "
+        "predictions below."
+        if hop and comparison.sources is not None
+        else ""
+    )
+    words = Markup("<p>{}{}</p>").format(
+        "Free simulations of the same model, each given more of what was measured; root mean "
+        "square distance from the cameras' raw track.",
+        caution,
+    )
+    return words + table(rows, ("", "Error", "Change"), css="numbers worded")
+
+
+def _proof(comparison: Comparison) -> Markup:
+    proof = comparison.proof
+    if proof is None:
+        return Markup()
+    names = (f"Base: {proof.base.name}", f"Extended: {proof.extended.name}")
+    words = Markup("<p>{}</p>").format(proof.about)
+    return words + figure(
+        proof_plot(proof),
+        "Distance from where the cameras saw foot and T (T of a clamped foot), root mean square "
+        "over 0.25 s, logarithmic. Grey: noise alone.",
+    ) + table(proof_rows(comparison), ("Root mean square", *names))  # fmt: skip
 
 
 def _prediction(comparison: Comparison) -> Markup:
     rows = prediction_rows(comparison)
     if not rows:
         return Markup()
-    what = "the drive" if comparison.driven else "the release"
     words = (
         "<p>Root mean square distance of what is observed (foot and T, or T of a clamped foot) "
-        "from where the model puts it, started where the robot was seen to be. What grows with the "
-        f"time ahead is the model's; what is in the last line only is {what}'s.</p>"
+        "from where the model puts it, started where the robot was seen to be"
+        f"{', its rotor turned as measured' if comparison.driven else ''}. What grows with the "
+        "time ahead is the model's.</p>"
     )
     return Markup(words) + table(rows, ("", "Root mean square"))
 
@@ -96,6 +139,31 @@ def _trajectory(comparison: Comparison) -> Markup:
     return figure(
         trajectory_plot(comparison),
         f"Path of {who} during the {comparison.duration_s:g} s {when}. The height is stretched.",
+    )
+
+
+def _pose(comparison: Comparison) -> Markup:
+    if not len(comparison.real) or not len(comparison.twin):
+        return Markup()
+    if comparison.estimate is None:
+        beam = "thin line: from the foot to T, for the beam's pose was not estimated"
+        beam += f" ({comparison.unestimated})" if comparison.unestimated else ""
+    else:
+        beam = "its beam as estimated from foot and T, lighter where that is less certain"
+    return figure(
+        pose_plot(comparison),
+        f"From the side, at {len(pose_times(comparison))} instants, the last where T is farthest "
+        f"from its twin. Orange: the robot, {beam}. Blue: the twin.",
+    )
+
+
+def _missing(comparison: Comparison) -> Markup:
+    if comparison.estimate is None or MISSING["top"][0] not in comparison.estimate:
+        return Markup()
+    return figure(
+        missing_plot(comparison.estimate, comparison.time_zero),
+        "The force that the model lacks at T, mean over 0.05 s: what it would need in addition to "
+        "do as the robot did. Grey: two standard deviations; what lies within may be noise.",
     )
 
 
@@ -134,29 +202,51 @@ def _journal(comparison: Comparison) -> Markup:
     return table(rows, ("Time", "Event"), css="facts") if rows else Markup()
 
 
+def _words(comparison: Comparison) -> Markup:
+    """Return what the words of the page mean."""
+    del comparison
+    return folded("What the words mean", table(_GLOSSARY, css="facts"))
+
+
 def _recording(comparison: Comparison) -> Markup:
     words = "<p>Both robots move side by side in the recording. Open it with</p>"
     elsewhere = (
         "<p>or, without a window on this computer, in the browser with <code>--web</code>. "
         "Where the runs do not lie in <code>runs</code>, name their folder with "
-        "<code>--runs</code>. <code>--video run.mp4</code> films it.</p>"
+        "<code>--runs</code>. <code>--video run.mp4</code> films it. What the model gets wrong in "
+        "several such runs, and why: <code>workbench diagnose runs</code>.</p>"
     )
     return Markup(words) + code(f"workbench review {comparison.run}") + Markup(elsewhere)
 
+
+_GLOSSARY = (
+    ("T", "the tip of the curved beam, where the rotor sits"),
+    ("twin", "the simulation of exactly this run: the same commands, the same release"),
+    ("hop height", "how high the foot's centre rises in a turn of the rotor: median of all turns"),
+    ("role", "train: a fit may see the run; held out: it only judges models"),
+    ("root mean square", "the root of the mean of the squared distances over the run"),
+    ("noise", "the scatter of the cameras' track; a perfect model is off by that much"),
+    ("estimated state", "the pose that a model has which is corrected towards each picture"),
+)
 
 RECORDING = Section("Recording", _recording)
 RESULT = Section("Result", _headline)
 SECTIONS = (
     Section("Warnings", _warnings),
     Section("Pass or fail", _judged),
+    Section("Base and extended model as compared", _proof),
     RESULT,
-    Section("Path", _trajectory),
     Section("Error of the twin", _misfit),
+    Section("How much of it is drive, start and model", _sources),
     Section("Prediction", _prediction),
+    Section("Pose", _pose),
+    Section("Path", _trajectory),
     Section("Motion over time", _motion),
+    Section("Missing force", _missing),
     Section("Rotor speed", _speed),
     Section("Supply", _supply),
     RECORDING,
     Section("Journal", _journal),
     Section("Facts", _facts),
+    Section("Words", _words),
 )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.quantities import QUANTITIES
+from workbench.quantities import Quantity
 from workbench.review import palette
 from workbench.review.comparison import Comparison
 from workbench.review.drawing import as_svg, drawn, legend
@@ -51,9 +51,9 @@ def paths(conditions: Sequence[Condition]) -> str:
     return as_svg(drawn(draw, 0.4 + _PANEL_IN * len(conditions)), "paths")
 
 
-def bars(conditions: Sequence[Condition], quantity: str) -> str:
+def bars(conditions: Sequence[Condition], quantity: str, shown: Quantity) -> str:
     """Draw the mean of a summary's number, robot beside twin, with intervals and every run."""
-    name, unit, factor, _ = QUANTITIES[quantity]
+    name, unit, factor, _ = shown
     sides = {
         "real": (-0.2, palette.REAL, lambda run: run.real_summary),
         "twin": (0.2, palette.TWIN, lambda run: run.twin_summary),
