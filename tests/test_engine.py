@@ -246,7 +246,7 @@ def test_a_sweep_makes_one_bundle_a_run(tmp_path: Path, bench: VirtualBench) -> 
     found = list(runs(tmp_path, bench, steps))
     assert [manifest_of(b)["number"] for b in found] == [1, 2]
     assert [b.path.name.split("_", 2)[2] for b in found] == ["clamped-14.00", "clamped-19.01"]
-    assert all(abs(manifest_of(b)["real"]["distance_m"]) < 0.001 for b in found)
+    assert all("distance_m" not in manifest_of(b)["real"] for b in found)
 
 
 def test_a_motive_export_serves_as_well(tmp_path: Path) -> None:

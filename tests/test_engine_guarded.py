@@ -246,7 +246,7 @@ def test_a_killed_run_tells_what_its_guardian_left(
     assert "the run was cut off (status failed); OUTPUT MAY BE ON (its" in answer.out
     device.mend()
     wait_for(lambda: client.bundle.record.output_off == "confirmed")
-    assert "output_off" in workbench("runs", "show", client.bundle.path).out
+    assert "output off" in workbench("runs", "show", client.bundle.path).out
 
 
 def test_supply_off_and_read_go_through_a_guardian(

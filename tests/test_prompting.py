@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from workbench.bundle import AnswerFact, events
+from workbench.bundle.sentences import sentence
 from workbench.errors import FileFaults, InputError
 from workbench.operators import QuietOperator
 from workbench.prompting import ask
@@ -84,3 +85,19 @@ def test_nobody_types_on_a_bench_without_an_operator(tmp_path: Path) -> None:
 def test_a_question_that_makes_no_sense_is_refused(tmp_path: Path, value: str, words: str) -> None:
     with pytest.raises(FileFaults, match=words):
         prompt(tmp_path, value)
+
+
+@pytest.mark.parametrize("value", ["", "{name: far, quantity: length}"])
+def test_a_prompt_that_nobody_saw_is_not_said_to_be_confirmed(tmp_path: Path, value: str) -> None:
+    asked = prompt(tmp_path, value) if value else PlannedPrompt("Tell me.")
+    event = ask(QuietOperator(), asked).event(None)
+    assert (event.answer, event.where) == (None, "nobody")
+    said = "nobody was asked for far" if value else "nobody was asked, nobody confirmed"
+    assert sentence(event) == f"{said}: Tell me."
+
+
+def test_a_record_of_before_that_names_nobody_is_not_read_as_confirmed() -> None:
+    before = events.Prompt(text="Clamp the foot.", answer="confirmed", where="nobody")
+    assert sentence(before) == "nobody was asked, nobody confirmed: Clamp the foot."
+    seen = events.Prompt(text="Clamp the foot.", answer="confirmed")
+    assert sentence(seen) == "operator confirmed: Clamp the foot."

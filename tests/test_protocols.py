@@ -18,6 +18,7 @@ from workbench.protocol import Plan, PlannedDrive, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]
 PROTOCOLS = sorted((ROOT / "protocols").glob("*.yaml"))
+EXAMPLES = [ROOT / "docs" / "examples" / "speeds.yaml"]
 ALWAYS = ("hop-17", "clamped-sweep", "free-decay")
 """Carried out in the first tier; all others in the second."""
 SHORT_S = 2.0
@@ -46,11 +47,12 @@ def short(run: PlannedRun) -> PlannedRun:
     return replace(run, action=action, duration=duration, rest=1.0)
 
 
-@pytest.mark.parametrize("path", PROTOCOLS, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", [*PROTOCOLS, *EXAMPLES], ids=lambda p: p.stem)
 def test_a_protocol_is_read_and_planned(path: Path) -> None:
     bench = load_bench("virtual")
     plan = read_experiment(path, bench, VirtualBench(bench.content).voltage_step).plan
     assert len(plan.runs) > 0
+    assert plan.warnings == (), "what is meant for every run is asked before every run"
 
 
 def carried_out(path: Path) -> ParameterSet:

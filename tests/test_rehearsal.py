@@ -76,7 +76,9 @@ def test_a_table_of_everything_is_printed_for_people(
 ) -> None:
     (tmp_path / "p.yaml").write_text(TEXT)
     monkeypatch.setenv("COLUMNS", "160")
-    monkeypatch.setattr("sys.argv", ["workbench", "run", str(tmp_path / "p.yaml"), "--dry-run"])
+    monkeypatch.setattr(
+        "sys.argv", ["workbench", "run", str(tmp_path / "p.yaml"), "--dry-run", "--registers"]
+    )
     with pytest.raises(SystemExit):
         main()
     text = capsys.readouterr().out

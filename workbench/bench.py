@@ -28,6 +28,7 @@ from workbench.hw import (
     Supply,
     SystemClock,
     open_supply,
+    require_reachable,
 )
 from workbench.hw.guardian import KEEP_TRYING_S, NO_RECORDS, LeaseClock, Records, open_guarded
 from workbench.hw.models import ModbusModel
@@ -112,6 +113,8 @@ class Bench(ABC):
         clock: everything on the bench is timed and waited with it.
     """
 
+    awaited = ""  # what a run waits for once the robot has moved, in words
+
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         self.file = file
         self.clock = clock
@@ -131,6 +134,9 @@ class Bench(ABC):
     def ledger_of(self, identity: Identity) -> Ledger | None:
         """Return the ledger of a supply that is open; None where there is nothing to harm."""
         return None
+
+    def require_ready(self, drives: bool) -> None:  # noqa: B027  most benches have all they need
+        """Refuse a bench that lacks what runs need, the supply where one `drives`."""
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -191,6 +197,8 @@ class RealBench(Bench):
         self._folder: TakeFolder | None = None
         self._recorder: Recorder | None = None
         self._used: dict[str, str] = {}
+        where = f"in {file.tracking.takes}" if file.tracking.takes else "to be named"
+        self.awaited = "" if file.tracking.live else f"waiting for the export {where}"
 
     @contextmanager
     def supply(self, bundle: Bundle) -> Iterator[Supply]:
@@ -233,6 +241,13 @@ class RealBench(Bench):
         """Return the ledger of the supply that is open."""
         place = connection_of(self.file).place
         return Ledger(Ledger.key_of(identity.model, identity.known_serial, place))
+
+    def require_ready(self, drives: bool) -> None:
+        """Raise HardwareError where the folder of exports or the supply's place do not open."""
+        if self.file.tracking.takes is not None and self.file.tracking.live is None:
+            TakeFolder(Path(self.file.tracking.takes), self.clock)
+        if drives:
+            require_reachable(found_at(self.file))
 
     def start_cameras(self, operator: Operator) -> None:
         """Record the stream, or ask for a recording.

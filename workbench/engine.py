@@ -33,6 +33,7 @@ from workbench.protocol import (
     PlannedRun,
     calibration_text,
 )
+from workbench.readiness import require_room
 from workbench.resume import Course, begin
 from workbench.signals import Signals
 from workbench.timeseries import TimeSeries
@@ -72,9 +73,13 @@ def carry_out(
         SafetyStop: when a limit or a protection ended a run, or nobody acknowledged that of an
             earlier one.
         Interrupted: on Ctrl-C; the output is off and the bundle says so.
+        InputError: when no run can be written to `root`, before anybody is asked anything.
+        HardwareError: when the bench is not ready, likewise.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
     _refuse_when_latched(experiment, bench, root)
+    require_room(root)
+    bench.require_ready(experiment.plan.drives)
     course = course or begin(experiment.inputs(), datetime.now())
     left, busy = experiment.plan.without(course.done), 0.0
     waiting: Sequence[Part] = left.by_run()
@@ -87,8 +92,8 @@ def carry_out(
                     answers.append(ask(operator, item))
                 case PlannedPause():
                     _wait(bench, item, progress)
-        words = f"run {run.number} of {len(experiment.plan.runs)}: "
-        told = within(progress, words, min(busy / left.seconds, 1.0))
+        of, share = len(experiment.plan.runs), min(busy / left.seconds, 1.0)
+        told = within(progress, f"run {run.number} of {of}: ", share if of > 1 else None)
         bundle = _Conductor(experiment, bench, root, operator, told, run, course).conduct(answers)
         yield bundle
         busy, course = busy + run.rest + run.duration, course.after(run.number)
@@ -103,7 +108,7 @@ def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
 
 def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
     """Refuse to drive a latched supply; its guardian does too, once it knows which it is."""
-    if not any(isinstance(run.action, PlannedDrive) for run in experiment.plan.runs):
+    if not experiment.plan.drives:
         return
     for ledger in bench.ledgers():
         if standing := ledger.standing():
@@ -243,6 +248,8 @@ class _Conductor:
             case PlannedRelease() as release:
                 subject = Subject(model, shape, self.run.mode, release.pull, release.height)
                 window = self._measure_release(release)
+        if awaited := self.bench.awaited:
+            self.progress(f"output off, {awaited}")
         cameras = CameraWindow(began=window.cameras.began, seconds=window.cameras.seconds)
         self.bundle.record.note(Measured(cameras=cameras))
         return self.bench.collect(subject, window, self.bundle, self.operator)
@@ -360,13 +367,8 @@ class _Conductor:
 
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
-        seen = events.Reading(
-            set_voltage_V=reading.set_voltage_V,
-            voltage_V=reading.voltage_V,
-            current_A=reading.current_A,
-            output=reading.output,
-        )
-        self._journal(seen)
+        keys = ("set_voltage_V", "voltage_V", "current_A", "output")
+        self._journal(events.Reading(**{key: getattr(reading, key) for key in keys}))
 
     def _keep_readings(self) -> None:
         names = ("set_voltage_V", "voltage_V", "current_A")

@@ -29,7 +29,7 @@ from workbench.protocol import (
 )
 from workbench.resume import digest
 
-__all__ = ["Experiment", "read_experiment"]
+__all__ = ["Experiment", "read_experiment", "require_takes"]
 
 T = TypeVar("T")
 
@@ -103,7 +103,7 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
         FileFaults: with the faults of the first file that has any, or of the plan.
     """
     asked, parts = load_protocol(path)
-    _require_takes(bench)
+    require_takes(bench)
     own, other = asked.path.parent, bench.path.parent
     model = _first(load_model, (asked.content.model, own), (bench.content.model, other))
     shape = _first(load_shape, (asked.content.shape, own), (bench.content.shape, other))
@@ -134,8 +134,12 @@ def _meaning(document: Document[Any]) -> str:
     return json.dumps(content, sort_keys=True)
 
 
-def _require_takes(bench: Document[BenchFile]) -> None:
-    """Refuse a bench whose exports are to appear in a folder that is not there."""
+def require_takes(bench: Document[BenchFile]) -> None:
+    """Refuse a bench whose exports are to appear in a folder that is not there.
+
+    Raises:
+        FileFaults: with the place in the bench file.
+    """
     takes = bench.content.tracking.takes
     if bench.content.virtual is None and takes is not None and not os.path.isdir(takes):
         text = f"takes: no such folder: {Path(takes).absolute()}; make or mount it, or name another"

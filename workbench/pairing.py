@@ -27,15 +27,18 @@ from workbench.bundle import (
     ReleaseFacts,
     RotorSpeed,
     Signals,
+    Swung,
     TrackFacts,
     sha256,
 )
+from workbench.clamped import Swing, summarize_clamped
 from workbench.errors import InputError, WorkbenchError
 from workbench.fit.estimation import estimate
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import (
     DRIVEN,
     FOOT,
+    RELEASED,
     ROTOR_ANGLE,
     TOP,
     Misfit,
@@ -115,7 +118,7 @@ class OtherTwin(NamedTuple):
     """
 
     motion: TimeSeries
-    summary: Summary | RingDown
+    summary: Summary | Swing | RingDown
     misfit: Misfit
     warnings: tuple[str, ...]
 
@@ -289,10 +292,10 @@ def _release(
     return Release(pull=-pull if held < 0 else pull)
 
 
-def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | RingDown:
-    if mode in DRIVEN:
-        return summarize(motion, duration)
-    return summarize_release(motion, mode, duration)
+def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | Swing | RingDown:
+    if mode in RELEASED:
+        return summarize_release(motion, mode, duration)
+    return (summarize_clamped if mode == "clamped" else summarize)(motion, duration)
 
 
 def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> Signals:
@@ -343,7 +346,7 @@ def _note(bundle: Bundle, made: _Pair) -> None:
     """Write what robot and twin did into the manifest, of which the views are made."""
     track, command, mode = made.track, made.command, bundle.asked.mode
     error = misfit(track.motion, made.twin, command.duration)
-    kind = Driven if mode in DRIVEN else Released
+    kind = Released if mode in RELEASED else Swung if mode == "clamped" else Driven
     real = _summary(mode, track.motion, command.duration)
     twin = _summary(mode, made.twin, command.duration)
     facts = Compared(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Progress", "Stage", "counted", "reached", "within"]
+__all__ = ["Progress", "Stage", "counted", "portion", "reached", "within"]
 
 Progress = Callable[[str], None]
 """Is told each stage as it begins; a `Stage` where more than its words is known.
@@ -56,13 +56,39 @@ def reached(words: str, done: int, count: int) -> Stage:
     return Stage(f"{words} {done} of {count}", done / max(count, 1))
 
 
-def within(progress: Progress, words: str, share: float) -> Progress:
+def portion(progress: Progress, begin: float, end: float) -> Progress:
+    """Return what is told the stages of one part of a work, as stages of the whole.
+
+    A stage that says no share is taken to begin where a quarter of what remained of the part was
+    done since the stage before: how many follow is not known, and the share never passes `end`.
+
+    Args:
+        progress: is told.
+        begin: share of the whole that is done when the part begins, 0 to 1.
+        end: and when it ends.
+    """
+    done = 0.0
+    began = False
+
+    def told(stage: str) -> None:
+        nonlocal done, began
+        share = stage.share if isinstance(stage, Stage) else None
+        if share is None:
+            share = done + 0.25 * (1 - done) if began else 0.0
+        done, began = max(done, share), True
+        seconds = stage.seconds if isinstance(stage, Stage) else None
+        progress(Stage(stage, begin + done * (end - begin), seconds))
+
+    return told
+
+
+def within(progress: Progress, words: str, share: float | None) -> Progress:
     """Return what tells the stages of one part of a work, as stages of the whole.
 
     Args:
         progress: is told.
         words: of the part, put before each stage's own.
-        share: of the whole that is done when the part begins, 0 to 1.
+        share: of the whole that is done when the part begins, 0 to 1; None where it is the whole.
     """
 
     def told(stage: str) -> None:

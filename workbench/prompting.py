@@ -34,7 +34,8 @@ class Answered(NamedTuple):
             asked_s: when it was shown, on the clock of the run [s]; None before that runs.
         """
         question, text = self.prompt.question, self.prompt.text
-        answer = "confirmed" if question is None else self.answer
+        seen = self.place != "nobody"
+        answer = ("confirmed" if seen else None) if question is None else self.answer
         facts = events.Prompt(text=text, answer=answer, where=self.place)
         named = {} if question is None else {"name": question.name}
         shown = {} if asked_s is None else {"asked_s": asked_s}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
-__all__ = ["QUANTITIES", "Quantity", "unit_of"]
+__all__ = ["QUANTITIES", "Quantity", "leading", "unit_of"]
 
 
 class Quantity(NamedTuple):
@@ -22,10 +24,18 @@ class Quantity(NamedTuple):
     factor: float
     digits: int
 
+    def apart(self, real: float, twin: float) -> float:
+        """Return twin minus real, both in SI, in the shown unit; an angle by less than a turn."""
+        gap = self.factor * (twin - real)
+        return (gap + 180) % 360 - 180 if self.unit == "deg" and math.isfinite(gap) else gap
+
 
 QUANTITIES: dict[str, Quantity] = {
     "distance_m": Quantity("Distance", "m", 1.0, 3),
     "hop_height_m": Quantity("Hop height", "mm", 1e3, 1),
+    "amplitude_m": Quantity("Amplitude of T", "mm", 1e3, 1),
+    "swing_hz": Quantity("Frequency of T", "Hz", 1.0, 3),
+    "phase_rad": Quantity("Phase of T behind the rotor", "deg", 180 / math.pi, 1),
     "speed_rad_s": Quantity("Rotor speed", "rad/s", 1.0, 2),
     "displacement_m": Quantity("Displacement", "mm", 1e3, 1),
     "ring_hz": Quantity("Ring frequency", "Hz", 1.0, 3),
@@ -47,6 +57,16 @@ _UNITS = {
     "_N": "N",
     "_W": "W",
 }
+
+
+def leading(summary: Mapping[str, float | str] | None) -> str:
+    """Return the first number of a summary with its unit, `-` where there is none."""
+    key = next((key for key in QUANTITIES if key in summary), None) if summary else None
+    value = summary[key] if summary and key else None
+    if key is None or not isinstance(value, int | float) or not math.isfinite(value):
+        return "-"
+    one = QUANTITIES[key]
+    return f"{one.factor * value:.{one.digits}f} {one.unit}"
 
 
 def unit_of(name: str) -> tuple[str, str]:

@@ -24,16 +24,18 @@ from workbench.bundle import (
     Released,
     Series,
     Signals,
+    Swung,
     events,
     judgements,
     sha256,
     verify,
 )
 from workbench.bundle.sentences import sentence
+from workbench.clamped import Swing, summarize_clamped
 from workbench.errors import InputError
 from workbench.motion import (
-    DRIVEN,
     FOOT,
+    RELEASED,
     ROTOR,
     ROTOR_ANGLE,
     ROTOR_SPEED,
@@ -149,18 +151,19 @@ def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
     release = None if compared is None else compared.release
     begin = float(kept.real.times[0]) if len(kept.real) else -(asked.rest_s or 0.0)
     command = (None if compared is None else compared.command) or _sent(bundle)
+    length = command.duration_s
     return Comparison(
         title=asked.title,
         run=bundle.manifest.id,
         mode=asked.mode,
         real=kept.real,
         twin=kept.twin,
-        duration_s=command.duration_s,
+        duration_s=length,
         phases=_phases(bundle, begin, command),
         floor_m=0.0 if release is None else -release.height_m,
         figure=_figure(model.values(), shape),
-        real_summary=_summary(asked.mode, None if compared is None else compared.real),
-        twin_summary=_summary(asked.mode, None if compared is None else compared.twin),
+        real_summary=_summary(asked.mode, compared and compared.real, kept.real, length),
+        twin_summary=_summary(asked.mode, compared and compared.twin, kept.twin, length),
         misfit=_misfit(compared),
         supply=None if kept.supply is None else kept.supply.shifted(-_zero(bundle)),
         facts=_table(bundle, model, shape),
@@ -232,8 +235,12 @@ def _figure(values: dict[str, float], shape: ShapeFile) -> Figure:
     )
 
 
-def _summary(mode: Mode, found: Driven | Released | None) -> Summary | RingDown:
-    kind = Summary if mode in DRIVEN else RingDown
+def _summary(
+    mode: Mode, found: Driven | Swung | Released | None, motion: TimeSeries, duration: float
+) -> Summary | Swing | RingDown:
+    kind = RingDown if mode in RELEASED else Swing if mode == "clamped" else Summary
+    if kind is Swing and isinstance(found, Driven):  # of before clamped runs had their own numbers
+        return summarize_clamped(motion, duration)
     known = {} if found is None else found.model_dump()
     return kind(**{name: known.get(name, _NAN) for name in kind.__dataclass_fields__})
 

@@ -165,9 +165,8 @@ def test_without_anything_to_write_the_viewer_opens(
 ) -> None:
     opened: list[tuple[bool, int]] = []
 
-    def show(path: Path, web: bool = False) -> int:
+    def show(path: Path, web: bool, tell: object) -> None:
         opened.append((web, path.stat().st_size))
-        return 0
 
     monkeypatch.setattr("workbench.review.viewer.open_viewer", show)
     assert workbench("review", bundle).code == 0

@@ -30,10 +30,11 @@ def runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_list_has_a_line_a_run_with_its_number(workbench: Command, runs: Path) -> None:
     head, first, second = workbench("runs", "list").out.splitlines()
-    assert head.split()[:4] == ["#", "bundle", "status", "mode"]
-    assert head.split()[-2:] == ["verdict", "title"]
-    assert first.split() == ["1", "2026-03-12_101500_hop-16.99", "complete", "hop", "16.99",
-                             "0.213", "0.248", "Hop", "at", "17", "rad/s"]  # fmt: skip
+    assert head.split()[:4] == ["#", "bundle", "mode", "speed"]
+    assert head.split()[-4:] == ["[mm]", "status", "verdict", "title"]
+    assert first.split() == ["1", "2026-03-12_101500_hop-16.99", "hop", "16.99", "0.213", "m",
+                             "0.248", "m", "16.9", "complete", "Hop", "at", "17",
+                             "rad/s"]  # fmt: skip
     assert "14.00 to 19.00" in second
 
 

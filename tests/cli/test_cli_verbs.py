@@ -14,6 +14,7 @@ FILES = sorted(CLI.glob("*.py"))
 VERB_FILES = {one.module for one in (*VERBS.values(), *RUNS.values())}
 ROOT = {"__init__", "app"}
 HELPERS = {
+    "amount": "a number that may have a unit",
     "completing": "what the Tab key offers",
     "dry_run": "prints a rehearsal, for `run`",
     "everywhere": "options before any verb",

@@ -41,6 +41,7 @@ def test_the_file_is_a_protocol_that_the_bench_carries_out_as_proposed(tmp_path:
         ("decay", "0.4N", 2.0, 8.0, "train"),
         ("drop", "20mm", 2.0, 8.0, "train"),
     }
+    assert plan.warnings == ()
     prompts = [item.text for item in plan.items if isinstance(item, PlannedPrompt)]
     assert prompts[0].startswith("Clamp the foot")
 

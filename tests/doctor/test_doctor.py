@@ -15,6 +15,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from tests.conftest import ROOT, Command
 from workbench.doctor import clock, disk, examine, packages, ports, viewer
+from workbench.doctor.ports import exports
 from workbench.errors import WorkbenchError
 from workbench.hw import SystemClock
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, simulated
@@ -210,3 +211,14 @@ def test_the_command_prints_what_to_do_and_ends_with_1_when_something_failed(
     assert found["ok"] is False
     assert found["checks"]["disk"]["state"] == "failed"
     assert found["checks"]["python"]["ok"] is True
+
+
+def test_a_folder_of_exports_that_is_not_there_is_a_failure(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "examples" / "lab-bench.yaml").read_text(encoding="utf-8")
+    bench = tmp_path / "lab.yaml"
+    bench.write_text(text.replace("takes: exports", f"takes: {tmp_path / 'gone'}"))
+    found = exports(str(bench))
+    assert (found.state, "takes: no such folder" in found.found) == ("failed", True)
+    (tmp_path / "gone").mkdir()
+    assert exports(str(bench)).state == "ok"
+    assert exports("virtual").state == "ok"

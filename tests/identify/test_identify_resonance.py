@@ -9,11 +9,12 @@ import pytest
 from linear_robot import BOUNCE, RATE, REST, SWAY, answer, driven, path, released
 from numpy.typing import NDArray
 
+from workbench.clamped import ORDERS
 from workbench.errors import InputError
 from workbench.identify import MeasuredRun, resonances
 from workbench.identify.resonance import find_jumps, find_peaks
 from workbench.identify.spectrum import spectrum
-from workbench.identify.sweep import ORDERS, SweepPoint, plateaus, read_sweep
+from workbench.identify.sweep import SweepPoint, plateaus, read_sweep
 from workbench.motion import ROTOR_ANGLE, TOP
 from workbench.timeseries import TimeSeries
 

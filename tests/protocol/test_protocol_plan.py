@@ -292,3 +292,25 @@ def test_each_run_may_ask_for_the_same_value(tmp_path: Path) -> None:
     asked = "after: [{text: y, value: {name: a}}]"
     plan = plan_of(tmp_path, f"  - run: {{mode: hop, voltage: 4 V, repeats: 2, {asked}}}\n" * 2)
     assert len(plan.runs) == 4
+
+
+ONCE = "  - prompt: Clamp the foot. Wait before {word} run.\n"
+RUN = "  - run: {mode: hop, speed: 17 rad/s}\n"
+
+
+@pytest.mark.parametrize(("steps", "warned"), [
+    (ONCE.format(word="each") + 2 * RUN, True),
+    (ONCE.format(word="Every") + RUN.replace("}", ", repeats: 2}"), True),
+    (ONCE.format(word="each") + RUN, False),
+    (RUN + ONCE.format(word="each") + RUN, False),
+    (2 * RUN.replace("}", ", before: [Wait before each run.]}"), False),
+    (ONCE.format(word="the first") + 2 * RUN, False),
+])  # fmt: skip
+def test_a_prompt_that_speaks_of_every_run_and_is_asked_once_is_warned_of(
+    tmp_path: Path, steps: str, warned: bool
+) -> None:
+    warnings = plan_of(tmp_path, steps).warnings
+    assert len(warnings) == warned
+    for text in warnings:
+        assert "p.yaml:4:5: this prompt speaks of every run but is asked once; " in text
+        assert "`before: [TEXT]`" in text

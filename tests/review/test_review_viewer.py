@@ -154,6 +154,17 @@ def test_a_recording_that_is_not_there_is_refused(tmp_path: Path) -> None:
         open_viewer(tmp_path / "compare.rrd")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="a window needs no such variable elsewhere")
+def test_without_a_display_the_ways_that_need_none_are_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "compare.rrd").touch()
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(WorkbenchError, match=r"no display here .*--web.*--save FILE.rrd"):
+        open_viewer(tmp_path / "compare.rrd")
+
+
 @pytest.mark.parametrize(("web", "option"), [(False, "--port"), (True, "--web-viewer")])
 def test_the_viewer_is_opened_on_the_recording(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, web: bool, option: str
@@ -167,6 +178,10 @@ def test_the_viewer_is_opened_on_the_recording(
         return subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"])
 
     monkeypatch.setattr("workbench.review.viewer._start", start)
-    assert open_viewer(path, web=web) == 3
+    monkeypatch.setenv("DISPLAY", ":0")
+    told: list[str] = []
+    with pytest.raises(WorkbenchError, match=r"error \(exit code 3\); .*--web.*--save FILE.rrd"):
+        open_viewer(path, web, told.append)
+    assert [text.splitlines()[1] for text in told] == ["Ctrl-C ends it"] * web
     assert asked[0] == str(path)
     assert option in asked

@@ -203,7 +203,7 @@ def test_ctrl_c_asks_for_a_path_and_nothing_typed_goes_on_watching(
     clock.script = [(5, interrupt), (10, interrupt)]
     found = collector(bundle, wanted, person, clock).wait(TakeFolder(place, clock), 60)
     assert found == named
-    assert person.told[0].endswith("Ctrl-C: type a path instead.")
+    assert person.told[0].endswith("Ctrl-C in the terminal, or STOP in the panel.")
     assert person.told[:2] == [person.told[0]] * 2  # said again after the wait goes on
     assert person.asked == [f"Path of the export (nothing: go on watching {place})"] * 2
 

@@ -62,6 +62,7 @@ from workbench.bundle.manifest import (
     Signals,
     Status,
     SupplyIdentity,
+    Swung,
     TrackFacts,
 )
 from workbench.bundle.named import run_named, runs_named, runs_of
@@ -106,6 +107,7 @@ __all__ = [
     "Stamp",
     "Status",
     "SupplyIdentity",
+    "Swung",
     "TrackFacts",
     "Verdict",
     "View",

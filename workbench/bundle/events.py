@@ -78,7 +78,7 @@ class Prompt(_Event):
     event: Literal["prompt"] = "prompt"
     text: str
     answer: str | int | float | None
-    """`confirmed`, or what was typed."""
+    """`confirmed`, or what was typed; None where nobody did."""
     where: Literal["terminal", "panel", "nobody"] = "terminal"
     name: str | None = None
     """Of the value that was typed."""

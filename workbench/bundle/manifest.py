@@ -39,6 +39,7 @@ __all__ = [
     "Signals",
     "Status",
     "SupplyIdentity",
+    "Swung",
     "TrackFacts",
     "split",
 ]
@@ -183,6 +184,22 @@ class Driven(_Frozen):
         return self.distance_m
 
 
+class Swung(_Frozen):
+    """What a driven robot did whose foot was clamped."""
+
+    amplitude_m: float
+    swing_hz: float = _NAN
+    phase_rad: float = _NAN
+    speed_rad_s: float = _NAN
+    outcome: str = "completed"
+    """Of a simulation."""
+
+    @property
+    def travel_m(self) -> float | None:
+        """Distance that was hopped [m]: none."""
+        return None
+
+
 class Released(_Frozen):
     """What a released robot did."""
 
@@ -214,8 +231,8 @@ class Compared(Section):
 
     release: ReleaseFacts | None = None
     command: CommandFacts | None = None
-    real: Driven | Released
-    twin: Driven | Released
+    real: Driven | Swung | Released
+    twin: Driven | Swung | Released
     error_mm: float
     error_foot_mm: float = _NAN
     error_top_mm: float = _NAN

@@ -18,6 +18,8 @@ def sentence(event: Event) -> str:
             return f"asked for {run}: {rest} s rest{drive}"
         case events.NoDrive():
             return "this mode has no drive: the supply was not opened"
+        case events.Prompt(where="nobody", name=name, text=text):
+            return f"nobody was asked{f' for {name}' if name else ', nobody confirmed'}: {text}"
         case events.Prompt(name=str(name), text=text, answer=answer):
             return f"operator typed {name} = {answer}{_where(event)}: {text}"
         case events.Prompt(text=text, answer=answer):
@@ -32,6 +34,13 @@ def sentence(event: Event) -> str:
             return f"output on at {volts} V"
         case events.Voltage(read_back=volts):
             return f"{volts} V set and read back"
+        case events.TakeWanted(folder=folder):
+            return "waiting for the export" + (f" in {folder}" if folder else " to be named")
+        case events.TakeRefused(file=file, reasons=reasons):
+            why = f": {reasons[0].splitlines()[0]}" if reasons else ""
+            return f"export {PurePath(file).name} does not belong to this run{why}"
+        case events.TakeForced(file=file):
+            return f"export {PurePath(file).name} taken all the same, as the operator insisted"
         case events.TakeAccepted(file=file) | events.TakeAdded(file=file):
             return f"take added: {PurePath(file).name}"
         case events.Complete():

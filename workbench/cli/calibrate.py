@@ -9,12 +9,12 @@ import typer
 
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
-from workbench.errors import InputError
 from workbench.identify import (
     SpeedCalibration,
     SpeedPoint,
     figure_5_3,
     last_day,
+    new_target,
     on_their_bench,
     propose_protocol,
     speed_points,
@@ -30,7 +30,7 @@ def calibrate(
     runs: RunArguments,
     out: Annotated[
         Path | None,
-        typer.Option(help="New calibration file; by default calibrations/<day of the runs>.yaml."),
+        typer.Option(help="New calibration file; by default calibrations/DAY.yaml, the runs' day."),
     ] = None,
     name: Annotated[
         str | None, typer.Option("--id", help="Name of the calibration; by default the file's.")
@@ -44,11 +44,8 @@ def calibrate(
     """
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
     day = last_day(bundles)
-    target = out or Path("calibrations") / f"{day.isoformat()}.yaml"
-    picture, proposal = target.with_suffix(".svg"), target.with_name(f"{target.stem}-protocol.yaml")
-    for path in (target, picture, proposal):
-        if path.exists():
-            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+    target = new_target(out, Path("calibrations") / f"{day.isoformat()}.yaml", _results)
+    _, picture, proposal = _results(target)
     found = calibrate_runs(*speed_points(bundles, tell))
     if found.line is None:
         write_new(proposal, propose_protocol(on_their_bench(bundles), found.mode))
@@ -63,6 +60,10 @@ def calibrate(
         _print(found, files)
     if found.line is None:
         raise typer.Exit(1)
+
+
+def _results(target: Path) -> list[Path]:
+    return [target, target.with_suffix(".svg"), target.with_name(f"{target.stem}-protocol.yaml")]
 
 
 def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:

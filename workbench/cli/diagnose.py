@@ -26,6 +26,7 @@ from workbench.diagnose import (
 )
 from workbench.diagnose import diagnose as diagnose_rig
 from workbench.errors import DataFault, InputError
+from workbench.progress import Stage, portion
 from workbench.protocol import load_model
 from workbench.recall import recall_whatever
 from workbench.showing import Shown, pair_extended
@@ -39,7 +40,7 @@ def diagnose(
         Path | None, typer.Option(help="Rig file of another system; it names its own runs.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the answer; by default diagnoses/<time>.")
+        Path | None, typer.Option(help="Folder of the answer; by default diagnoses/TIME.")
     ] = None,
     look_ahead: Annotated[
         bool, typer.Option("--next/--no-next", help="Look for the runs that would tell more.")
@@ -54,20 +55,24 @@ def diagnose(
 
     Runs with role train are fitted, those held out judge: clamped sweeps and ring-downs tell of
     the beam, hops and drops of the ground. Where they leave several causes, or could not show some,
-    the runs that would tell best are written as a protocol, OUT/<name>-next.yaml.
+    the runs that would tell best are written as a protocol, OUT/NAME-next.yaml.
 
     Example: workbench diagnose runs --out diagnoses/april
     """
     target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     given, files, bundles = _rig(runs or [], rig, folder)
+    look_ahead = look_ahead and bool(bundles)
     try:
-        found = diagnose_rig(given, target, target.name, tell)
+        found = diagnose_rig(
+            given, target, target.name, portion(tell, 0.0, 0.7 if look_ahead else 0.95)
+        )
     except DataFault as fault:
         _refuse(fault, as_json)
         return
-    look_ahead = look_ahead and bool(bundles)
-    proposed = following(found, bundles, target, target.name, tell) if look_ahead else None
+    ahead = portion(tell, 0.7, 0.95)
+    proposed = following(found, bundles, target, target.name, ahead) if look_ahead else None
     moving = _moving(found, bundles) if picture and bundles else None
+    tell(Stage("draw the page", 0.95))
     page = write_report(target, found, files, proposed, moving, bundles)
     if as_json:
         emit(found.as_json() | next_object(proposed) | {"report": str(page)})

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from textwrap import fill
 from typing import Any
 
 from workbench.cli.output import emit, show_table, tell
+from workbench.cli.plain import width
 from workbench.experiment import Experiment
 from workbench.protocol import (
     Calibration,
     CalibrationFile,
-    Item,
+    Plan,
     PlannedDrive,
     PlannedPause,
     PlannedPrompt,
@@ -24,13 +26,16 @@ from workbench.resume import Course
 __all__ = ["show_dry_run"]
 
 
-def show_dry_run(experiment: Experiment, as_json: bool, course: Course | None = None) -> None:
+def show_dry_run(
+    experiment: Experiment, as_json: bool, course: Course | None = None, registers: bool = False
+) -> None:
     """Rehearse an experiment and print it.
 
     Args:
         experiment: plan and files.
         as_json: whether one object is wanted.
         course: of an experiment that would be resumed; what is done of it is left out.
+        registers: whether what is written to the supply is printed, instant by instant.
     """
     if course is not None:
         tell(_resumed(experiment, course))
@@ -51,10 +56,15 @@ def show_dry_run(experiment: Experiment, as_json: bool, course: Course | None = 
     show_table(
         f"{plan.title} (runs: {len(plan.runs)}, {_minutes(seconds)}; prompts, not counted: "
         f"{plan.prompts})",
-        ["run", "mode", "asked", "rest [s]", "ramp [s]", "duration [s]", "role"],
-        [_row(item) for item in plan.items],
+        ["run", "mode", "asked", "rest\n[s]", "ramp\n[s]", "duration\n[s]", "role"],
+        [_row(run) for run in plan.runs],
     )
+    for line in _between_runs(plan):
+        print(fill(line, width(), subsequent_indent="    "))
     show_table("limits", ["", ""], _limits(experiment))
+    if not registers:
+        print("what would be written to the supply, and when: --dry-run --registers")
+        return
     for one in told:
         show_table(
             f"run {one.run.number}, {one.run.name}, {one.busy:.1f} s",
@@ -129,16 +139,32 @@ def _limits(experiment: Experiment) -> list[tuple[str, str]]:
     ]
 
 
-def _row(item: Item) -> list[str]:
-    match item:
-        case PlannedPrompt():
-            return ["", "prompt", item.text, "", "", "", ""]
-        case PlannedPause():
-            return ["", "pause", item.why, "", "", f"{item.seconds:g}", ""]
-        case PlannedRun(action=action):
-            ramp = f"{action.ramp:g}" if isinstance(action, PlannedDrive) else ""
-            times = [f"{item.rest:g}", ramp, f"{item.duration:g}"]
-            return [str(item.number), item.mode, action.asked, *times, item.role]
+def _row(run: PlannedRun) -> list[str]:
+    ramp = f"{run.action.ramp:.3g}" if isinstance(run.action, PlannedDrive) else ""
+    times = [f"{run.rest:g}", ramp, f"{run.duration:g}"]
+    return [str(run.number), run.mode, run.action.asked, *times, run.role]
+
+
+def _between_runs(plan: Plan) -> Iterator[str]:
+    """Yield prompts and pauses, each text once, with the runs that it belongs to."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for items, run in plan.by_run():
+        release = run.action if isinstance(run.action, PlannedRelease) else None
+        asked = [
+            *(("before", _text(item)) for item in (*items, *run.before)),
+            *(("in", text) for text in ((release.ready, release.now) if release else ())),
+            *(("after", item.text) for item in run.after),
+        ]
+        for key in asked:
+            found.setdefault(key, []).append(run.number)
+    for (when, text), numbers in found.items():
+        yield f"{when} {_numbers(dict.fromkeys(numbers))}: {text}"
+
+
+def _text(item: PlannedPrompt | PlannedPause) -> str:
+    if isinstance(item, PlannedPause):
+        return f"pause of {item.seconds:g} s, {item.why}"
+    return item.text
 
 
 def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, Any]:
@@ -147,6 +173,7 @@ def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, An
         "title": plan.title,
         "seconds": _seconds(experiment, told),
         "prompts": plan.prompts,
+        "warnings": plan.warnings,
         "current_limit_A": plan.current_limit,
         "limits": dict(_limits(experiment)),
         "runs": [

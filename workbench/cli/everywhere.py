@@ -51,4 +51,4 @@ def obey(quiet: bool, no_color: bool) -> None:
     tell.quiet = quiet
     if no_color:
         os.environ["NO_COLOR"] = "1"  # of tables and errors, whose consoles are made later
-    people.no_color = no_color or bool(os.environ.get("NO_COLOR"))
+    people.no_color = tell.console.no_color = no_color or bool(os.environ.get("NO_COLOR"))

@@ -11,19 +11,20 @@ import typer
 
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
-from workbench.errors import InputError
 from workbench.identify import (
     BEAM,
     Identification,
     Validation,
     made_from,
     measured_runs,
+    new_target,
     report_fit,
     same_robot,
     validate,
     write_model,
 )
 from workbench.identify import identify as identify_runs
+from workbench.progress import Stage, portion
 from workbench.sim import make_robot
 
 __all__ = ["identify"]
@@ -35,7 +36,7 @@ def identify(
         str, typer.Option(help="Parameters of the model file, separated by commas.")
     ] = ",".join(BEAM),
     out: Annotated[
-        Path | None, typer.Option(help="New model file; by default models/<model>-<day>.yaml.")
+        Path | None, typer.Option(help="New model file; by default models/MODEL-DAY.yaml.")
     ] = None,
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
@@ -55,22 +56,24 @@ def identify(
     begin = time.perf_counter()
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
     stated, shape = same_robot(bundles)
-    target = out or Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
+    named = Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
+    target = new_target(out, named, _results)
     page = target.with_suffix(".html")
-    _require_new(target, page)
     measured = measured_runs(bundles, tell)
     train = [run for run in measured if run.role == "train"]
-    found = identify_runs(train, stated.content, shape.content, _names(fit), progress=tell)
+    found = identify_runs(
+        train, stated.content, shape.content, _names(fit), progress=portion(tell, 0.05, 0.8)
+    )
     names = tuple(run.name for run in found.runs)
     written = write_model(
         target, stated, found.values, found.estimates, names, date.today(), found.robot.increments
     )
-    tell("validate on runs that the fit has not seen")
+    tell(Stage("validate on runs that the fit has not seen", 0.8))
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     made = made_from(bundles, stated, written)
-    tell("draw the report")
+    tell(Stage("draw the report", 0.95))
     report = report_fit(page, found, measured, robot, validation, made)
     files = {"model": str(written.path), "report": str(report)}
     if as_json:
@@ -82,10 +85,8 @@ def identify(
         print(f"{kind}: {file}")
 
 
-def _require_new(*paths: Path) -> None:
-    for path in paths:
-        if path.exists():
-            raise InputError(f"{path}: exists and is never overwritten; give another --out")
+def _results(target: Path) -> list[Path]:
+    return [target, target.with_suffix(".html")]
 
 
 def _as_json(found: Identification, validation: Validation) -> dict[str, object]:

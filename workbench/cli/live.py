@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.cli.amount import amount
 from workbench.cli.output import JsonFlag, emit, tell
 from workbench.cli.quality import print_quality
 from workbench.errors import InputError
@@ -23,7 +24,10 @@ _DAY_S = 86400.0
 def live(
     server: Annotated[str, typer.Option(help="Address of the tracking PC.")] = DEFAULT.server,
     seconds: Annotated[
-        float | None, typer.Option(help="How long; without it until Ctrl-C.", min=0.1, max=_DAY_S)
+        float | None,
+        typer.Option(
+            help="How long [s]; without it until Ctrl-C.", parser=amount("time", "s", 0.1, _DAY_S)
+        ),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="New file for the take, in Motive's CSV format.")

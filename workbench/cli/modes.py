@@ -11,6 +11,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.protocol import load_model, load_shape
@@ -52,12 +53,20 @@ def modes(
         bool, typer.Option("--driven", help="Also sweep the rotor's speed up and down.")
     ] = False,
     slowest: Annotated[
-        float, typer.Option(help="First rotor speed of the sweep, rad/s.", min=1)
+        float,
+        typer.Option(
+            help="First rotor speed of the sweep [rad/s].", parser=amount("speed", "rad/s", 1)
+        ),
     ] = 4.0,
     fastest: Annotated[
-        float, typer.Option(help="Last rotor speed of the sweep, rad/s.", max=60)
+        float,
+        typer.Option(
+            help="Last rotor speed of the sweep [rad/s].", parser=amount("speed", "rad/s", high=60)
+        ),
     ] = 22.0,
-    hold: Annotated[float, typer.Option(help="Time at each speed, s.", max=600)] = 20.0,
+    hold: Annotated[
+        float, typer.Option(help="Time at each speed [s].", parser=amount("time", "s", high=600))
+    ] = 20.0,
     as_json: JsonFlag = False,
 ) -> None:
     """Tell the natural modes of the clamped robot, and with --driven the peaks when driven.

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.cli.amount import amount
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
 from workbench.cli.plain import SchedulerOption, SearchesFolder
 from workbench.design import (
@@ -42,7 +43,9 @@ _MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
 
 def optimize(
     context: typer.Context,
-    omega: Annotated[float, typer.Option(help="Rotor speed [rad/s].")] = 17.0,
+    omega: Annotated[
+        float, typer.Option(help="Rotor speed [rad/s].", parser=amount("speed", "rad/s"))
+    ] = 17.0,
     algorithm: Annotated[str, typer.Option(help=f"One of {', '.join(ALGORITHMS)}.")] = "guided",
     goal: Annotated[
         str, typer.Option(help=f"One of {', '.join(GOALS)}; two with a comma between: pareto.")
@@ -61,14 +64,20 @@ def optimize(
     ] = "adaptfeasible",
     seed: Annotated[int, typer.Option(help="The same seed, the same search.", min=0)] = 0,
     evaluations: Annotated[int, typer.Option(help="Candidates to try.", min=1)] = 480,
-    duration: Annotated[float, typer.Option(help="Of a hop [s].", min=0.1, max=600)] = 10.0,
+    duration: Annotated[
+        float, typer.Option(help="Of a hop [s].", parser=amount("time", "s", 0.1, 600))
+    ] = 10.0,
     model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
     shape: Annotated[str, typer.Option(help="Shape to begin at, name or file.")] = "thesis-initial",
     thickness: Annotated[
-        float | None, typer.Option(help="Of the strip [mm]; by default the shape's.", min=0)
+        float | None,
+        typer.Option(
+            help="Of the strip [mm]; by default the shape's.", parser=amount("length", "mm", 0)
+        ),
     ] = None,
     min_radius: Annotated[
-        float, typer.Option(help="Tightest bend that can be made [mm].", min=0)
+        float,
+        typer.Option(help="Tightest bend that can be made [mm].", parser=amount("length", "mm", 0)),
     ] = 1e3 * LEAST_RADIUS_M,
     out: Annotated[
         Path | None, typer.Option(help="Folder of this search; by default named by the time.")

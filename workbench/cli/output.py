@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -11,7 +12,7 @@ from rich.text import Text
 
 from workbench.cli.plain import RUNS_MEANT, JsonFlag, RunArguments, RunsFolder, emit
 from workbench.cli.progress import ProgressLine
-from workbench.quantities import QUANTITIES
+from workbench.quantities import QUANTITIES, unit_of
 
 if TYPE_CHECKING:
     from workbench.bundle import Compared, Judgement
@@ -23,6 +24,7 @@ __all__ = [
     "RunsFolder",
     "comparison_table",
     "emit",
+    "fact_rows",
     "people",
     "print_judgements",
     "print_notes",
@@ -32,13 +34,23 @@ __all__ = [
 ]
 
 _MOST_NOTES = 12
+_ON = {True: "on", False: "off"}
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
-people = Console(stderr=True, highlight=False, soft_wrap=True)
-"""Where text for people goes, so that stdout stays clean for results."""
-
-tell = ProgressLine(people)
+tell = ProgressLine(Console(stderr=True, highlight=False, soft_wrap=True))
 """Is told each stage as it begins; the one way in which the verbs show progress."""
+
+
+class _People(Console):
+    """Text for people that is a result: the line of progress ends before it."""
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        tell.pause()
+        super().print(*objects, **how)
+
+
+people = _People(stderr=True, highlight=False, soft_wrap=True)
+"""Where text for people goes, so that stdout stays clean for results."""
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -57,11 +69,11 @@ def comparison_table(title: str, compared: Compared) -> None:
     real, twin = compared.real.model_dump(), compared.twin.model_dump()
     rows = [
         [
-            f"{name.lower()} [{unit}]",
-            *(f"{factor * source[key]:.{digits}f}" for source in (real, twin)),
-            f"{factor * (twin[key] - real[key]):+.{digits}f}",
+            f"{one.name[0].lower()}{one.name[1:]} [{one.unit}]",
+            *(f"{one.factor * source[key]:.{one.digits}f}" for source in (real, twin)),
+            f"{one.apart(real[key], twin[key]):+.{one.digits}f}",
         ]
-        for key, (name, unit, factor, digits) in QUANTITIES.items()
+        for key, one in QUANTITIES.items()
         if key in real
     ]
     show_table(title, ["", "real", "twin", "twin - real"], rows)
@@ -89,10 +101,25 @@ def print_notes(warnings: Sequence[str]) -> None:
         print(f"and {len(warnings) - _MOST_NOTES} more notes; --json has all of them")
 
 
+def fact_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return facts by name and value, in words, units and sensible digits; without what is None."""
+    rows = []
+    for key, value in facts.items():
+        end, unit = unit_of(key)
+        told = _ON[value] if isinstance(value, bool) else _rounded(value)
+        if value is not None:
+            rows.append((key.removesuffix(end).replace("_", " "), f"{told} {unit}".rstrip()))
+    return rows
+
+
+def _rounded(value: object) -> str:
+    return f"{float(value):.4g}" if isinstance(value, float | Decimal) else str(value)
+
+
 def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
     """Return the numbers of a summary as rows of name and value with unit."""
     return [
-        (name.lower(), f"{factor * summary[key]:.{digits}f} {unit}")
+        (f"{name[0].lower()}{name[1:]}", f"{factor * summary[key]:.{digits}f} {unit}")
         for key, (name, unit, factor, digits) in QUANTITIES.items()
         if key in summary
     ]

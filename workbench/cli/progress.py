@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from typing import TextIO, cast
 
 from rich.console import Console
 from rich.live import Live
@@ -25,8 +26,9 @@ class ProgressLine:
     """Is told each stage of a verb as it begins.
 
     On a terminal the stage that lasts is one line that stays in place, with its share and the time
-    left where they are known; when it is over its words stay, with the time that it took. Anywhere
-    else each stage is one plain line.
+    left where they are known; when it is over its words stay, with the time that it took. Whatever
+    is printed on stdout ends it, so that a result begins on a line of its own. Anywhere else each
+    stage is one plain line.
 
     Args:
         console: of the text for people; never stdout.
@@ -35,17 +37,18 @@ class ProgressLine:
 
     def __init__(self, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
         self.quiet = False
-        self._console, self._clock = console, clock
+        self.console, self._clock = console, clock
         self._stage = Stage("")
         self._began = 0.0
         self._first = self._last = (0.0, 0.0)  # times [s] and shares, of one piece of work
         self._live: Live | None = None
+        self._stdout: TextIO | None = None  # while the line stands in its place
 
     def __call__(self, stage: str) -> None:
         """Tell that a stage begins."""
         if self.quiet:
             return
-        if not self._console.is_interactive:
+        if not self.console.is_interactive:
             self._print(stage)
             return
         self._leave()
@@ -58,9 +61,15 @@ class ProgressLine:
         if self._live is not None:
             self._follow(stage if isinstance(stage, Stage) else Stage(stage))
 
+    def note(self, text: str, style: str | None = None, end: str = "\n") -> None:
+        """Print a text above the line, which stays."""
+        self.console.print(text, style=style, markup=False, end=end)
+
     def pause(self) -> None:
         """Leave the terminal to others; the next stage takes it again."""
         if self._live is not None:
+            if self._stdout is not None:
+                sys.stdout, self._stdout = self._stdout, None
             self._live.stop()
             self._live = None
             self._leave()
@@ -73,9 +82,12 @@ class ProgressLine:
             return Text("")
         row = Table.grid(padding=(0, 1))
         cells: list[Text | ProgressBar] = [Text(f"  {self._stage}")]
-        if self._stage.share is not None:
-            cells.append(ProgressBar(1.0, self._stage.share, _BAR_CELLS))
-            cells.append(Text(f"{self._stage.share:.0%}"))
+        share = self._stage.share
+        if share is None and self._stage.seconds:
+            share = min((now - self._began) / self._stage.seconds, 1.0)
+        if share is not None:
+            cells.append(ProgressBar(1.0, share, _BAR_CELLS))
+            cells.append(Text(f"{share:.0%}"))
         cells.append(Text(_minutes(now - self._began), style="dim"))
         if (left := self.left()) is not None:
             cells.append(Text(f"{_minutes(left)} left"))
@@ -87,8 +99,9 @@ class ProgressLine:
         now, stage = self._clock(), self._stage
         (first, none), (last, done) = self._first, self._last
         if stage.share is not None and done > none:
-            return max(0.0, (1 - done) * (last - first) / (done - none) - (now - last))
-        if stage.seconds is not None:
+            left = (1 - done) * (last - first) / (done - none) - (now - last)
+            return left if left > 0 else None  # a stage takes longer than all before promised
+        if stage.share is None and stage.seconds is not None:
             return max(0.0, stage.seconds - (now - self._began))
         return None
 
@@ -112,19 +125,36 @@ class ProgressLine:
             self._print(self._stage + (f"  {_minutes(took)}" if took >= _QUIET_S else ""))
 
     def _print(self, words: str) -> None:
-        self._console.print(f"  {words}", style="dim", markup=False)
+        self.console.print(f"  {words}", style="dim", markup=False)
 
     def _started(self) -> Live:
         """Return the line on the terminal; what is printed meanwhile appears above it."""
         live = Live(
-            console=self._console,
+            console=self.console,
             get_renderable=self.line,
             refresh_per_second=_REDRAWN_HZ,
             transient=True,
-            redirect_stdout=sys.stdout.isatty(),  # a file on stdout must not be written to stderr
+            redirect_stdout=False,
         )
         live.start()
+        if sys.stdout.isatty():  # what goes to a file does not disturb the line
+            self._stdout = results = sys.stdout
+            sys.stdout = cast(TextIO, _Results(results, self.pause))
         return live
+
+
+class _Results:
+    """Standard output while the line is on the terminal: the first text ends the line."""
+
+    def __init__(self, stdout: TextIO, end_line: Callable[[], None]) -> None:
+        self._stdout, self._end_line = stdout, end_line
+
+    def write(self, text: str) -> int:
+        self._end_line()
+        return self._stdout.write(text)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._stdout, name)
 
 
 def _minutes(seconds: float) -> str:

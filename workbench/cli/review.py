@@ -81,7 +81,8 @@ def review(
         people.print(f"page: {page}", markup=False)
     if not any((video, frames, save, picture, page)):
         with tempfile.TemporaryDirectory() as temporary:
-            views.open_viewer(shown.record(Path(temporary) / "runs.rrd"), web=web)
+            recording = shown.record(Path(temporary) / "runs.rrd")
+            views.open_viewer(recording, web, lambda text: people.print(text, markup=False))
 
 
 def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,9 +15,12 @@ from workbench.cli.output import (
     RunsFolder,
     comparison_table,
     emit,
+    people,
     print_judgements,
+    show_table,
     tell,
 )
+from workbench.quantities import QUANTITIES, leading
 
 if TYPE_CHECKING:
     from workbench.bundle import Bundle
@@ -30,6 +35,9 @@ def run(
     ] = "virtual",
     dry_run: Annotated[
         bool, typer.Option(help="Rehearse on a simulated supply and print every step.")
+    ] = False,
+    registers: Annotated[
+        bool, typer.Option("--registers", help="With --dry-run: also what the supply is written.")
     ] = False,
     resume: Annotated[
         Path | None,
@@ -68,12 +76,14 @@ def run(
     lab = load_bench(bench)
     device = make_bench(lab.content)
     experiment = read_experiment(protocol, lab, device.voltage_step)
+    for warning in experiment.plan.warnings:
+        people.print(f"warning: {warning}", markup=False)
     find = foresee if dry_run else go_on
     course = None if resume is None else find(resume, runs, experiment.inputs(), experiment.texts())
     if dry_run:
         from workbench.cli.dry_run import show_dry_run
 
-        show_dry_run(experiment, as_json, course)
+        show_dry_run(experiment, as_json, course, registers)
         return
     if course is not None:
         runs = course.root or runs
@@ -96,10 +106,28 @@ def run(
         # a single run needs no list to be read
         emit((objects[0] if len(objects) == 1 else {}) | {"runs": objects})
     elif len(done) > 1:
-        print(f"all runs:  workbench review {done[0].experiment}")
+        # the newest experiment of a protocol goes by its name; one that was resumed may be older
+        _print_all(done, str(done[0].experiment) if resume else quote(protocol.stem))
     if failed:
         tell(f"{failed} of {len(done)} runs are not as the protocol expects")
         raise typer.Exit(1)
+
+
+def _print_all(done: Sequence[Bundle], name: str) -> None:
+    """Print a row for each run, with the first number of robot and twin; `name` shows them all."""
+    rows = []
+    for bundle in done:
+        compared = bundle.compared
+        pair = (leading(one.model_dump()) for one in (compared.real, compared.twin))
+        asked = bundle.path.name.split("_", 2)[-1]
+        rows.append([str(bundle.asked.number), asked, *pair, f"{compared.error_mm:.1f}"])
+    told = (
+        next(key for key in QUANTITIES if key in one.compared.real.model_dump()) for one in done
+    )
+    called = " or ".join(dict.fromkeys(QUANTITIES[key].name.lower() for key in told))
+    title = f"{done[0].asked.title}: {called.replace(' t', ' T')} of robot and twin"
+    show_table(title, ["run", "asked", "real", "twin", "error [mm]"], rows)
+    print(f"all runs:  workbench review {name}")
 
 
 def _print_bundle(bundle: Bundle) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +11,14 @@ import typer
 from workbench.catalogue import SORTS, Entry, Found, Query, period, rebuild, search, window
 from workbench.cli.plain import JsonFlag, RunsFolder, emit, print_columns, remark_on
 from workbench.errors import InputError, did_you_mean
+from workbench.quantities import leading
 
 __all__ = ["list_runs", "rebuild_index"]
 
 _NEWEST = 50  # rows that a list shows unless told otherwise
 _HEAD = (
-    "#", "bundle", "status", "mode", "speed [rad/s]", "real [m]", "twin [m]", "verdict", "title",
+    "#", "bundle", "mode", "speed [rad/s]", "real", "twin", "error [mm]", "status", "verdict",
+    "title",
 )  # fmt: skip
 
 
@@ -45,7 +48,9 @@ def list_runs(
     """List the runs, newest last: all of them, or those that fit every option.
 
     A single speed finds what rounds to it: 17 is 16.5 to 17.5, 17.0 is 16.95 to 17.05. The numbers
-    in front count all runs by age; every command takes them in place of a name.
+    in front count all runs by age; every command takes them in place of a name. Of robot and twin
+    is shown how far a hop went, by how much T swung in a clamped run, and how far a released robot
+    was from where it came to rest.
 
     Example: workbench runs list --speed 17 --verdict good --since 2026-03 ring
     """
@@ -99,13 +104,14 @@ def _print_list(found: Found) -> None:
 
 
 def _row(entry: Entry, number: int) -> list[str]:
+    facts = json.loads(entry.facts)
     same = entry.slowest == entry.fastest
     speeds = [entry.fastest] if same else [entry.slowest, entry.fastest]
     return [
-        str(number), entry.name, entry.status, entry.mode or "-",
-        " to ".join(_shown(one, 2) for one in speeds), _shown(entry.distance, 3),
-        _shown(entry.twin_distance, 3), "" if entry.verdict == "none" else entry.verdict,
-        entry.title,
+        str(number), entry.name, entry.mode or "-",
+        " to ".join(_shown(one, 2) for one in speeds), leading(facts.get("real")),
+        leading(facts.get("twin")), _shown(entry.error, 1), entry.status,
+        "" if entry.verdict == "none" else entry.verdict, entry.title,
     ]  # fmt: skip
 
 

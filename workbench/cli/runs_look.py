@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from workbench.bundle import Bundle, read_remarks, run_named, runs_named, verify
-from workbench.cli.output import comparison_table, show_table
+from workbench.cli.output import comparison_table, fact_rows, show_table
 from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder, emit, remark_on
 
 __all__ = ["show", "verify_runs"]
@@ -31,9 +31,9 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
         comparison_table(bundle.asked.title, bundle.manifest.compared)
     flat = bundle.manifest.flat() | {"output_off": bundle.record.output_off}
     plain = {key: value for key, value in flat.items() if not isinstance(value, (dict, tuple))}
-    rows = [[key, str(value)] for key, value in plain.items()]
-    rows += [["verdict", said.verdict], ["tags", " ".join(said.tags) or "-"]]
-    rows += [["note", f"{one.text} ({one.who}, {one.at})"] for one in said.notes]
+    rows = fact_rows(plain)
+    rows += [("verdict", said.verdict), ("tags", " ".join(said.tags) or "-")]
+    rows += [("note", f"{one.text} ({one.who}, {one.at})") for one in said.notes]
     show_table(bundle.path.name, ["", ""], rows)
 
 

@@ -11,6 +11,8 @@ from typing import Annotated, cast, get_args
 import numpy as np
 import typer
 
+from workbench.clamped import summarize_clamped
+from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
 from workbench.errors import InputError
@@ -28,8 +30,15 @@ _REST_S = 0.6
 
 
 def simulate(
-    omega: Annotated[float, typer.Option(help="Rotor speed [rad/s]; negative turns back.")] = 17.0,
-    duration: Annotated[float, typer.Option(help="From time zero [s].", min=0.1, max=600)] = 10.0,
+    omega: Annotated[
+        float,
+        typer.Option(
+            help="Rotor speed [rad/s]; negative turns back.", parser=amount("speed", "rad/s")
+        ),
+    ] = 17.0,
+    duration: Annotated[
+        float, typer.Option(help="From time zero [s].", parser=amount("time", "s", 0.1, 600))
+    ] = 10.0,
     model: Annotated[
         str, typer.Option(help="Model name or file.", autocompletion=model_names)
     ] = "thesis",
@@ -38,16 +47,26 @@ def simulate(
     ] = "thesis-initial",
     mode: Annotated[str, typer.Option(help=f"One of {', '.join(MODES)}.")] = "hop",
     start_angle: Annotated[
-        float, typer.Option(help="Rotor at rest [deg] from forward, 90 is down.")
+        float,
+        typer.Option(
+            help="Rotor at rest [deg] from forward, 90 is down.", parser=amount("angle", "deg")
+        ),
     ] = 90.0,
-    pull: Annotated[float, typer.Option(help="Force on T before its release [N], decay.")] = 0.39,
+    pull: Annotated[
+        float,
+        typer.Option(help="Force on T before its release [N], decay.", parser=amount("force", "N")),
+    ] = 0.39,
     height: Annotated[
-        float, typer.Option(help="Height of the fall [mm], drop.", min=0, max=1000)
+        float,
+        typer.Option(help="Height of the fall [mm], drop.", parser=amount("length", "mm", 0, 1000)),
     ] = 20.0,
     increments: Annotated[
         int | None, typer.Option(help="Of the beam; by default the model's.", min=4, max=128)
     ] = None,
-    slope: Annotated[float, typer.Option(help="Of the floor, rising forward [deg].")] = 0.0,
+    slope: Annotated[
+        float,
+        typer.Option(help="Of the floor, rising forward [deg].", parser=amount("angle", "deg")),
+    ] = 0.0,
     as_json: JsonFlag = False,
 ) -> None:
     """Simulate one run and tell how far it went and how it rang, and whether the robot fell.
@@ -98,19 +117,19 @@ def _require(mode: str, omega: float) -> None:
 def _numbers(mode: Mode, result: Simulation, duration: float) -> dict[str, float]:
     """Return what the robot did under names with units."""
     if mode in DRIVEN:
-        hops = gait(result, duration)
-        return summarize(result.motion, duration).as_json() | hops._asdict()
+        told = summarize_clamped if mode == "clamped" else summarize
+        return told(result.motion, duration).as_json() | gait(result, duration)._asdict()
     return summarize_release(result.motion, mode, duration).as_json()
 
 
 def _rows(found: dict[str, float]) -> list[tuple[str, str]]:
     rows = summary_rows(found)
-    if "hops" not in found:
+    if "hop_height_m" not in found:
         return rows
     hop = f"{found['hops']} of {1000 * found['stride_m']:.1f} mm"
     return [
         *rows,
-        ("hops", f"{hop}, in the air {found['airborne']:.0%}"),
+        ("hops", f"{hop}, the whole foot off the ground for {found['airborne']:.0%}"),
         ("slip", f"{1000 * found['slip_per_hop_m']:.1f} mm a hop"),
         ("mean power", f"{1000 * found['mean_power_W']:.1f} mW"),
         ("cost of transport", f"{found['cost_of_transport']:.2f}"),

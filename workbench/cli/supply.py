@@ -15,7 +15,7 @@ from serial.tools.list_ports import comports
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.by_hand import acknowledged, drive, opened, switch_off, who_is_at
 from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, emit, people, show_table, tell
+from workbench.cli.output import JsonFlag, emit, fact_rows, people, show_table, tell
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import MODELS, Model, SystemClock, model_named
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
@@ -129,7 +129,8 @@ def read(bench: BenchOption, as_json: JsonFlag = False) -> None:
     if as_json:
         emit(found)
     else:
-        show_table(bench, ["", ""], [[key, str(value)] for key, value in found.items()])
+        del found["time_s"]  # of this computer's clock since it was started
+        show_table(bench, ["", ""], fact_rows(found))
 
 
 @supply.command(name="set")

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
+from workbench.cli.amount import amount
 from workbench.cli.completing import shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.errors import InputError
@@ -108,8 +109,12 @@ def draw(
 @template.command()
 def confirm(
     pdf: Annotated[Path, typer.Argument(metavar="FILE", help="The PDF that was printed.")],
-    horizontal: Annotated[float, typer.Option("--h", help="Length of bar H [mm].", min=1)],
-    vertical: Annotated[float, typer.Option("--v", help="Length of bar V [mm].", min=1)],
+    horizontal: Annotated[
+        float, typer.Option("--h", help="Length of bar H [mm].", parser=amount("length", "mm", 1))
+    ],
+    vertical: Annotated[
+        float, typer.Option("--v", help="Length of bar V [mm].", parser=amount("length", "mm", 1))
+    ],
     as_json: JsonFlag = False,
 ) -> None:
     """Judge a print by its check bars; write a compensated template where it is a little off.

@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from workbench.cli.amount import amount
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.cli.template import template
 from workbench.errors import InputError
@@ -78,17 +79,29 @@ def read(
         bool, typer.Option("--foot-aligned", help="The foot lay along the board's foot line.")
     ] = False,
     horizontal: Annotated[
-        float, typer.Option("--h", help="Measured length of the board's bar H [mm].")
+        float,
+        typer.Option(
+            "--h", help="Measured length of the board's bar H [mm].", parser=amount("length", "mm")
+        ),
     ] = CHECK_BAR_MM,
     vertical: Annotated[
-        float | None, typer.Option("--v", help="Measured height V of a sheet's pattern [mm].")
+        float | None,
+        typer.Option(
+            "--v",
+            help="Measured height V of a sheet's pattern [mm].",
+            parser=amount("length", "mm"),
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(help="The shape file; its page is put beside it.")] = Path(
         "as-bent.yaml"
     ),
     model: Annotated[str, typer.Option(help="Model name or file, for the distance.")] = "thesis",
-    omega: Annotated[float, typer.Option(help="Rotor speed [rad/s].")] = 17.0,
-    duration: Annotated[float, typer.Option(help="Of the hop [s].", min=0.1, max=600)] = 10.0,
+    omega: Annotated[
+        float, typer.Option(help="Rotor speed [rad/s].", parser=amount("speed", "rad/s"))
+    ] = 17.0,
+    duration: Annotated[
+        float, typer.Option(help="Of the hop [s].", parser=amount("time", "s", 0.1, 600))
+    ] = 10.0,
     draws: Annotated[
         int, typer.Option(help="Of the angles' doubt, for the distance's spread.", min=0)
     ] = 12,

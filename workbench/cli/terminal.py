@@ -8,7 +8,7 @@ from pathlib import Path
 from workbench.attended import carry_out_at_desk
 from workbench.bench import Bench, Operator
 from workbench.bundle import Bundle
-from workbench.cli.output import people, tell
+from workbench.cli.output import tell
 from workbench.cli.views import draw_views
 from workbench.desk import Desk
 from workbench.experiment import Experiment
@@ -41,4 +41,4 @@ def show(text: str, *, bold: bool = False, end: str = "\n") -> None:
     """Print a text for people; where an answer follows on its line, nothing is drawn meanwhile."""
     if not end.endswith("\n"):
         tell.pause()
-    people.print(text, style="bold" if bold else None, markup=False, end=end)
+    tell.note(text, "bold" if bold else None, end)

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.cli.amount import amount
 from workbench.cli.output import JsonFlag, emit, people, show_table, tell
 from workbench.cli.plain import SchedulerOption, SearchesFolder
 from workbench.design import (
@@ -38,7 +39,9 @@ def thesis(
     ] = "ga",
     bounds: Annotated[str, typer.Option(help=f"One of {', '.join(BOUNDS)}.")] = "thesis",
     evaluations: Annotated[int, typer.Option(help="Of each search.", min=1)] = 480,
-    duration: Annotated[float, typer.Option(help="Of a hop [s].", min=0.1, max=600)] = 10.0,
+    duration: Annotated[
+        float, typer.Option(help="Of a hop [s].", parser=amount("time", "s", 0.1, 600))
+    ] = 10.0,
     model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
     shape: Annotated[
         str, typer.Option(help="Shape to begin at; by default that of the thesis' Appendix E.")

@@ -27,7 +27,7 @@ from workbench.diagnose.rules import RULES, Rules
 from workbench.diagnose.soundness import soundness
 from workbench.diagnose.validate import Errors, removed
 from workbench.diagnose.wording import digits
-from workbench.progress import Progress
+from workbench.progress import Progress, Stage, portion
 
 __all__ = ["Diagnosis", "diagnose"]
 
@@ -171,11 +171,13 @@ def diagnose(
         DataFault: when so many runs are at fault that the others cannot be judged.
     """
     begin = time.perf_counter()
-    tell("look for faults in the runs")
+    tell(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
     fits = Fits(rig, rules, tell, threads, {fault.run for fault in sound.faults})
-    tell("fit the base within its tolerances")
+    fits.tell = portion(tell, 0.1, 0.4)
+    fits.tell("fit the base within its tolerances")
     base = fits.base()
+    fits.tell = portion(tell, 0.4, 0.85)
     observer = observer_part(fits, base)
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
@@ -188,7 +190,7 @@ def diagnose(
         kind = "DATA_FAULT"
     if sound.faults:
         kind, reason = "DATA_FAULT", sound.before(kind, reason)
-    tell("write the model and judge it by the runs held out")
+    tell(Stage("write the model and judge it by the runs held out", 0.9))
     effects = {
         one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
         for one in causes

@@ -61,8 +61,8 @@ _KEYS = {
     "drop": ("height", 1000.0, "mm"),
 }
 """Mode -> key of a protocol, factor from SI, unit."""
-_PROMPTS = {
-    "clamped": "Clamp the foot. Wait until the beam is still before each run.",
+_BEFORE = {
+    "clamped": "Wait until the beam is still.",
     "hop": "Stand the robot on the start line, facing the hopping direction.",
 }
 
@@ -203,13 +203,14 @@ def _steps(trials: Sequence[Trial]) -> list[str]:
     lines: list[str] = []
     for mode in _KEYS:
         own = [trial for trial in trials if trial.mode == mode]
-        if own and mode in _PROMPTS:
-            lines.append(f"  - prompt: {json.dumps(_PROMPTS[mode])}")
+        if own and mode == "clamped":
+            lines.append("  - prompt: Clamp the foot.")
+        before = f", before: [{json.dumps(_BEFORE[mode])}]" if mode in _BEFORE else ""
         for trial in own:
             key, factor, unit = _KEYS[mode]
             lines.append(
-                f"  - run: {{mode: {mode}, {key}: {factor * trial.amount:g} {unit}, "
-                f"rest: {trial.rest:g} s, duration: {trial.duration:g} s, repeats: {TIMES}}}"
+                f"  - run: {{mode: {mode}, {key}: {factor * trial.amount:g} {unit}, rest: "
+                f"{trial.rest:g} s, duration: {trial.duration:g} s, repeats: {TIMES}{before}}}"
             )
     return lines
 

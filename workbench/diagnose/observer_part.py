@@ -13,6 +13,7 @@ from workbench.diagnose.findings import Cause, Found, Refit, found_of
 from workbench.diagnose.fits import Fits, Hypothesis, Promise
 from workbench.diagnose.linear import beyond
 from workbench.fit import Scope
+from workbench.progress import Stage
 
 __all__ = ["ObserverPart", "observer_part"]
 
@@ -41,25 +42,26 @@ class ObserverPart:
 def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     """Return what the observer says of the candidates."""
     rules, tell = fits.rules, fits.tell
-    tell("see what each candidate promises")
+    tell(Stage("see what each candidate promises", 0.0))
     promises = fits.promises(base)
     little = rules.promised * rules.size * fits.samples()
     most = promises[0].gain if promises else 0.0
     least = max(rules.promising * most, rules.suspected, little)
     short = [one for one in promises if one.gain >= least][: rules.shortlist]
     singles = []
-    for one in short:
-        tell(f"fit {one.name}")
+    for number, one in enumerate(short):
+        tell(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
         singles.append(fits.refit((one.name,), base, one))
     before = {one.names: one for one in singles}
     singles = _weighed(fits, base, singles)
     pairs: list[Hypothesis] = []
     if singles and base.cost - singles[0].cost > rules.worth:
         first = singles[0]
-        tell(f"see what each candidate promises beside {first.names[0]}")
+        tell(Stage(f"see what each candidate promises beside {first.names[0]}", 0.6))
         added = [one for one in fits.promises(first) if one.gain > rules.worth][: rules.seconds]
-        for one in added:
-            tell(f"fit {first.names[0]} with {one.name}")
+        for number, one in enumerate(added):
+            share = 0.65 + 0.25 * number / len(added)
+            tell(Stage(f"fit {first.names[0]} with {one.name}", share))
             pairs.append(fits.refit((*first.names, one.name), first, one))
         pairs = _weighed(fits, first, pairs)
         for names, one in fits.pairs_without(first.names[0], base, promises):
@@ -68,7 +70,7 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
             better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)
     tried = [*singles, *pairs]
-    tell("judge by the runs held out")
+    tell(Stage("judge by the runs held out", 0.9))
     scored = {one.names: _scored(fits, one) for one in (base, *tried)}
     part = decide(
         scored[()], [scored[one.names] for one in tried], fits.samples(), rules, fits.repeats()

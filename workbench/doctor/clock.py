@@ -10,8 +10,8 @@ from datetime import datetime
 from pathlib import Path
 
 import workbench
-from workbench.doctor.disk import existing
 from workbench.doctor.finding import Finding
+from workbench.readiness import existing
 
 __all__ = ["monotonic_clock", "system_clock"]
 

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from pathlib import Path
 
 from workbench.doctor.finding import Finding
 from workbench.errors import what_to_do
+from workbench.readiness import existing, free_gb
 
-__all__ = ["LEAST_FREE_GB", "disk_space", "existing", "writable"]
+__all__ = ["LEAST_FREE_GB", "disk_space", "writable"]
 
 LEAST_FREE_GB = 1.0
-_GB = 1e9
-
-
-def existing(folder: Path) -> Path:
-    """Return a folder, or the nearest above it that exists."""
-    place = folder.absolute()
-    while not place.exists():
-        place = place.parent
-    return place
 
 
 def writable(runs: Path) -> Finding:
@@ -38,7 +29,7 @@ def writable(runs: Path) -> Finding:
 
 def disk_space(runs: Path) -> Finding:
     """Say how much room there is for runs."""
-    free = shutil.disk_usage(existing(runs)).free / _GB
+    free = free_gb(runs)
     if free < LEAST_FREE_GB:
         found = f"{free:.1f} GB free, at least {LEAST_FREE_GB:g} GB are needed"
         return Finding("disk", "failed", found, "make room, or name a folder on another disk")

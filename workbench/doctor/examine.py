@@ -10,7 +10,7 @@ from workbench.doctor.clock import monotonic_clock, system_clock
 from workbench.doctor.disk import disk_space, writable
 from workbench.doctor.finding import Finding
 from workbench.doctor.packages import packages, python
-from workbench.doctor.ports import serial_ports, supply
+from workbench.doctor.ports import exports, serial_ports, supply
 from workbench.doctor.viewer import viewer
 from workbench.progress import Progress, counted
 
@@ -32,13 +32,14 @@ def examine(runs: Path, bench: str | None, progress: Progress) -> Iterator[Findi
         "viewer": viewer,
         "serial ports": serial_ports,
         "supply": partial(supply, bench),
+        "exports": partial(exports, bench),
         "runs folder": partial(writable, runs),
         "disk": partial(disk_space, runs),
         "monotonic clock": monotonic_clock,
         "system clock": partial(system_clock, runs),
     }
     if bench is None:
-        del checks["supply"]
+        del checks["supply"], checks["exports"]
     for number, (name, check) in enumerate(checks.items(), start=1):
         progress(counted(f"look at the {name}", number, len(checks)))
         yield _tried(name, check)

@@ -9,8 +9,9 @@ from serial.tools.list_ports import comports
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.doctor.finding import Finding
 from workbench.errors import HardwareError, WorkbenchError
+from workbench.experiment import require_takes
 
-__all__ = ["serial_ports", "supply"]
+__all__ = ["exports", "serial_ports", "supply"]
 
 _JOIN = "join the group that owns it: sudo usermod -aG dialout $USER, then log in anew"
 
@@ -26,6 +27,20 @@ def serial_ports() -> Finding:
         found = f"{', '.join(ports)}; this user may not open {', '.join(shut)}"
         return Finding("serial ports", "note", found, _JOIN)
     return Finding("serial ports", "ok", ", ".join(ports))
+
+
+def exports(bench: str | None) -> Finding:
+    """Say whether the folder where a bench's exports appear can be listed."""
+    file = load_bench(bench or "virtual")
+    takes = file.content.tracking.takes
+    if takes is None or file.content.virtual is not None:
+        return Finding("exports", "ok", "this bench awaits none in a folder")
+    try:
+        require_takes(file)
+        make_bench(file.content).require_ready(drives=False)
+    except WorkbenchError as error:
+        return Finding("exports", "failed", str(error), "correct tracking.takes in the bench file")
+    return Finding("exports", "ok", f"awaited in {takes}")
 
 
 def supply(bench: str | None) -> Finding:

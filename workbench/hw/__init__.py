@@ -18,7 +18,7 @@ To add a model: one row below `models/`. To add a family: one driver file below 
 
 from workbench.hw.clock import Clock, SimulatedClock, SystemClock
 from workbench.hw.connect import open_supply
-from workbench.hw.connection import Connection
+from workbench.hw.connection import Connection, require_reachable
 from workbench.hw.models import MODELS, Model, model_named
 from workbench.hw.safety import Prepared, check_scale, prepare, switch_on, watch
 from workbench.hw.supply import DEAD_V, Identity, Limits, Reading, Supply
@@ -43,6 +43,7 @@ __all__ = [
     "model_named",
     "open_supply",
     "prepare",
+    "require_reachable",
     "switch_on",
     "watch",
     "written",

@@ -12,9 +12,11 @@ from typing import Literal
 
 from serial.tools.list_ports import comports
 
-from workbench.errors import InputError
+from workbench.errors import HardwareError, InputError
 
-__all__ = ["Connection", "Kind", "not_reachable", "port_trouble", "resolved"]
+__all__ = ["Connection", "Kind", "not_reachable", "port_trouble", "require_reachable", "resolved"]
+
+_REACHED_S = 3.0
 
 Kind = Literal["serial", "rtu-over-tcp", "tcp"]
 
@@ -80,6 +82,25 @@ def resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, int
     found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
     family, _, _, _, place = min(found, key=lambda one: one[0] != socket.AF_INET)
     return family, (str(place[0]), int(place[1]))
+
+
+def require_reachable(connection: Connection) -> None:
+    """Refuse a place that cannot be opened; nothing is sent there.
+
+    Raises:
+        HardwareError: with what to do.
+    """
+    if connection.kind == "serial":
+        if os.name == "posix" and not os.access(connection.address, os.R_OK | os.W_OK):
+            raise HardwareError(not_reachable(connection))
+        return
+    try:
+        family, place = resolved(*connection.host_and_port)
+        with socket.socket(family) as link:
+            link.settimeout(_REACHED_S)
+            link.connect(place)
+    except OSError:
+        raise HardwareError(not_reachable(connection)) from None
 
 
 def not_reachable(connection: Connection) -> str:

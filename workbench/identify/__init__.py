@@ -24,6 +24,7 @@ from workbench.identify.calibrate import (
 from workbench.identify.calibration_figure import figure_5_3
 from workbench.identify.calibration_files import (
     last_day,
+    new_target,
     on_their_bench,
     propose_protocol,
     write_calibration,
@@ -62,6 +63,7 @@ __all__ = [
     "made_from",
     "measured_run",
     "measured_runs",
+    "new_target",
     "on_their_bench",
     "propose_protocol",
     "report_fit",

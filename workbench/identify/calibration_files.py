@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import date, datetime
 from pathlib import Path
 
@@ -24,7 +24,14 @@ from workbench.protocol import (
     load,
 )
 
-__all__ = ["last_day", "on_their_bench", "propose_protocol", "write_calibration", "write_new"]
+__all__ = [
+    "last_day",
+    "new_target",
+    "on_their_bench",
+    "propose_protocol",
+    "write_calibration",
+    "write_new",
+]
 
 LOWEST_V, HIGHEST_V = 1.0, 5.0  # thesis, fig. 5.3
 RUNS = 10
@@ -32,6 +39,28 @@ DURATION_S = 10.0
 SLOWEST = 1.0  # [rad/s]; a motor that turns slower is about to stand
 SPARE_TURNS = 1.0  # the line that tells the slowest speed is the one in doubt
 SEED = 1
+
+
+def new_target(out: Path | None, named: Path, results: Callable[[Path], list[Path]]) -> Path:
+    """Return where a result goes: `out`, else `named`, numbered from 2 where that is taken.
+
+    Args:
+        out: that was asked for.
+        named: without.
+        results: returns all files that are written for one of these paths.
+
+    Raises:
+        InputError: when `out` or what lies beside it exists; a result is never overwritten.
+    """
+    if out is not None:
+        if taken := [path for path in results(out) if path.exists()]:
+            raise InputError(f"{taken[0]}: exists and is never overwritten; give another --out")
+        return out
+    target, number = named, 1
+    while any(path.exists() for path in results(target)):
+        number += 1
+        target = named.with_stem(f"{named.stem}-{number}")
+    return target
 
 
 def write_new(path: Path, text: str) -> None:
@@ -120,7 +149,7 @@ def propose_protocol(bundle: Bundle | None = None, mode: Mode = "clamped") -> st
 schema: workbench/protocol-1
 title: Speed-voltage line
 steps:
-  - prompt: {_PROMPTS[mode]}
+{_FIRST.get(mode, "")}\
   - sweep:
       mode: {mode}
       voltages: [{volts}]
@@ -129,12 +158,14 @@ steps:
       duration: {duration:g} s
       order: random
       seed: {SEED}
+      before: [{_BEFORE[mode]}]
 """
 
 
-_PROMPTS: dict[Mode, str] = {
-    "clamped": "Clamp the foot. Wait until the beam is still before each run.",
-    "hop": "Stand the robot on the start line before each run.",
+_FIRST: dict[Mode, str] = {"clamped": "  - prompt: Clamp the foot.\n"}
+_BEFORE: dict[Mode, str] = {
+    "clamped": "Wait until the beam is still.",
+    "hop": "Stand the robot on the start line.",
 }
 
 

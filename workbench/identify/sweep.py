@@ -1,9 +1,7 @@
 """T's answer to each rotor speed of a sweep: amplitude and phase against the rotor, with errors.
 
-The rotor pulls T with m r w^2 along its own direction. T answers in multiples of the rotor's angle,
-and where two motions are possible also at half its speed. A lightly damped robot rings for half a
-minute after each change of speed; these swings of its own are fitted beside the answer, so that a
-run of ten seconds tells the answer and not the ringing.
+The rotor pulls T with m r w^2 along its own direction; what T answers is fitted by
+`workbench.clamped`, so that a run of ten seconds tells the answer and not the ringing.
 """
 
 from __future__ import annotations
@@ -15,28 +13,22 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.clamped import ORDERS, answer, factors, lag, steady_end, terms
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
-from workbench.swings import LEAST_SAMPLES, Pole, Swings, fit_swings
+from workbench.swings import LEAST_SAMPLES, Swings, fit_swings
 from workbench.timeseries import TimeSeries
 from workbench.tracking.rotor import mean_speed, unwrapped
 
-__all__ = ["ORDERS", "Direction", "Plateau", "Sweep", "SweepPoint", "plateaus", "read_sweep"]
+__all__ = ["Direction", "Plateau", "Sweep", "SweepPoint", "plateaus", "read_sweep"]
 
 Direction = Literal["up", "down", "unordered"]
 """Whether the speeds rose or fell in the order of time; unordered where they did neither."""
 
-ORDERS = (0.5, 1.0, 2.0)
-"""Multiples of the rotor's speed at which T's answer is told."""
-
 _LEAST_HOLD_S = 3.0
-_SETTLE_S = 1.0  # twenty time constants of a motor
-_LEAST_END_S = 6.0  # tells swings apart that differ by 1 rad/s from the rotor
 _SEEN_SHARE = 0.6
-_OWN_SWINGS = 2  # modes below 20 Hz
 _STEADY_SHARE = 0.05  # of the amplitude, from one half of the window to the other
-_FADING = 0.1  # [1/s], where the search for a swing at an order begins
 _LEAST_LEG = 3  # speeds in a row, on the mean, that make a direction
 _ALIKE = 0.01  # share of the speed within which two commands are one
 
@@ -102,8 +94,7 @@ class SweepPoint:
 
         Near zero far below a resonance, pi/2 on it, near pi far above it.
         """
-        pull = np.array([1.0, 1j])  # along x cos(angle), along z -sin(angle)
-        return -np.angle(self.answer[:, ORDERS.index(1.0)] / pull)
+        return lag(self.answer)
 
 
 class Sweep(NamedTuple):
@@ -160,10 +151,7 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
     Raises:
         InputError: when T or the rotor are seen too little there.
     """
-    start = max(
-        plateau.start + _SETTLE_S,
-        min(plateau.stop - _LEAST_END_S, (plateau.start + plateau.stop) / 2),
-    )
+    start = steady_end(plateau.start, plateau.stop)
     inside = (run.motion.times >= start) & (run.motion.times <= plateau.stop)
     times, phi = run.motion.times[inside], angle[inside]
     top = np.column_stack([_seen(run.motion, TOP[axis])[inside] for axis in (0, 2)])
@@ -174,66 +162,25 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
             "did the robot fall, or hide its markers?"
         )
     speed = mean_speed(times, phi)
-    found = _answer(times, top, phi, abs(speed.value))
-    answer, error = _factors(found)
+    found = answer(times, top, phi, abs(speed.value))
+    response, error = factors(found)
     changes, steadies = _changes(times, top, phi, found)
-    error = np.where(steadies, error, np.hypot(error, changes * np.abs(answer)))
+    error = np.where(steadies, error, np.hypot(error, changes * np.abs(response)))
     return SweepPoint(
         run.name, start, plateau.stop, "unordered", abs(speed.value), speed.standard_error,
-        answer, error, changes, steadies,
+        response, error, changes, steadies,
     )  # fmt: skip
-
-
-def _terms(phi: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return cosine and sine of each order of the rotor's angle, (n, 2 orders)."""
-    sense = 1.0 if np.nanmedian(np.diff(phi)) >= 0 else -1.0
-    columns = []
-    for order in ORDERS:
-        columns += [np.cos(order * phi), sense * np.sin(order * phi)]
-    return np.column_stack(columns)
-
-
-def _answer(
-    times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], speed: float
-) -> Swings:
-    """Return the fit of the orders with the robot's own swings beside them.
-
-    A swing that the window does not part from an order is looked for, but then left to the answer,
-    whose change tells of it: a large answer bends the beam, so that nothing linear takes it off.
-    """
-    beside = _terms(phi)
-    near = [Pole(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
-    tried = [
-        fit_swings(times, top, _OWN_SWINGS, beside=beside, start=start)
-        for start in ([], *([pole] for pole in near))
-    ]
-    found = min(tried, key=lambda one: float(np.nansum(one.left**2)))
-    length = times[-1] - times[0]
-    own = [
-        pole for pole in found.poles if all(abs(pole.hz - other.hz) * length > 1 for other in near)
-    ]
-    if len(own) == len(found.poles):
-        return found
-    return fit_swings(times, top, len(own), beside=beside, start=own)
-
-
-def _factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Return the complex answer along x and z and its errors, (2, orders) each."""
-    pairs = found.beside[1:].T.reshape(2, len(ORDERS), 2)
-    variances = np.array([np.diag(c)[1:] for c in found.beside_covariance])
-    error = np.sqrt(variances.reshape(2, len(ORDERS), 2).mean(axis=2))
-    return pairs[..., 0] - 1j * pairs[..., 1], error
 
 
 def _changes(
     times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], found: Swings
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return how the amplitudes changed from half to half, and which are steady, (2, orders)."""
-    columns = np.insert(_terms(phi), 0, 1.0, axis=1)
+    columns = np.insert(terms(phi), 0, 1.0, axis=1)
     driven = columns @ found.beside + found.left  # without the robot's own swings
     middle = (times[0] + times[-1]) / 2
     (first, first_error), (last, last_error) = (
-        _factors(fit_swings(times[half], driven[half], 0, beside=_terms(phi[half])))
+        factors(fit_swings(times[half], driven[half], 0, beside=terms(phi[half])))
         for half in (times <= middle, times > middle)
     )
     size = np.maximum(np.abs(first), np.finfo(float).tiny)

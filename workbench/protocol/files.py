@@ -111,6 +111,8 @@ def _instead(path: Path) -> str:
     if not path.parent.is_dir():
         return f"there is no folder {path.parent}"
     names = {near.stem: near.name for near in sorted(path.parent.glob("*.yaml"))}
+    if not path.suffix and (own := next(iter(sorted(Path().glob(f"*/{path.name}.yaml"))), None)):
+        return f"did you mean {own.as_posix()}?"
     if close := difflib.get_close_matches(path.stem, list(names), n=1):
         return f"did you mean {names[close[0]]!r}?"
     some = ", ".join(list(names.values())[:_NAMED]) + (", ..." if len(names) > _NAMED else "")

@@ -165,16 +165,29 @@ Item = PlannedPrompt | PlannedPause | PlannedRun
 
 @dataclass(frozen=True)
 class Plan:
-    """What will be done, in order; prompts and pauses belong to the run that follows."""
+    """What will be done, in order; prompts and pauses belong to the run that follows.
+
+    Args:
+        title: of the protocol.
+        items: in order.
+        current_limit: of the supply [A].
+        warnings: what in the files is allowed, and probably not meant.
+    """
 
     title: str
     items: tuple[Item, ...]
     current_limit: float
+    warnings: tuple[str, ...] = ()
 
     @property
     def runs(self) -> tuple[PlannedRun, ...]:
         """Return the runs alone."""
         return tuple(item for item in self.items if isinstance(item, PlannedRun))
+
+    @property
+    def drives(self) -> bool:
+        """Return whether any run needs the supply."""
+        return any(isinstance(run.action, PlannedDrive) for run in self.runs)
 
     @property
     def prompts(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_HALF_EVEN, Decimal
@@ -37,6 +38,7 @@ MOST_S = 7 * 24 * 3600.0
 MOST_STEPS = 50_000
 """Steps and prompts of a protocol, those of its parts counted as often as they are included."""
 _ROUNDING = 1e-6  # of limits that are written to six digits
+_EVERY_RUN = re.compile(r"\b(each|every)\s+run\b", re.IGNORECASE)
 _MOST_VOLTAGES = 10_000  # in one run: a thousand seconds of ramps
 
 
@@ -65,7 +67,9 @@ def make_plan(
     planner.require_calibration()
     if planner.faults:
         raise FileFaults(planner.faults)
-    return Plan(protocol.content.title, tuple(_numbered(items)), current)
+    return Plan(
+        protocol.content.title, tuple(_numbered(items)), current, tuple(planner.asked_once(items))
+    )
 
 
 def _owned(items: list[Item]) -> list[Item]:
@@ -176,6 +180,18 @@ class _Planner:
                     names[name] = prompt
             if isinstance(item, PlannedRun):
                 names = {}
+
+    def asked_once(self, items: Sequence[Item]) -> Iterator[str]:
+        """Yield a warning for each prompt that speaks of every run and is put before one alone."""
+        for at, item in enumerate(items):
+            if not isinstance(item, PlannedPrompt) or not _EVERY_RUN.search(item.text):
+                continue
+            if sum(isinstance(one, PlannedRun) for one in items[at + 1 :]) > 1:
+                text = (
+                    "this prompt speaks of every run but is asked once; as `before: [TEXT]` of the "
+                    "run or sweep it is asked before each"
+                )
+                yield str(self._asked[id(item)].fault(text))
 
     def _grow(
         self, place: _Place, runs: int = 0, seconds: float = 0.0, condition: Condition | None = None

@@ -67,6 +67,7 @@ _ALSO: dict[str, dict[str, str]] = {
 }
 """Dimension -> unit -> what people write for it; understood where they type, named in files."""
 
+_GRAVITY = 9.81  # [m/s^2]
 _LONGEST = 100  # characters; a number with a unit has ten
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TEXT = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*")
@@ -107,7 +108,8 @@ def parse_quantity(text: object, dimension: str, typed: bool = False) -> tuple[f
         unit = _meant(unit, dimension) or unit
     if unit not in units:
         raise ValueError(
-            f"unknown unit {unit!r} in {text!r}; known units: {known}{_hint(unit, dimension)}"
+            f"unknown unit {unit!r} in {text!r}; known units: {known}"
+            f"{_hint(number, unit, dimension)}"
         )
     value = float(number) * units[unit]
     if not math.isfinite(value):
@@ -168,8 +170,11 @@ def _meant(unit: str, dimension: str) -> str | None:
     return None
 
 
-def _hint(unit: str, dimension: str) -> str:
+def _hint(number: str, unit: str, dimension: str) -> str:
     """Return which unit was perhaps meant, of those that may stand there and of no others."""
+    if dimension == "force" and unit in DIMENSIONS["mass"]:
+        weight = float(number) * DIMENSIONS["mass"][unit] * _GRAVITY
+        return f"; {number} {unit} weigh {weight:.3g} N"
     others = [name for name, units in DIMENSIONS.items() if unit in units]
     if others:
         return f"; {unit} is a unit of {others[0].replace('_', ' ')}"

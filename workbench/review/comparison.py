@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Judgement
+from workbench.clamped import Swing
 from workbench.motion import (
     DRIVEN,
     FOOT,
@@ -160,7 +161,7 @@ class Extended:
 
     model: str
     motion: TimeSeries
-    summary: Summary | RingDown
+    summary: Summary | Swing | RingDown
     misfit: Misfit
 
 
@@ -210,8 +211,8 @@ class Comparison:
     duration_s: float
     phases: tuple[Phase, ...]
     figure: Figure
-    real_summary: Summary | RingDown
-    twin_summary: Summary | RingDown
+    real_summary: Summary | Swing | RingDown
+    twin_summary: Summary | Swing | RingDown
     misfit: Misfit
     supply: TimeSeries | None
     facts: Mapping[str, str]

@@ -110,13 +110,13 @@ def _compared(condition: Condition, name: str) -> tuple[str, str, str, str]:
     """Return how many runs tell, then robot, twin and their difference, each with its interval."""
     shown = _SHOWN[name]
 
-    def of(who: str, run: Comparison) -> float:
+    def si(who: str, run: Comparison) -> float:
         summary = run.real_summary if who == "real" else run.twin_summary
-        return shown.factor * summary.as_json().get(name, math.nan)
+        return summary.as_json().get(name, math.nan)
 
-    real = condition.spread(lambda run: of("real", run))
-    twin = condition.spread(lambda run: of("twin", run))
-    apart = condition.spread(lambda run: of("twin", run) - of("real", run))
+    real = condition.spread(lambda run: shown.factor * si("real", run))
+    twin = condition.spread(lambda run: shown.factor * si("twin", run))
+    apart = condition.spread(lambda run: shown.apart(si("real", run), si("twin", run)))
     return str(real.known), _told(real, shown), _told(twin, shown), _told(apart, shown, sign="+")
 
 

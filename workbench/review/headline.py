@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from workbench.clamped import Swing
 from workbench.motion import Misfit, Summary
 from workbench.quantities import QUANTITIES, Quantity
 from workbench.review.comparison import Comparison
@@ -42,9 +43,7 @@ def headline(comparison: Comparison) -> list[HeadlineRow]:
     """Return the numbers of robot and twin: those of a drive or those of a release."""
     real, twin = comparison.real_summary.as_json(), comparison.twin_summary.as_json()
     return [
-        _row(quantity, quantity.factor * real[key], quantity.factor * twin[key])
-        for key, quantity in QUANTITIES.items()
-        if key in real
+        _row(quantity, real[key], twin[key]) for key, quantity in QUANTITIES.items() if key in real
     ]
 
 
@@ -153,6 +152,9 @@ def verdict(comparison: Comparison) -> str:
         case (Summary(distance_m=real), Summary(distance_m=twin)):
             told = f"In {comparison.duration_s:g} s the robot travelled {_quantity(real, 'm', 3)} "
             told += f"and its twin {_quantity(twin, 'm', 3)}"
+        case (Swing(amplitude_m=real), Swing(amplitude_m=twin)):
+            told = f"T of the robot swung by {_quantity(1e3 * real, 'mm', 1)} "
+            told += f"and that of its twin by {_quantity(1e3 * twin, 'mm', 1)}"
         case (RingDown(ring_hz=real), RingDown(ring_hz=twin)):
             told = f"Let go, the robot rang at {_quantity(real, 'Hz', 3)} "
             told += f"and its twin at {_quantity(twin, 'Hz', 3)}"
@@ -173,17 +175,17 @@ def millimetres(value: float) -> str:
 
 
 def _row(quantity: Quantity, real: float, twin: float) -> HeadlineRow:
-    name, unit, _, digits = quantity
-    gap = twin - real
-    share = f" ({100 * gap / abs(real):+.0f} %)" if _comparable(real, gap) else ""
+    name, unit, factor, digits = quantity
+    gap = quantity.apart(real, twin)
+    comparable = math.isfinite(gap) and real != 0 and unit != "deg"
+    share = f" ({100 * (twin - real) / abs(real):+.0f} %)" if comparable else ""
     difference = f"{gap:+.{digits}f} {unit}{share}" if math.isfinite(gap) else "-"
     return HeadlineRow(
-        name, _quantity(real, unit, digits), _quantity(twin, unit, digits), difference
+        name,
+        _quantity(factor * real, unit, digits),
+        _quantity(factor * twin, unit, digits),
+        difference,
     )
-
-
-def _comparable(real: float, gap: float) -> bool:
-    return math.isfinite(gap) and real != 0
 
 
 def _quantity(value: float, unit: str, digits: int) -> str:

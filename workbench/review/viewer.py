@@ -11,17 +11,20 @@ import os
 import re
 import socket
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
+from urllib.parse import quote
 
 import rerun_cli
 from rerun.experimental import LogEntry, ViewerClient, ViewerState
 
 from workbench.errors import InputError, WorkbenchError
+from workbench.progress import Progress
 
 __all__ = ["HeadlessViewer", "open_viewer", "viewer_version"]
 
@@ -33,6 +36,11 @@ _STARTING_S = 20.0
 _LOADING_S = 60.0
 _STOPPING_S = 5.0
 _VERSION_S = 30.0
+_DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
+_OTHERWISE = (
+    "`workbench review RUN --web` opens it in a browser, `--save FILE.rrd` writes it to be opened "
+    "with rerun elsewhere"
+)
 _ANSWERS = (ConnectionError, RuntimeError)  # of a client whose viewer is not there (yet)
 
 
@@ -142,7 +150,7 @@ class HeadlessViewer:
         return next((line for line in lines if "panicked" in line), " ".join(lines[-1:]))
 
 
-def open_viewer(path: Path, web: bool = False) -> int:
+def open_viewer(path: Path, web: bool = False, tell: Progress = lambda text: None) -> None:
     """Show a recording until the user closes the viewer, or ends the web page's server by Ctrl-C.
 
     The recording stays on this computer either way. rerun's web page asks Google for a font, which
@@ -151,24 +159,32 @@ def open_viewer(path: Path, web: bool = False) -> int:
     Args:
         path: the `.rrd` file.
         web: show it in the browser instead of a window.
-
-    Returns:
-        The viewer's exit code.
+        tell: is told the address of the web page.
 
     Raises:
         InputError: when there is no such recording.
+        WorkbenchError: when the viewer ends with an error, or has no display for its window.
     """
+    _existing(path)
+    if not web and sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
+        raise WorkbenchError(f"there is no display here to open a window on; {_OTHERWISE}")
     # A port of its own, or a viewer that is open already would be asked to show the recording.
-    options = ["--port", _free_port()]
+    port = _free_port()
+    options = ["--port", port]
     if web:
-        options += ["--web-viewer", "--web-viewer-port", _free_port()]
-    process = _start([str(_existing(path)), *options, "--hide-welcome-screen"])
+        page = _free_port()
+        options += ["--web-viewer", "--web-viewer-port", page]
+        source = quote(f"rerun+http://{_LOCAL}:{port}/proxy", safe="")
+        tell(f"in the browser: http://{_LOCAL}:{page}/?url={source}\nCtrl-C ends it")
+    process = _start([str(path), *options, "--hide-welcome-screen"])
     try:
-        return process.wait()
+        code = process.wait()
     except KeyboardInterrupt:
-        return 0
+        return
     finally:
         _stop(process)
+    if code:
+        raise WorkbenchError(f"rerun's viewer ended with an error (exit code {code}); {_OTHERWISE}")
 
 
 def _existing(path: Path) -> Path:
@@ -179,10 +195,14 @@ def _existing(path: Path) -> Path:
 
 def _start(arguments: list[str], output: int | None = None) -> subprocess.Popen[bytes]:
     """Start the viewer's own program, not the script around it, so that one process is all."""
-    quiet = os.environ | {
-        "CI": "1",  # rerun counts no usage and shows no first-use notice under CI
-        "RERUN_APP_ONLY": "true",
-    }
+    quiet = (
+        {"RUST_LOG": "error"}
+        | os.environ
+        | {  # its log names ports and telemetry
+            "CI": "1",  # rerun counts no usage and shows no first-use notice under CI
+            "RERUN_APP_ONLY": "true",
+        }
+    )
     return subprocess.Popen(
         [_program(), "--bind", _LOCAL, *arguments], env=quiet, stdout=output, stderr=output
     )

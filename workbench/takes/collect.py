@@ -99,8 +99,10 @@ class Collector:
         return path
 
     def _request(self, folder: TakeFolder) -> str:
-        other = " Ctrl-C: type a path instead." if self._operator.present else ""
-        return f"Stop recording and export the take as CSV into {folder.path}.{other}"
+        text = f"Stop recording and export the take as CSV into {folder.path}."
+        if not self._operator.present:
+            return text
+        return f"{text} To name another file: Ctrl-C in the terminal, or STOP in the panel."
 
     def _watch(self, folder: TakeFolder, timeout: float) -> Path:
         deadline, trouble, others = self._clock.now() + timeout, "", 0

@@ -268,7 +268,7 @@ function outputNow() {
 }
 
 function showLog() {
-  const rows = (state.log || []).map(([time, text]) => row([[digits(time, 2)], [text]]));
+  const rows = (state.log || []).map(([time, text]) => row([[time === null ? "before" : `${digits(time, 2)} s`, "number"], [text]]));
   at("log").replaceChildren(...rows.reverse());
 }
 
@@ -331,7 +331,8 @@ function listen() {
   stream.addEventListener("error", () => { dropped = !replaced; tick(); });
   on("state", (news) => {
     // what was said of another run goes; what was said before the first state came is of this one
-    if (state.pid !== undefined && news.pid !== state.pid) put("stop-says", "");
+    const over = state.controller === "alive" && news.controller !== "alive";
+    if (over || (state.pid !== undefined && news.pid !== state.pid)) put("stop-says", "");
     state = news;
     showState();
     first = false;
