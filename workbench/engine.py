@@ -197,8 +197,7 @@ class _Conductor:
     def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
         facts = _condition(run.action)
-        if run.expect:
-            facts["expect"] = {name: tuple(ends) for name, ends in run.expect.items()}
+        facts |= {"expect": dict(run.expect)} if run.expect else {}
         return Asked(
             kind="run",
             title=protocol.content.title,

@@ -208,7 +208,7 @@ def _unestimated(bundle: Bundle, state: TimeSeries | None) -> str:
         return ""
     told = bundle.manifest.observed and bundle.manifest.observed.state
     if told == "estimated":
-        return "state.parquet is missing or damaged"
+        return "the file of its estimated state is missing or damaged"
     return told or "the run was not observed"
 
 

@@ -103,7 +103,7 @@ MISTAKES = [
     Mistake("calibrate folder", "folder: not a bundle", "name the folder of a run"),
     Mistake("resonances runs", "holds no complete bundle", "protocols/clamped-sweep.yaml"),
     Mistake("diagnose", "nothing to diagnose", "give RUNS, or --rig"),
-    Mistake("diagnose hop-run", "holds no take (status failed)", "workbench ingest TAKE --into"),
+    Mistake("diagnose hop-run", "only a complete run can be fitted", "workbench runs list"),
     Mistake("diagnose --rig hop.yaml", "this is a protocol", "a rig is needed here"),
     Mistake("run hop.yaml --resume hop-run", "belongs to no experiment", "without --resume"),
     # exports

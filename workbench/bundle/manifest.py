@@ -169,50 +169,45 @@ class CommandFacts(_Frozen):
     duration_s: float
 
 
-class Driven(_Frozen):
+class _Done(_Frozen):
+    """What a run did; `outcome` is that of a simulation."""
+
+    outcome: str = "completed"
+
+    @property
+    def travel_m(self) -> float | None:
+        """Return the distance that was hopped [m]; None in a mode that does not hop."""
+        return None
+
+
+class Driven(_Done):
     """What a driven robot did."""
 
     distance_m: float
     hop_height_m: float = _NAN
     speed_rad_s: float = _NAN
-    outcome: str = "completed"
-    """Of a simulation."""
 
     @property
     def travel_m(self) -> float | None:
-        """Distance that was hopped [m]."""
+        """Return the distance that was hopped [m]."""
         return self.distance_m
 
 
-class Swung(_Frozen):
+class Swung(_Done):
     """What a driven robot did whose foot was clamped."""
 
     amplitude_m: float
     swing_hz: float = _NAN
     phase_rad: float = _NAN
     speed_rad_s: float = _NAN
-    outcome: str = "completed"
-    """Of a simulation."""
-
-    @property
-    def travel_m(self) -> float | None:
-        """Distance that was hopped [m]: none."""
-        return None
 
 
-class Released(_Frozen):
+class Released(_Done):
     """What a released robot did."""
 
     displacement_m: float
     ring_hz: float = _NAN
     damping_ratio: float = _NAN
-    outcome: str = "completed"
-    """Of a simulation."""
-
-    @property
-    def travel_m(self) -> float | None:
-        """Distance that was hopped [m]: none."""
-        return None
 
 
 class TrackFacts(_Frozen):

@@ -10,7 +10,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from workbench.modes import DRIVEN, Mode
+from workbench.modes import Mode
 from workbench.protocol.quantity import parse_quantity
 from workbench.protocol.section import Section
 from workbench.protocol.wording import found_in_words
@@ -87,16 +87,22 @@ class _RangeOf:
 
 Length = Annotated[Range, _RangeOf("length", "100 mm +- 10 %")]
 
-EXPECTED: dict[str, tuple[str, bool | None]] = {
-    "distance": ("distance_m", True),
-    "hop_height": ("hop_height_m", True),
-    "speed": ("speed_rad_s", True),
-    "displacement": ("displacement_m", False),
-    "ring": ("ring_hz", False),
-    "damping_ratio": ("damping_ratio", False),
-    "twin_error": ("error_mm", None),
+_HOP: frozenset[Mode] = frozenset({"hop"})
+_CLAMPED: frozenset[Mode] = frozenset({"clamped"})
+_RELEASED: frozenset[Mode] = frozenset({"decay", "drop"})
+
+EXPECTED: dict[str, tuple[str, frozenset[Mode]]] = {
+    "distance": ("distance_m", _HOP),
+    "hop_height": ("hop_height_m", _HOP),
+    "amplitude": ("amplitude_m", _CLAMPED),
+    "phase": ("phase_rad", _CLAMPED),
+    "speed": ("speed_rad_s", _HOP | _CLAMPED),
+    "displacement": ("displacement_m", _RELEASED),
+    "ring": ("ring_hz", _RELEASED),
+    "damping_ratio": ("damping_ratio", _RELEASED),
+    "twin_error": ("error_mm", _HOP | _CLAMPED | _RELEASED),
 }
-"""Key -> the result that it is about, and whether a driven run has it, a released one, or both."""
+"""Key -> the result that it is about, and the modes whose runs have it."""
 
 
 class Expected(Section):
@@ -105,6 +111,10 @@ class Expected(Section):
     distance: Length | None = None
     """Forward travel of the foot."""
     hop_height: Length | None = None
+    amplitude: Length | None = None
+    """Of T, forward, at the rotor's speed."""
+    phase: Annotated[Range, _RangeOf("angle", "90 deg +- 10 deg")] | None = None
+    """By which T follows the rotor's pull, -180 deg to 180 deg."""
     speed: Annotated[Range, _RangeOf("speed", "17 rad/s +- 0.3 rad/s")] | None = None
     """Mean speed of the rotor as measured."""
     displacement: Length | None = None
@@ -128,8 +138,8 @@ class Expected(Section):
 
     def wrong_for(self, mode: Mode) -> str | None:
         """Return what is expected that runs of a mode do not have, in words, or None."""
-        for key, (_, driven) in EXPECTED.items():
-            if getattr(self, key) is not None and driven not in (None, mode in DRIVEN):
-                fit = [name for name, (_, of) in EXPECTED.items() if of in (None, mode in DRIVEN)]
+        for key, (_, modes) in EXPECTED.items():
+            if getattr(self, key) is not None and mode not in modes:
+                fit = [name for name, (_, of) in EXPECTED.items() if mode in of]
                 return f"expect: mode {mode} has no {key}; it has {', '.join(fit)}"
         return None

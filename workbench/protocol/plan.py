@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Container
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
@@ -137,7 +137,7 @@ class PlannedRun:
         role: use in a later diagnosis.
         repeat: number of this repetition, from 1.
         shape: beam of this run, None for the experiment's.
-        expect: result's name -> the range that it must lie in.
+        expect: (name of a result, the range that it must lie in).
         before: prompts before it.
         after: prompts after it.
     """
@@ -150,7 +150,7 @@ class PlannedRun:
     role: Role
     repeat: int
     shape: Named | None = None
-    expect: Mapping[str, Range] = field(default_factory=dict)
+    expect: tuple[tuple[str, Range], ...] = ()
     before: tuple[PlannedPrompt, ...] = ()
     after: tuple[PlannedPrompt, ...] = ()
 

@@ -377,7 +377,7 @@ class _Planner:
             role=condition.role,
             repeat=repeat,
             shape=None if condition.shape is None else Named(condition.shape, beside),
-            expect={} if condition.expect is None else condition.expect.ranges(),
+            expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
             before=tuple(self._prompt(one, place.to("before", i)) for i, one in before),
             after=tuple(self._prompt(one, place.to("after", i)) for i, one in after),
         )
