@@ -24,6 +24,19 @@ class Quantity(NamedTuple):
     factor: float
     digits: int
 
+    @property
+    def spoken(self) -> str:
+        """Return its name within a sentence: `amplitude of T`."""
+        return f"{self.name[0].lower()}{self.name[1:]}"
+
+    def number(self, value: float) -> str:
+        """Return a value in SI as it is shown, without its unit."""
+        return f"{self.factor * value:.{self.digits}f}"
+
+    def text(self, value: float) -> str:
+        """Return a value in SI as it is shown, with its unit."""
+        return f"{self.number(value)} {self.unit}".rstrip()
+
     def apart(self, real: float, twin: float) -> float:
         """Return twin minus real, both in SI, in the shown unit; an angle by less than a turn."""
         gap = self.factor * (twin - real)
@@ -65,8 +78,7 @@ def leading(summary: Mapping[str, float | str] | None) -> str:
     value = summary[key] if summary and key else None
     if key is None or not isinstance(value, int | float) or not math.isfinite(value):
         return "-"
-    one = QUANTITIES[key]
-    return f"{one.factor * value:.{one.digits}f} {one.unit}"
+    return QUANTITIES[key].text(value)
 
 
 def unit_of(name: str) -> tuple[str, str]:

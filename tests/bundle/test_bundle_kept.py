@@ -74,12 +74,12 @@ def test_a_run_that_was_stopped_is_left_out_of_a_diagnosis(runs: Path, tmp_path:
     text = (stopped / "manifest.json").read_text(encoding="utf-8")
     text = text.replace('"status": "complete"', '"status": "interrupted"')
     (stopped / "manifest.json").write_text(text, encoding="utf-8")
-    told: list[str] = []
+    messages: list[str] = []
     bundles = [Bundle.open(runs / name) for name in NAMES] + [Bundle.open(stopped)]
-    rig, files = robot_of(bundles, told.append)
+    rig, files = robot_of(bundles, messages.append)
     assert list(rig.names) == NAMES
     assert list(files) == ["shape", *NAMES]
-    assert f"left out {stopped.name}: its status is interrupted" in told
+    assert f"left out {stopped.name}: its status is interrupted" in messages
 
 
 @pytest.mark.budget(25)  # a whole diagnosis

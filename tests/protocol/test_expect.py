@@ -97,13 +97,14 @@ def test_a_run_without_expectations_neither_passes_nor_fails() -> None:
 def test_a_run_outside_of_what_is_expected_ends_with_1_and_its_page_says_so(
     tmp_path: Path, workbench: Command
 ) -> None:
-    expect = "speed: 14 rad/s +- 1 rad/s, twin_error: below 0.01 mm"
+    expect = "speed: 14 rad/s +- 1 rad/s, amplitude: above 0.1 mm, twin_error: below 0.01 mm"
     file = tmp_path / "clamped.yaml"
     text = PROTOCOL.format(mode="clamped", drive="speed: 14 rad/s", expect=expect)
     file.write_text(text)
     done = workbench("run", str(file), "--runs", str(tmp_path / "runs"))
     assert done.code == 1
     assert "pass  rotor speed" in done.out
+    assert "pass  amplitude of T" in done.out
     assert "FAIL  error of the twin" in done.out
     assert "1 of 1 runs are not as the protocol expects" in done.err
     (page,) = (tmp_path / "runs").glob("*/report.html")

@@ -32,6 +32,11 @@ class Judgement:
     high: float | None
 
     @property
+    def quantity(self) -> Quantity:
+        """Return how the result is called and shown."""
+        return _ERROR if self.name == "error_mm" else QUANTITIES[self.name]
+
+    @property
     def passed(self) -> bool:
         """Tell whether the value lies in the range; one that was not measured does not."""
         return (
@@ -54,19 +59,14 @@ class Judgement:
     @property
     def words(self) -> tuple[str, str, str]:
         """Return what was looked at, what came, and what was expected, with units."""
-        shown = _ERROR if self.name == "error_mm" else QUANTITIES[self.name]
-        unit = f" {shown.unit}".rstrip()
-
-        def number(value: float) -> str:
-            return f"{shown.factor * value:.{shown.digits}f}"
-
-        came = f"{number(self.value)}{unit}" if math.isfinite(self.value) else "not measured"
+        shown = self.quantity
+        came = shown.text(self.value) if math.isfinite(self.value) else "not measured"
         if self.low is None and self.high is not None:
-            expected = f"at most {number(self.high)}{unit}"
+            expected = f"at most {shown.text(self.high)}"
         elif self.high is None and self.low is not None:
-            expected = f"at least {number(self.low)}{unit}"
+            expected = f"at least {shown.text(self.low)}"
         else:
-            expected = f"{number(self.low or 0.0)} to {number(self.high or 0.0)}{unit}"
+            expected = f"{shown.number(self.low or 0.0)} to {shown.text(self.high or 0.0)}"
         return shown.name, came, expected
 
 

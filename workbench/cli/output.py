@@ -69,8 +69,8 @@ def comparison_table(title: str, compared: Compared) -> None:
     real, twin = compared.real.model_dump(), compared.twin.model_dump()
     rows = [
         [
-            f"{one.name[0].lower()}{one.name[1:]} [{one.unit}]",
-            *(f"{one.factor * source[key]:.{one.digits}f}" for source in (real, twin)),
+            f"{one.spoken} [{one.unit}]",
+            *(one.number(source[key]) for source in (real, twin)),
             f"{one.apart(real[key], twin[key]):+.{one.digits}f}",
         ]
         for key, one in QUANTITIES.items()
@@ -87,9 +87,11 @@ def comparison_table(title: str, compared: Compared) -> None:
 def print_judgements(judged: Sequence[Judgement]) -> None:
     """Print whether results lie where the protocol expects them."""
     for one in judged:
-        name, came, expected = one.words
+        _, came, expected = one.words
         style = "bold green" if one.passed else "bold red"
-        line = Text.assemble((one.mark, style), f"  {name.lower()} {came}, expected {expected}")
+        line = Text.assemble(
+            (one.mark, style), f"  {one.quantity.spoken} {came}, expected {expected}"
+        )
         Console(highlight=False).print(line)
 
 
@@ -119,7 +121,5 @@ def _rounded(value: object) -> str:
 def summary_rows(summary: Mapping[str, float]) -> list[tuple[str, str]]:
     """Return the numbers of a summary as rows of name and value with unit."""
     return [
-        (f"{name[0].lower()}{name[1:]}", f"{factor * summary[key]:.{digits}f} {unit}")
-        for key, (name, unit, factor, digits) in QUANTITIES.items()
-        if key in summary
+        (one.spoken, one.text(summary[key])) for key, one in QUANTITIES.items() if key in summary
     ]

@@ -23,7 +23,7 @@ from workbench.cli.output import (
 from workbench.quantities import QUANTITIES, leading
 
 if TYPE_CHECKING:
-    from workbench.bundle import Bundle
+    from workbench.bundle import Bundle, Judgement
 
 __all__ = ["run"]
 
@@ -99,9 +99,10 @@ def run(
     for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
         done.append(bundle)
         objects.append(described(bundle, undrawn))
-        failed += passed(judgements(bundle.manifest)) is False
+        judged = judgements(bundle.manifest)
+        failed += passed(judged) is False
         if not as_json:
-            _print_bundle(bundle)
+            _print_bundle(bundle, judged)
     if as_json:
         # a single run needs no list to be read
         emit((objects[0] if len(objects) == 1 else {}) | {"runs": objects})
@@ -124,17 +125,15 @@ def _print_all(done: Sequence[Bundle], name: str) -> None:
     told = (
         next(key for key in QUANTITIES if key in one.compared.real.model_dump()) for one in done
     )
-    called = " or ".join(dict.fromkeys(QUANTITIES[key].name.lower() for key in told))
-    title = f"{done[0].asked.title}: {called.replace(' t', ' T')} of robot and twin"
+    called = " or ".join(dict.fromkeys(QUANTITIES[key].spoken for key in told))
+    title = f"{done[0].asked.title}: {called} of robot and twin"
     show_table(title, ["run", "asked", "real", "twin", "error [mm]"], rows)
     print(f"all runs:  workbench review {name}")
 
 
-def _print_bundle(bundle: Bundle) -> None:
-    from workbench.bundle import judgements
-
+def _print_bundle(bundle: Bundle, judged: Sequence[Judgement]) -> None:
     comparison_table(bundle.asked.title, bundle.compared)
-    print_judgements(judgements(bundle.manifest))
+    print_judgements(judged)
     print(f"bundle:    {bundle.path}")
     if bundle.view("report").exists():
         print(f"report:    {bundle.view('report')}")

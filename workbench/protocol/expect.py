@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
@@ -104,6 +105,9 @@ EXPECTED: dict[str, tuple[str, frozenset[Mode]]] = {
 }
 """Key -> the result that it is about, and the modes whose runs have it."""
 
+_UNITS = {"ring": 1 / math.tau, "twin_error": 1e3}
+"""Key -> unit of its result over SI: results are in Hz and mm there."""
+
 
 class Expected(Section):
     """Ranges that results of a run must lie in; outside of one the run fails."""
@@ -132,7 +136,7 @@ class Expected(Section):
         for key, (name, _) in EXPECTED.items():
             one: Range | None = getattr(self, key)
             if one is not None:
-                factor = {"ring": 1 / 6.283185307179586, "twin_error": 1e3}.get(key, 1.0)
+                factor = _UNITS.get(key, 1.0)
                 found[name] = Range(*(None if end is None else factor * end for end in one))
         return found
 

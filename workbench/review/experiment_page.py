@@ -169,7 +169,7 @@ def _number(summary: dict[str, float], name: str) -> str:
     shown, value = _SHOWN[name], summary.get(name, math.nan)
     if not math.isfinite(value):
         return "-"
-    return f"{shown.factor * value:.{shown.digits}f} {shown.unit}".rstrip()
+    return shown.text(value)
 
 
 def _link(run: Comparison, report: str) -> Markup:
