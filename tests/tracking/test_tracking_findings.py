@@ -270,6 +270,14 @@ def test_f14_repeats_by_chance_and_a_body_at_rest_are_no_holds(read: Read) -> No
     assert read(motive(points("Foot"), rest)).warnings == ()
 
 
+def test_f14_a_body_at_rest_that_is_out_of_sight_at_even_intervals_is_not_held(read: Read) -> None:
+    moving = [six(0)[:3] if k < 50 else six(k)[:3] for k in range(60)]
+    rows = [["", "", ""] if k % 3 == 2 else row for k, row in enumerate(moving)]
+    take = read(motive(points("Foot"), rows))
+    assert quality(take)["bodies"]["Foot"]["reasons"] == {"blank": 20}
+    assert not told(take, "repeats the sample before exactly")
+
+
 def test_f14_the_motion_of_held_samples_is_that_of_the_samples_that_were_taken(
     tmp_path: Path, new_hop: MakeHop
 ) -> None:

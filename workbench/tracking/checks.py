@@ -58,27 +58,27 @@ def _held(body: BodyTake) -> _Held | None:
     """Return the samples of a body that is sampled and held, None where it is not.
 
     Holds are short and come evenly: every second sample, or every sixth. Numbers that are rounded
-    repeat by chance, at odd intervals.
+    repeat by chance, at odd intervals. Samples that are not given are passed over, so that a body
+    at rest is one long repeat, however often it is out of sight.
     """
     values = body.measured.reshape(len(body.missing), -1)
     if not np.isfinite(values).any():
         values = np.hstack([body.position, body.quaternion])
-    repeat = np.zeros(len(values), dtype=np.bool_)
-    alike = np.arange(1, len(values))
+    given = np.flatnonzero(np.isfinite(values).any(axis=1))
+    alike = np.arange(1, len(given))
     for column in values.T:  # what differs in one of them is not looked at again
-        before, after = column[alike - 1], column[alike]
+        before, after = column[given[alike - 1]], column[given[alike]]
         alike = alike[(before == after) | (np.isnan(before) & np.isnan(after))]
+    repeat = np.zeros(len(given), dtype=np.bool_)
     repeat[alike] = True
-    given = np.isfinite(values).any(axis=1)
-    repeat &= given
     holds = [(start, stop) for start, stop in runs(repeat) if stop - start <= _LONGEST_HOLD]
     mask = np.zeros(len(values), dtype=np.bool_)
     for start, stop in holds:
-        mask[start:stop] = True
-    new = int(np.count_nonzero(given & ~repeat))
+        mask[given[start:stop]] = True
+    new = int(np.count_nonzero(~repeat))
     if len(holds) < _LEAST_HOLDS or mask.sum() < _LEAST_SHARE * new:
         return None
-    intervals = np.diff([start for start, _ in holds])
+    intervals = np.diff([given[start] for start, _ in holds])
     even = np.abs(intervals - np.median(intervals)) <= 1
     return _Held(mask, new) if even.mean() >= _EVEN else None
 
