@@ -11,15 +11,17 @@ import hashlib
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 from numba.core.ccallback import CFunc
 
-__all__ = ["INSTALLING", "callback"]
+__all__ = ["INSTALLING", "callback", "compiled"]
 
 INSTALLING = threading.Lock()
 """Held while callbacks are compiled and installed: a batch builds robots on several threads."""
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 
@@ -32,8 +34,18 @@ def callback(function: Callable[..., Any], signature: str, offsets: Sequence[int
         signature: as numba writes it.
         offsets: that are built into the code.
     """
+    _name_by_sources(function, offsets)
+    return numba.cfunc(signature, cache=True)(function)
+
+
+def compiled(function: F) -> F:
+    """Compile a function that calls others of this room; it lets other threads run meanwhile."""
+    _name_by_sources(function)
+    return numba.njit(nogil=True, cache=True)(function)
+
+
+def _name_by_sources(function: Callable[..., Any], offsets: Sequence[int] = ()) -> None:
     digest = hashlib.sha256(repr(tuple(offsets)).encode())
     for source in _SOURCES:
         digest.update(source.read_bytes())
     function.__qualname__ = f"{function.__name__}-{digest.hexdigest()[:16]}"
-    return numba.cfunc(signature, cache=True)(function)

@@ -43,6 +43,7 @@ __all__ = [
     "extend_ground",
     "foot_forces",
     "planar_forces",
+    "planar_forces_again",
 ]
 
 CORNERS = 4
@@ -248,3 +249,20 @@ def planar_forces(
         out[0] += fx
         out[1] += fz
         out[2] += arm_z * fx - arm_x * fz
+
+
+@numba.njit(cache=True)
+def planar_forces_again(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    user: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Add the forces that `user` keeps of the same state; no corner's state moves on twice."""
+    c, s = np.cos(q[2]), np.sin(q[2])
+    for k in range(CORNERS):
+        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
+        bx = p[1] if k < 2 else -p[1]
+        out[0] += corner[2]
+        out[1] += corner[4]
+        out[2] += -s * bx * corner[2] - c * bx * corner[4]

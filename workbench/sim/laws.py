@@ -23,6 +23,7 @@ __all__ = [
     "Law",
     "add_law",
     "play_torque",
+    "top_force",
     "top_forces",
     "within_play",
 ]
@@ -101,6 +102,21 @@ def play_torque(
 
 
 @numba.njit(cache=True)
+def top_force(
+    p: NDArray[np.float64], x: float, vx: float, vy: float, vz: float
+) -> tuple[float, float, float]:
+    """Return drag and pull at T [N].
+
+    Args:
+        p: numbers of the laws, as in the numeric field.
+        x: where T is, forward [m].
+        vx, vy, vz: how fast T moves [m/s].
+    """
+    drag = -p[6] * np.sqrt(vx * vx + vy * vy + vz * vz)
+    return drag * vx + p[7] - p[8] * (x - p[9]), drag * vy, drag * vz
+
+
+@numba.njit(cache=True)
 def top_forces(
     p: NDArray[np.float64],
     places: NDArray[np.float64],
@@ -126,9 +142,7 @@ def top_forces(
     vx = turn[3] + turn[1] * z - turn[2] * y
     vy = turn[4] + turn[2] * x - turn[0] * z
     vz = turn[5] + turn[0] * y - turn[1] * x
-    drag = -p[6] * np.sqrt(vx * vx + vy * vy + vz * vz)
-    fx = drag * vx + p[7] - p[8] * (place[0] - p[9])
-    fy, fz = drag * vy, drag * vz
+    fx, fy, fz = top_force(p, place[0], vx, vy, vz)
     tx, ty, tz = y * fz - z * fy, z * fx - x * fz, x * fy - y * fx
     for k in range(out.shape[0] - 1):
         axis = axes[k]

@@ -41,10 +41,11 @@ class Recorder:
 
     Args:
         batch: its bound arrays are read at each `take`.
+        torque: (s, nu) of the actuators, read likewise [N m].
         count: how many samples there will be.
     """
 
-    def __init__(self, batch: Batch, count: int) -> None:
+    def __init__(self, batch: Batch, torque: NDArray[np.float64], count: int) -> None:
         model = batch.model
         places, joint = batch.bind("xpos"), model.joint("rotor").dofadr[0]
         foot, top = model.body("foot").id, model.body("top").id
@@ -57,7 +58,7 @@ class Recorder:
             "corners": batch.bind("userdata"),
             "energy": batch.bind("energy"),
         }
-        self._torque, self._speed = batch.bind("actuator_force"), batch.bind("qvel")[:, joint]
+        self._torque, self._speed = torque, batch.bind("qvel")[:, joint]
         self._kept: dict[str, NDArray[np.float64]] = {
             name: np.empty((batch.nsim, count, source.shape[1]))
             for name, source in self._sources.items()

@@ -10,14 +10,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Literal, NamedTuple, TypeVar
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch, SimulationError
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
@@ -28,6 +27,7 @@ from workbench.sim.effects.apply import applied, driven, observed
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
 from workbench.sim.motion import ENERGY, Recorder, Samples, motion_of
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
+from workbench.sim.stepper import Stepper
 from workbench.timeseries import TimeSeries
 
 __all__ = [
@@ -238,18 +238,17 @@ def _stepped(
     batch.set_models([m for m, _ in starts])
     for row, (own, data) in enumerate(starts):
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
-    recorder, control = Recorder(batch, command.shape[1]), batch.bind("ctrl")
     batch.forward(stage=_CURRENT)
+    stepper, control = Stepper(batch, [m for m, _ in starts]), batch.bind("ctrl")
+    recorder = Recorder(batch, stepper.torque, command.shape[1])
     recorder.take(0)
     sane = np.full(len(starts), command.shape[1])
     for k in range(1, command.shape[1]):
         control[:] = command[:, k - 1, None]
-        with suppress(SimulationError):  # the engine's own warnings count below
-            batch.step(nstep=steps, stage=_CURRENT)
+        stepper.step(steps)
         recorder.take(k)
         # after a blow-up the engine starts again from zero, so what follows is another motion
-        broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
-        sane[broken] = np.minimum(sane[broken], k)
+        sane[stepper.broken] = np.minimum(sane[stepper.broken], k)
     return recorder, sane
 
 

@@ -26,7 +26,7 @@ from workbench.sim.compiling import INSTALLING, callback
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
 from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
 
-__all__ = ["let_droop", "let_ripple"]
+__all__ = ["let_droop", "let_ripple", "ripple", "servo_rate"]
 
 _PARAMETERS = 10  # of an actuator's dynprm and gainprm
 _FIRST = 1  # where the ripple stands in dynprm, after the droop, and in gainprm, after the gain
@@ -130,8 +130,30 @@ _kept: list[CFunc] = []
 
 
 @numba.njit
-def _ripple(shares: NDArray[np.float64], c: float, s: float) -> float:
+def ripple(shares: NDArray[np.float64], c: float, s: float) -> float:
+    """Return by what share the speed is greater where the rotor's angle has cosine c and sine s."""
     return shares[0] * c + shares[1] * s + shares[2] * (c * c - s * s) + shares[3] * 2 * c * s
+
+
+@numba.njit
+def servo_rate(
+    p: NDArray[np.float64], command: float, apart: float, speed: float, c: float, s: float
+) -> float:
+    """Return how fast the angle grows that the servo follows [rad/s].
+
+    Args:
+        p: (5,) droop and the ripple's shares.
+        command: [rad/s].
+        apart: the angle followed less the rotor's [rad].
+        speed: of the rotor against T [rad/s].
+        c, s: of the rotor's angle in the world.
+    """
+    if command == 0.0:
+        return 0.0
+    wanted = command * (1 + ripple(p[_FIRST:], c, s))
+    # the torque is K apart + D (rate - speed); rate = wanted - droop * torque
+    stretched = SERVO_STIFFNESS * apart - SERVO_DAMPING * speed
+    return (wanted - p[0] * stretched) / (1 + p[0] * SERVO_DAMPING)
 
 
 @numba.njit
@@ -149,8 +171,6 @@ def _rate(model, data, actuator):  # typed by the signature in _install
     m = carray(model, _MODEL_SPAN, dtype=np.int64)
     d = carray(data, _DATA_SPAN, dtype=np.int64)
     command = carray(as_pointer(d[_CTRL]), actuator + 1, dtype=np.float64)[actuator]
-    if command == 0.0:
-        return 0.0
     table = carray(as_pointer(m[_DYNPRM]), _PARAMETERS * (actuator + 1), dtype=np.float64)
     p = table[_PARAMETERS * actuator :]
     address = int(carray(as_pointer(m[_ACTADR]), actuator + 1, dtype=np.int32)[actuator])
@@ -158,10 +178,7 @@ def _rate(model, data, actuator):  # typed by the signature in _install
     angle = carray(as_pointer(d[_LENGTH]), actuator + 1, dtype=np.float64)[actuator]
     speed = carray(as_pointer(d[_VELOCITY]), actuator + 1, dtype=np.float64)[actuator]
     c, s = _direction(m, d, actuator)
-    wanted = command * (1 + _ripple(p[_FIRST:], c, s))
-    # the torque is K (followed - angle) + D (rate - speed); rate = wanted - droop * torque
-    stretched = SERVO_STIFFNESS * (followed - angle) - SERVO_DAMPING * speed
-    return (wanted - p[0] * stretched) / (1 + p[0] * SERVO_DAMPING)
+    return servo_rate(p, command, followed - angle, speed, c, s)
 
 
 def _gain(model, data, actuator):  # typed by the signature in _install
@@ -171,4 +188,4 @@ def _gain(model, data, actuator):  # typed by the signature in _install
     table = carray(as_pointer(m[_GAINPRM]), _PARAMETERS * (actuator + 1), dtype=np.float64)
     p = table[_PARAMETERS * actuator :]
     c, s = _direction(m, d, actuator)
-    return p[0] * _ripple(p[_FIRST:], c, s)
+    return p[0] * ripple(p[_FIRST:], c, s)

@@ -1,0 +1,274 @@
+"""Planar chains: models whose motion a few compiled lines step as the engine would, five times faster.
+
+The robot in its hopping plane is one: a foot that is fixed or free, hinges about +y in a row, their
+springs and dampers, the rotor with its servo, and the force laws of `ground`, `laws` and `uneven`.
+`read_chain` takes every number from the compiled MjModel, so that effects and edits of the MjSpec
+are in it, and answers None for what it does not know: that is stepped by the engine. `chain_step`
+has the equations; both step alike to rounding (`tests/sim/test_sim_chain.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.sim.ground import GROUND_MAGIC, GROUND_PARAMETERS
+from workbench.sim.laws import LAWS_MAGIC, LAWS_PARAMETERS
+
+__all__ = ["Chain", "Link", "Motor", "read_chain"]
+
+Array = NDArray[np.float64]
+
+_FREE, _SLIDE, _HINGE = (
+    int(kind)
+    for kind in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
+)  # fmt: skip
+_CONTACT, _CONSTRAINT = (
+    int(bit) for bit in (mujoco.mjtDisableBit.mjDSBL_CONTACT, mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+)  # fmt: skip
+_ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+_PASSIVE, _INTEGRATOR, _USER = (
+    int(kind)
+    for kind in (mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtDyn.mjDYN_USER)
+)  # fmt: skip
+_FIXED, _RIPPLE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_USER)
+_UNBIASED, _AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
+_ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+_RIPPLES = 5
+_DUST = 1e-9  # [m, rad, m/s, rad/s, kg m^2] out of the plane that only rounding has put there
+
+
+class Link(IntEnum):
+    """Columns of `Chain.links`, all in the frame of the link, whose origin is its hinge.
+
+    Mass, centre of mass and inertia about it; where the hinge is in the link before, and how that
+    link is turned against this one at qpos zero; spring -x (k0 + k1 |x| + k2 x^2) from its rest
+    angle; damper -v (d0 + d1 |v| + d2 v^2); armature.
+    """
+
+    MASS, X, Z, INERTIA, AT_X, AT_Z, TURN, K0, K1, K2, REST, D0, D1, D2, ARMATURE = range(15)
+
+
+class Motor(IntEnum):
+    """Columns of `Chain.motors`, one row an actuator: torque = gain u + offset + k angle + d speed.
+
+    u is the control, or where `ADDRESS` is not negative the activation there, which grows by the
+    control, or where `UNEVEN` is 1 by what `uneven` makes of it. From `DROOP` on stand the numbers
+    of `uneven`; where `RIPPLED` is 1 its ripple is the gain.
+    """
+
+    LINK, GAIN, OFFSET, STIFFNESS, DAMPING, ADDRESS, UNEVEN, RIPPLED, DROOP = range(9)
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The numbers of a planar chain.
+
+    Args:
+        links: (n + 1, 15) as in `Link`; the first is the foot, or the world.
+        motors: (nu, 13) as in `Motor`.
+        ground: (17,) numeric field of `ground`, empty where no ground is.
+        laws: (10,) numeric field of `laws`, empty where there is none.
+        top: link that carries T, and T in its frame [m]; for `laws`.
+        gravity: forward and up [m/s^2].
+        step: [s].
+        root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
+    """
+
+    links: Array
+    motors: Array
+    ground: Array
+    laws: Array
+    top: tuple[int, float, float]
+    gravity: tuple[float, float]
+    step: float
+    root: int
+
+    @property
+    def layout(self) -> tuple[int, ...]:
+        """Return what chains must share to be stepped together."""
+        return (self.root, len(self.links), len(self.motors), len(self.ground), len(self.laws))
+
+
+def read_chain(model: mujoco.MjModel) -> Chain | None:
+    """Return the planar chain that a model is, None where it is none or has what is not known."""
+    root = _root(model)
+    if root is None or not (_is_plain(model) and _is_serial(model, root) and _is_flat(model, root)):
+        return None
+    fields = _fields(model)
+    motors = _motors(model, root)
+    if fields is None or motors is None:
+        return None
+    ground, laws = fields
+    links, frames = _links(model, root)
+    top = frames[int(laws[4])] if len(laws) else (0, 0.0, 0.0)
+    forward, _, up = model.opt.gravity
+    return Chain(links, motors, ground, laws, top, (forward, up), model.opt.timestep, root)
+
+
+def _root(model: mujoco.MjModel) -> int | None:
+    """Return the degrees of freedom of the root, None for joints that are not known."""
+    types = model.jnt_type
+    if model.njnt and types[0] == _FREE:
+        return 6
+    if model.njnt < 3 or types[0] != _SLIDE:
+        return 0
+    axes = np.array([[1, 0, 0], [0, 0, 1], [0, 1, 0]])
+    planar = list(types[:3]) == [_SLIDE, _SLIDE, _HINGE] and (model.jnt_axis[:3] == axes).all()
+    alone = not model.jnt_pos[:3].any() and not model.qpos0[:3].any() and model.body_jntnum[1] == 3
+    return 3 if planar and alone and not model.body_pos[1].any() else None
+
+
+def _is_plain(model: mujoco.MjModel) -> bool:
+    """Return whether the engine steps it by `implicitfast`, with neither constraints nor extras."""
+    opt, other = model.opt, model.neq + model.ntendon + model.nflex + model.nplugin + model.nmocap
+    off = opt.disableflags
+    forces = (model.body_gravcomp, model.dof_frictionloss * (not off & _CONSTRAINT))
+    touching = model.geom_contype.any() and model.geom_conaffinity.any() and not off & _CONTACT
+    free = off & _CONSTRAINT or not (model.jnt_limited.any() or touching)
+    return bool(
+        opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        and not (opt.density or opt.viscosity or opt.wind.any() or other)
+        and not off & ~(_CONTACT | _CONSTRAINT)
+        and not opt.enableflags & ~_ENERGY
+        and not any(force.any() for force in forces)
+        and free
+    )
+
+
+def _is_serial(model: mujoco.MjModel, root: int) -> bool:
+    """Return whether the bodies are in a row, behind the root a hinge about +y each, or none."""
+    first = 3 if root == 3 else int(root == 6)
+    hinged = model.body_jntnum[2 if root else 1 :]
+    dofs = slice(root, None)
+    return bool(
+        (model.body_parentid[1:] == np.arange(model.nbody - 1)).all()
+        and (hinged <= 1).all()
+        and (model.jnt_type[first:] == _HINGE).all()
+        and (model.jnt_axis[first:] == [0, 1, 0]).all()
+        and not model.jnt_pos[first:].any()
+        and not model.jnt_actfrclimited.any()
+        and not model.jnt_actgravcomp.any()
+        and not (model.dof_damping[:root].any() or model.dof_armature[:root].any())
+        and not model.jnt_stiffness[:first].any()
+        and len(model.dof_damping[dofs]) == model.njnt - first
+    )
+
+
+def _is_flat(model: mujoco.MjModel, root: int) -> bool:
+    """Return whether nothing drives it out of the plane."""
+    turned = model.body_quat[2 if root else 1 :, [1, 3]]
+    if model.opt.gravity[1] or turned.any():
+        return False
+    if root != 6:
+        return True
+    across = [_inertia(model, body)[1, [0, 2]] for body in range(1, model.nbody)]
+    return not (model.body_ipos[:, 1].any() or model.body_pos[2:, 1].any()) and bool(
+        np.abs(across).max() < _DUST
+    )
+
+
+def _inertia(model: mujoco.MjModel, body: int) -> Array:
+    """Return a body's inertia about its centre of mass in its frame, (3, 3) [kg m^2]."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.body_iquat[body])
+    axes = turn.reshape(3, 3)
+    return np.asarray(axes * model.body_inertia[body] @ axes.T)
+
+
+def _fields(model: mujoco.MjModel) -> tuple[Array, Array] | None:
+    """Return the numbers of `ground` and `laws` as the callback finds them."""
+    data = model.numeric_data
+    ground = laws = np.zeros(0)
+    used = 0
+    if len(data) >= GROUND_PARAMETERS and data[0] == GROUND_MAGIC:
+        ground, used = data[:GROUND_PARAMETERS].copy(), GROUND_PARAMETERS
+    if len(data) >= used + LAWS_PARAMETERS and data[used] == LAWS_MAGIC:
+        laws = data[used : used + LAWS_PARAMETERS].copy()
+    return ground, laws
+
+
+def _motors(model: mujoco.MjModel, root: int) -> Array | None:
+    """Return the actuators, None where one is of a kind that is not known."""
+    rows = np.zeros((model.nu, len(Motor) + _RIPPLES - 1))
+    limited = (model.actuator_ctrllimited, model.actuator_forcelimited, model.actuator_actlimited)
+    inner = (model.actuator_damping, model.actuator_armature, model.actuator_actearly)
+    late = model.actuator_delay
+    if any(each.any() for each in (*limited, *inner, late)) or (model.actuator_ctrlnum != 1).any():
+        return None
+    for k, row in enumerate(rows):
+        dynamics, gain = int(model.actuator_dyntype[k]), int(model.actuator_gaintype[k])
+        bias, joint = int(model.actuator_biastype[k]), int(model.actuator_trnid[k, 0])
+        known = (
+            dynamics in (_PASSIVE, _INTEGRATOR, _USER)
+            and gain in (_FIXED, _RIPPLE)
+            and bias in (_UNBIASED, _AFFINE)
+            and model.actuator_trntype[k] == _ON_JOINT
+            and model.actuator_gear[k, 0] == 1
+        )
+        dof = int(model.jnt_dofadr[joint]) if known else -1
+        if dof < root:
+            return None
+        uneven, rippled = dynamics == _USER, gain == _RIPPLE
+        row[: Motor.DROOP] = [
+            dof - root + 1, model.actuator_gainprm[k, 0],
+            *(model.actuator_biasprm[k, :3] * (bias == _AFFINE)),
+            -1 if dynamics == _PASSIVE else model.actuator_actadr[k], uneven, rippled,
+        ]  # fmt: skip
+        numbers = model.actuator_dynprm if uneven else model.actuator_gainprm
+        row[Motor.DROOP :] = numbers[k, :_RIPPLES] if uneven or rippled else 0.0
+    return rows
+
+
+def _links(model: mujoco.MjModel, root: int) -> tuple[Array, list[tuple[int, float, float]]]:
+    """Return the links, and of each body its link and its place there, forward and up [m].
+
+    Bodies without a hinge are part of the link before them.
+    """
+    links, first = [np.zeros(len(Link))], 2 if root else 1
+    frames: list[tuple[int, float, float]] = [(0, 0.0, 0.0)] * first
+    at, turned = np.zeros(2), 0.0
+    parts: list[list[tuple[float, Array, float]]] = [[] for _ in links]
+    for body in range(1, model.nbody):
+        if body >= first:
+            quat = model.body_quat[body]
+            at = at + _turned(model.body_pos[body, [0, 2]], turned)
+            turned += 2 * np.arctan2(quat[2], quat[0])
+            if model.body_jntnum[body]:
+                links.append(_hinge(model, int(model.body_jntadr[body]), at, turned))
+                parts.append([])
+                at, turned = np.zeros(2), 0.0
+            frames.append((len(links) - 1, float(at[0]), float(at[1])))
+        centre = at + _turned(model.body_ipos[body, [0, 2]], turned)
+        parts[-1].append((float(model.body_mass[body]), centre, _inertia(model, body)[1, 1]))
+    for link, own in zip(links, parts, strict=True):
+        mass = sum(m for m, _, _ in own)
+        if mass:
+            centre = np.sum([m * place for m, place, _ in own], axis=0) / mass
+            spread = sum(about + m * np.sum((place - centre) ** 2) for m, place, about in own)
+            link[: Link.AT_X] = mass, *centre, spread
+    return np.array(links), frames
+
+
+def _hinge(model: mujoco.MjModel, joint: int, at: Array, turned: float) -> Array:
+    """Return a link without its masses."""
+    place, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+    link = np.zeros(len(Link))
+    link[Link.AT_X :] = [
+        *at, turned - model.qpos0[place],
+        model.jnt_stiffness[joint], *np.atleast_1d(model.jnt_stiffnesspoly[joint]),
+        model.qpos_spring[place],
+        model.dof_damping[dof], *np.atleast_1d(model.dof_dampingpoly[dof]),
+        model.dof_armature[dof],
+    ]  # fmt: skip
+    return link
+
+
+def _turned(place: Array, angle: float) -> Array:
+    """Return a place (forward, up) turned about +y."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * place[0] + s * place[1], c * place[1] - s * place[0]])
