@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
-from workbench.sim import keep_engine_quiet, spread
+from workbench.sim import Stepper, keep_engine_quiet, spread
 
 __all__ = ["Innovations", "Job", "Observation", "Start", "observe"]
 
@@ -189,8 +189,10 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     for row, job in enumerate(jobs):
         batch.state[row] = job.state
     _lead(batch, jobs)
-    batch.set_models([job.model for job in jobs])
+    models = [job.model for job in jobs]
+    batch.set_models(models)
     batch.forward(stage=_CURRENT)
+    stepper = Stepper(batch, models)
     length, steps = max(len(job.seen) for job in jobs), jobs[0].steps
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
@@ -221,10 +223,8 @@ def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     for k in range(length):
         if k:
             command[:] = control[:, k - 1]
-            with suppress(SimulationError):  # the engine's own warnings count below
-                batch.step(nstep=steps, stage=_CURRENT)
-            broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
-            sane[broken] = np.minimum(sane[broken], k)
+            stepper.step(steps)
+            sane[stepper.broken] = np.minimum(sane[stepper.broken], k)
         predicted(places, axes, bodies, offsets, points)
         slopes_of(points, jacobian)
         if keep:

@@ -8,19 +8,18 @@ where the robot was seen to be and is driven as it was seen to turn: what it is 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from mujoco.batch import Batch, SimulationError
+from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.state import Observed, observed
 from workbench.fit.systems.hopper import Hopper
-from workbench.sim import Robot, keep_engine_quiet
+from workbench.sim import Robot, Stepper, keep_engine_quiet
 
 __all__ = ["HORIZONS", "Horizon", "prediction_errors", "predictions"]
 
@@ -103,22 +102,20 @@ def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
     for row, state in enumerate(_starts(one, rows)):
         batch.state[row] = state
     batch.forward(stage=_CURRENT)
+    stepper = Stepper(batch, [job.model] * len(rows))
     observation, points = job.observation, 2 * len(job.observation.bodies)
     places, qpos, command = batch.bind("xpos"), batch.bind("qpos"), batch.bind("ctrl")
     apart = np.full((len(rows), lives[rows[0]], points), np.nan)
     starts, ends = np.array(rows), np.array([lives[k] for k in rows])
     last = len(job.seen) - 1
-    broken = np.zeros(len(rows), dtype=np.bool_)
     for j in range(ends[0]):
         going = np.arange(np.count_nonzero(ends > j), dtype=np.int32)
         command[going] = job.control[starts[going] + j]
-        with suppress(SimulationError):  # the engine's own warnings count below
-            batch.step(ids=going, nstep=job.steps, stage=_CURRENT)
-        broken |= (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
+        stepper.step(job.steps, going)
         flat = places[:, observation.bodies].reshape(len(rows), -1)
         seen = flat @ observation.mix.T + qpos @ observation.pick.T + observation.bias
         apart[going, j] = (job.seen[np.minimum(starts + j + 1, last)] - seen)[going, :points]
-        apart[broken, j] = np.inf
+        apart[stepper.broken, j] = np.inf
     pairs = np.sum(apart.reshape(*apart.shape[:2], -1, 2) ** 2, axis=3)
     return [pairs[row, :end] for row, end in enumerate(ends)]
 

@@ -42,6 +42,7 @@ from workbench.sim.simulate import (
     simulate_all,
     spread,
 )
+from workbench.sim.stepper import Stepper
 
 __all__ = [
     "EFFECTS",
@@ -63,6 +64,7 @@ __all__ = [
     "Quantity",
     "Robot",
     "Simulation",
+    "Stepper",
     "Stick",
     "applied",
     "attempt_all",

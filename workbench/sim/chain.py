@@ -1,4 +1,4 @@
-"""Planar chains: models whose motion a few compiled lines step as the engine would, five times faster.
+"""Planar chains: models that compiled lines step as the engine does, in a fifth of its time.
 
 The robot in its hopping plane is one: a foot that is fixed or free, hinges about +y in a row, their
 springs and dampers, the rotor with its servo, and the force laws of `ground`, `laws` and `uneven`.
@@ -23,18 +23,11 @@ __all__ = ["Chain", "Link", "Motor", "read_chain"]
 
 Array = NDArray[np.float64]
 
-_FREE, _SLIDE, _HINGE = (
-    int(kind)
-    for kind in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
-)  # fmt: skip
-_CONTACT, _CONSTRAINT = (
-    int(bit) for bit in (mujoco.mjtDisableBit.mjDSBL_CONTACT, mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-)  # fmt: skip
+_JOINT, _DYN, _BIT = mujoco.mjtJoint, mujoco.mjtDyn, mujoco.mjtDisableBit
+_FREE, _SLIDE, _HINGE = map(int, (_JOINT.mjJNT_FREE, _JOINT.mjJNT_SLIDE, _JOINT.mjJNT_HINGE))
+_PASSIVE, _INTEGRATOR, _USER = map(int, (_DYN.mjDYN_NONE, _DYN.mjDYN_INTEGRATOR, _DYN.mjDYN_USER))
+_CONTACT, _CONSTRAINT = int(_BIT.mjDSBL_CONTACT), int(_BIT.mjDSBL_CONSTRAINT)
 _ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-_PASSIVE, _INTEGRATOR, _USER = (
-    int(kind)
-    for kind in (mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtDyn.mjDYN_USER)
-)  # fmt: skip
 _FIXED, _RIPPLE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_USER)
 _UNBIASED, _AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 _ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
@@ -45,9 +38,9 @@ _DUST = 1e-9  # [m, rad, m/s, rad/s, kg m^2] out of the plane that only rounding
 class Link(IntEnum):
     """Columns of `Chain.links`, all in the frame of the link, whose origin is its hinge.
 
-    Mass, centre of mass and inertia about it; where the hinge is in the link before, and how that
-    link is turned against this one at qpos zero; spring -x (k0 + k1 |x| + k2 x^2) from its rest
-    angle; damper -v (d0 + d1 |v| + d2 v^2); armature.
+    Mass, centre of mass, inertia about the hinge; where the hinge is in the link before, and by
+    what angle this link is turned against that one at qpos zero. Of the hinge: its spring, torque
+    -x (k0 + k1 |x| + k2 x^2) from a rest angle, its damper, -v (d0 + d1 |v| + d2 v^2), its armature.
     """
 
     MASS, X, Z, INERTIA, AT_X, AT_Z, TURN, K0, K1, K2, REST, D0, D1, D2, ARMATURE = range(15)
@@ -249,7 +242,7 @@ def _links(model: mujoco.MjModel, root: int) -> tuple[Array, list[tuple[int, flo
         mass = sum(m for m, _, _ in own)
         if mass:
             centre = np.sum([m * place for m, place, _ in own], axis=0) / mass
-            spread = sum(about + m * np.sum((place - centre) ** 2) for m, place, about in own)
+            spread = sum(about + m * np.sum(place**2) for m, place, about in own)
             link[: Link.AT_X] = mass, *centre, spread
     return np.array(links), frames
 

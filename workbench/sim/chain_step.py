@@ -14,6 +14,7 @@ point (x, z) from its hinge, the point's acceleration is a + w' (z, -x) - w^2 (x
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numba
 import numpy as np
@@ -38,13 +39,13 @@ _OF, _GAIN, _OFFSET, _STIFFNESS, _DAMPING, _ADDRESS, _UNEVEN, _RIPPLED, _DROOP =
 
 # columns of a link's work: place of its hinge from the one before; what the turning of the link
 # before adds to its acceleration; articulated inertia, (turn, forward, up) and symmetric; force;
-# 1 / inertia of the hinge, its torque; speed of its hinge in the world; cosine and sine
-_RX, _RZ, _CX, _CZ, _II, _IX, _IZ, _XX, _XZ, _ZZ, _FI, _FX, _FZ, _OVER, _TORQUE = range(15)
-_VX, _VZ, _COS, _SIN = range(15, 19)
-_WORK = 19
+# 1 / inertia of the hinge; its torque and damping; speed of its hinge in the world; cosine and sine
+_RX, _RZ, _CX, _CZ, _II, _IX, _IZ, _XX, _XZ, _ZZ, _FI, _FX, _FZ, _OVER = range(14)
+_TORQUE, _LOSS, _VX, _VZ, _COS, _SIN = range(14, 20)
+_WORK = 20
 
 
-def step_chains(
+def _step_chains(
     links: Array,
     motors: Array,
     ground: Array,
@@ -67,64 +68,75 @@ def step_chains(
     """Step some simulations of equal layout in place; one that breaks keeps the state it had.
 
     Args:
-        links, motors, ground, laws, top, gravity, step: of `Chain`, stacked, (s, ...).
+        links: of `Chain`, as all that follows up to the step, stacked, (s, n + 1, 15).
+        motors: (s, nu, 13).
+        ground: (s, 17) or (s, 0).
+        laws: (s, 10) or (s, 0).
+        top: (s, 3).
+        gravity: (s, 2) [m/s^2].
+        step: (s,) [s].
         root: degrees of freedom of the root.
         rows: which are stepped.
-        qpos, qvel, act, control, userdata: (s, ...) of the engine's state.
+        qpos: (s, nq) of the engine's state, as all that follows.
+        qvel: (s, nv).
+        act: (s, na).
+        control: (s, nu).
+        userdata: (s, nuserdata).
         same: (s,) whether `userdata` has the forces of this very state.
         steps: how many.
         torque: (s, nu) of the last step's motors, written.
         broken: (s,) set where an acceleration is none; those are not stepped again.
     """
     count = links.shape[1] - 1
-    q, v = np.empty(count + 3), np.empty(count + 3)
+    q, v, foot = np.empty(count + 3), np.empty(count + 3), np.empty(3)
     activation, user = np.empty(act.shape[1]), np.empty(userdata.shape[1])
     work = np.empty((count + 1, _WORK))
     for row in rows:
         if broken[row]:
             continue
-        _take(root, qpos[row], qvel[row], q, v)
-        activation[:] = act[row]
-        user[:] = userdata[row]
-        sane = _advance(
+        _take(root, qpos, qvel, row, q, v)
+        for i in range(len(activation)):
+            activation[i] = act[row, i]
+        for i in range(len(user)):
+            user[i] = userdata[row, i]
+        broken[row] = not _advance(
             links[row], motors[row], ground[row], laws[row], top[row], gravity[row], step[row],
-            root > 0, q, v, activation, control[row], user, same[row], steps, torque[row], work,
+            root > 0, q, v, activation, control[row], user, same[row], steps, torque[row], foot,
+            work,
         )  # fmt: skip
-        if not sane:
-            broken[row] = True
+        if broken[row]:
             continue
-        _give(root, q, v, qpos[row], qvel[row])
-        act[row] = activation
-        userdata[row] = user
+        _give(root, q, v, qpos, qvel, row)
+        for i in range(len(activation)):
+            act[row, i] = activation[i]
+        for i in range(len(user)):
+            userdata[row, i] = user[i]
 
 
 @numba.njit
-def _take(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
+def _take(root: int, qpos: Array, qvel: Array, row: int, q: Array, v: Array) -> None:
     """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles."""
+    first = 3 if root == 6 else 3 - root
+    for i in range(first):
+        q[i] = v[i] = 0.0
     if root == 6:
-        q[0], q[1], q[2] = qpos[0], qpos[2], 2 * math.atan2(qpos[5], qpos[3])
-        v[0], v[1], v[2] = qvel[0], qvel[2], qvel[4]
-        q[3:] = qpos[7:]
-        v[3:] = qvel[6:]
-        return
-    q[: 3 - root] = 0.0
-    v[: 3 - root] = 0.0
-    q[3 - root :] = qpos
-    v[3 - root :] = qvel
+        q[0], q[1], q[2] = qpos[row, 0], qpos[row, 2], 2 * math.atan2(qpos[row, 5], qpos[row, 3])
+        v[0], v[1], v[2] = qvel[row, 0], qvel[row, 2], qvel[row, 4]
+    places, speeds = qpos.shape[1] - len(q), qvel.shape[1] - len(v)
+    for i in range(first, len(q)):
+        q[i], v[i] = qpos[row, places + i], qvel[row, speeds + i]
 
 
 @numba.njit
-def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array) -> None:
+def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array, row: int) -> None:
     """Copy them back."""
     if root == 6:
-        qpos[0], qpos[2] = q[0], q[1]
-        qpos[3], qpos[5] = math.cos(q[2] / 2), math.sin(q[2] / 2)
-        qvel[0], qvel[2], qvel[4] = v[0], v[1], v[2]
-        qpos[7:] = q[3:]
-        qvel[6:] = v[3:]
-        return
-    qpos[:] = q[3 - root :]
-    qvel[:] = v[3 - root :]
+        qpos[row, 0], qpos[row, 2] = q[0], q[1]
+        qpos[row, 3], qpos[row, 5] = math.cos(q[2] / 2), math.sin(q[2] / 2)
+        qvel[row, 0], qvel[row, 2], qvel[row, 4] = v[0], v[1], v[2]
+    places, speeds = qpos.shape[1] - len(q), qvel.shape[1] - len(v)
+    for i in range(3 if root == 6 else 3 - root, len(q)):
+        qpos[row, places + i], qvel[row, speeds + i] = q[i], v[i]
 
 
 @numba.njit
@@ -145,97 +157,89 @@ def _advance(
     same: bool,
     steps: int,
     torque: Array,
+    foot: Array,
     work: Array,
 ) -> bool:
     """Step one chain; return whether every acceleration was one."""
     last = links.shape[0] - 1
-    foot = np.empty(3)
-    for k in range(steps):
-        foot[:] = 0.0
+    for done in range(steps):
+        foot[0] = foot[1] = foot[2] = 0.0
         if ground.shape[0] > 0:
-            if same and k == 0:
+            if same and done == 0:
                 planar_forces_again(ground, q, user, foot)
             else:
                 planar_forces(ground, q, v, user, foot)
-        x = _place(links, q, v, work)
+        _place(links, q, v, work)
+        _bend(links, q, v, work)
+        for i in range(motors.shape[0]):
+            _turn(motors, i, q, v, act, control, torque, work)
         if laws.shape[0] > 0:
-            _pull(links, laws, top, x, q, v, work)
-        for link in range(last, 0, -1):
-            _inward(links[link], motors, step, link, q, v, act, control, torque, work)
-        turn, forward, up = _root(work[0], foot) if free else (0.0, -gravity[0], -gravity[1])
+            _pull(links, laws, top, q, v, work)
+        _inward(links, step, work)
+        turn, forward, up = _root(work, foot) if free else (0.0, -gravity[0], -gravity[1])
         if not abs(turn) + abs(forward) + abs(up) < _HIGHEST:
             return False
         if free:
             v[0] += step * (forward + gravity[0])
             v[1] += step * (up + gravity[1])
             v[2] += step * turn
-        for motor in range(motors.shape[0]):
-            _activate(motors[motor], step, q, v, act, control[motor], work)
-        for link in range(1, last + 1):
-            w = work[link]
-            forward, up = forward + turn * w[_RZ] + w[_CX], up - turn * w[_RX] + w[_CZ]
-            held = w[_II] * turn + w[_IX] * forward + w[_IZ] * up
-            own = (w[_TORQUE] - held) * w[_OVER]
+        for i in range(motors.shape[0]):
+            _activate(motors, i, step, q, v, act, control, work)
+        for k in range(1, last + 1):
+            rx, rz = work[k, _RX], work[k, _RZ]
+            forward, up = forward + turn * rz + work[k, _CX], up - turn * rx + work[k, _CZ]
+            held = work[k, _II] * turn + work[k, _IX] * forward + work[k, _IZ] * up
+            own = (work[k, _TORQUE] - held) * work[k, _OVER]
             if not abs(own) < _HIGHEST:
                 return False
             turn += own
-            v[2 + link] += step * own
+            v[2 + k] += step * own
         for i in range(0 if free else 3, last + 3):
             q[i] += step * v[i]
     return True
 
 
 @numba.njit
-def _place(links: Array, q: Array, v: Array, work: Array) -> float:
-    """Write each link's place, inertia and centrifugal force; return where the root is forward."""
+def _place(links: Array, q: Array, v: Array, work: Array) -> None:
+    """Write each link's place, inertia and centrifugal force."""
     angle, turn = q[2], v[2]
     c, s = math.cos(angle), math.sin(angle)
     vx, vz = v[0], v[1]
     for k in range(links.shape[0]):
-        link, w = links[k], work[k]
         if k > 0:
-            x, z = c * link[_AT_X] + s * link[_AT_Z], c * link[_AT_Z] - s * link[_AT_X]
-            w[_RX], w[_RZ] = x, z
-            w[_CX], w[_CZ] = -turn * turn * x, -turn * turn * z
+            x = c * links[k, _AT_X] + s * links[k, _AT_Z]
+            z = c * links[k, _AT_Z] - s * links[k, _AT_X]
+            work[k, _RX], work[k, _RZ] = x, z
+            work[k, _CX], work[k, _CZ] = -turn * turn * x, -turn * turn * z
             vx, vz = vx + turn * z, vz - turn * x
-            angle += link[_TURN] + q[2 + k]
+            angle += links[k, _TURN] + q[2 + k]
             turn += v[2 + k]
             c, s = math.cos(angle), math.sin(angle)
-        x, z, mass = c * link[_X] + s * link[_Z], c * link[_Z] - s * link[_X], link[_MASS]
-        w[_II], w[_IX], w[_IZ] = link[_INERTIA] + mass * (x * x + z * z), mass * z, -mass * x
-        w[_XX], w[_XZ], w[_ZZ] = mass, 0.0, mass
-        w[_FI], w[_FX], w[_FZ] = 0.0, -mass * turn * turn * x, -mass * turn * turn * z
-        w[_VX], w[_VZ], w[_COS], w[_SIN] = vx, vz, c, s
-    return q[0]
+        mass = links[k, _MASS]
+        x = mass * (c * links[k, _X] + s * links[k, _Z])
+        z = mass * (c * links[k, _Z] - s * links[k, _X])
+        work[k, _II], work[k, _IX], work[k, _IZ] = links[k, _INERTIA], z, -x
+        work[k, _XX], work[k, _XZ], work[k, _ZZ] = mass, 0.0, mass
+        work[k, _FI], work[k, _FX], work[k, _FZ] = 0.0, -turn * turn * x, -turn * turn * z
+        work[k, _VX], work[k, _VZ], work[k, _COS], work[k, _SIN] = vx, vz, c, s
 
 
 @numba.njit
-def _pull(
-    links: Array, laws: Array, top: Array, x: float, q: Array, v: Array, work: Array
-) -> None:
-    """Add what `laws` does to T and at the foot's hinge."""
-    carrier, turn = int(top[0]), v[2]
-    for k in range(1, carrier + 1):
-        x += work[k, _RX]
-        turn += v[2 + k]
-    w = work[carrier]
-    dx = w[_COS] * top[1] + w[_SIN] * top[2]
-    dz = w[_COS] * top[2] - w[_SIN] * top[1]
-    fx, _, fz = top_force(laws, x + dx, w[_VX] + turn * dz, 0.0, w[_VZ] - turn * dx)
-    w[_FI] -= dz * fx - dx * fz
-    w[_FX] -= fx
-    w[_FZ] -= fz
-    if laws[5] > 0.0:  # within the play the spring of the foot's hinge, the first, gives nothing
-        bent = q[3] - links[1, _REST]
-        work[1, _FI] -= links[1, _K0] * min(max(bent, -laws[5]), laws[5])
+def _bend(links: Array, q: Array, v: Array, work: Array) -> None:
+    """Write the torque of each hinge's spring and damper, and the damper's derivative."""
+    for k in range(1, links.shape[0]):
+        bent, speed = q[2 + k] - links[k, _REST], v[2 + k]
+        far, fast = abs(bent), abs(speed)
+        spring = bent * (links[k, _K0] + far * (links[k, _K1] + far * links[k, _K2]))
+        damper = speed * (links[k, _D0] + fast * (links[k, _D1] + fast * links[k, _D2]))
+        work[k, _TORQUE] = -spring - damper
+        work[k, _LOSS] = links[k, _D0] + fast * (2 * links[k, _D1] + fast * 3 * links[k, _D2])
 
 
 @numba.njit
-def _inward(
-    link: Array,
+def _turn(
     motors: Array,
-    step: float,
-    k: int,
+    i: int,
     q: Array,
     v: Array,
     act: Array,
@@ -243,84 +247,96 @@ def _inward(
     torque: Array,
     work: Array,
 ) -> None:
-    """Put a link, as far as its hinge holds it, into the one before."""
-    w, before = work[k], work[k - 1]
-    bent, speed = q[2 + k] - link[_REST], v[2 + k]
-    far, fast = abs(bent), abs(speed)
-    own = -bent * (link[_K0] + far * (link[_K1] + far * link[_K2]))
-    own -= speed * (link[_D0] + fast * (link[_D1] + fast * link[_D2]))
-    damping = link[_D0] + fast * (2 * link[_D1] + fast * 3 * link[_D2])
-    for i in range(motors.shape[0]):
-        if int(motors[i, _OF]) == k:
-            torque[i] = _torque(motors[i], q[2 + k], speed, act, control[i], w)
-            own += torque[i]
-            damping -= motors[i, _DAMPING]
-    a, b, c = w[_II], w[_IX], w[_IZ]
-    over = 1.0 / (a + link[_ARMATURE] + step * damping)
-    own -= w[_FI]
-    w[_OVER], w[_TORQUE] = over, own
-    own *= over
-    xx, xz, zz = w[_XX] - b * b * over, w[_XZ] - b * c * over, w[_ZZ] - c * c * over
-    ii, ix, iz = a - a * a * over, b - a * b * over, c - a * c * over
-    cx, cz, rx, rz = w[_CX], w[_CZ], w[_RX], w[_RZ]
-    fi = w[_FI] + ix * cx + iz * cz + a * own
-    fx = w[_FX] + xx * cx + xz * cz + b * own
-    fz = w[_FZ] + xz * cx + zz * cz + c * own
-    at_x, at_z = ix + xx * rz - xz * rx, iz + xz * rz - zz * rx
-    before[_II] += ii + rz * ix - rx * iz + rz * at_x - rx * at_z
-    before[_IX] += at_x
-    before[_IZ] += at_z
-    before[_XX] += xx
-    before[_XZ] += xz
-    before[_ZZ] += zz
-    before[_FI] += fi + rz * fx - rx * fz
-    before[_FX] += fx
-    before[_FZ] += fz
-
-
-@numba.njit
-def _torque(
-    motor: Array, angle: float, speed: float, act: Array, command: float, w: Array
-) -> float:
-    """Return the torque of a motor [N m]."""
-    gain, address = motor[_GAIN], int(motor[_ADDRESS])
-    if motor[_RIPPLED] != 0.0:
-        gain = motor[_DROOP] * ripple(motor[_DROOP + 1 :], w[_COS], w[_SIN])
-    driven = command if address < 0 else act[address]
-    return gain * driven + motor[_OFFSET] + motor[_STIFFNESS] * angle + motor[_DAMPING] * speed
+    """Add the torque of a motor to that of its hinge."""
+    k, gain, address = int(motors[i, _OF]), motors[i, _GAIN], int(motors[i, _ADDRESS])
+    if motors[i, _RIPPLED] != 0.0:
+        gain *= ripple(motors[i, _DROOP + 1 :], work[k, _COS], work[k, _SIN])
+    driven = control[i] if address < 0 else act[address]
+    passive = motors[i, _STIFFNESS] * q[2 + k] + motors[i, _DAMPING] * v[2 + k]
+    torque[i] = gain * driven + motors[i, _OFFSET] + passive
+    work[k, _TORQUE] += torque[i]
+    work[k, _LOSS] -= motors[i, _DAMPING]
 
 
 @numba.njit
 def _activate(
-    motor: Array, step: float, q: Array, v: Array, act: Array, command: float, work: Array
+    motors: Array, i: int, step: float, q: Array, v: Array, act: Array, control: Array, work: Array
 ) -> None:
-    """Move a motor's activation on; the speeds are still those before the step."""
-    address, k = int(motor[_ADDRESS]), int(motor[_OF])
+    """Move a motor's activation on; hinges have the speeds that they had before the step."""
+    k, address, rate = int(motors[i, _OF]), int(motors[i, _ADDRESS]), control[i]
     if address < 0:
         return
-    rate = command
-    if motor[_UNEVEN] != 0.0:
-        w, apart = work[k], act[address] - q[2 + k]
-        rate = servo_rate(motor[_DROOP:], command, apart, v[2 + k], w[_COS], w[_SIN])
+    if motors[i, _UNEVEN] != 0.0:
+        apart, numbers = act[address] - q[2 + k], motors[i, _DROOP:]
+        rate = servo_rate(numbers, rate, apart, v[2 + k], work[k, _COS], work[k, _SIN])
     act[address] += step * rate
 
 
 @numba.njit
-def _root(w: Array, foot: Array) -> tuple[float, float, float]:
+def _pull(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array) -> None:
+    """Add what `laws` does to T and at the foot's hinge."""
+    carrier, x, turn = int(top[0]), q[0], v[2]
+    for k in range(1, carrier + 1):
+        x += work[k, _RX]
+        turn += v[2 + k]
+    c, s = work[carrier, _COS], work[carrier, _SIN]
+    dx, dz = c * top[1] + s * top[2], c * top[2] - s * top[1]
+    vx, vz = work[carrier, _VX] + turn * dz, work[carrier, _VZ] - turn * dx
+    fx, _, fz = top_force(laws, x + dx, vx, 0.0, vz)
+    work[carrier, _FI] -= dz * fx - dx * fz
+    work[carrier, _FX] -= fx
+    work[carrier, _FZ] -= fz
+    if laws[5] > 0.0:  # within the play the spring of the foot's hinge, the first, gives nothing
+        bent = q[3] - links[1, _REST]
+        work[1, _TORQUE] += links[1, _K0] * min(max(bent, -laws[5]), laws[5])
+
+
+@numba.njit
+def _inward(links: Array, step: float, work: Array) -> None:
+    """Put each link, as far as its hinge holds it, into the one before."""
+    for k in range(links.shape[0] - 1, 0, -1):
+        a, b, c = work[k, _II], work[k, _IX], work[k, _IZ]
+        over = 1.0 / (a + links[k, _ARMATURE] + step * work[k, _LOSS])
+        work[k, _TORQUE] -= work[k, _FI]
+        work[k, _OVER] = over
+        own = work[k, _TORQUE] * over
+        xx, xz, zz = work[k, _XX], work[k, _XZ], work[k, _ZZ]
+        xx, xz, zz = xx - b * b * over, xz - b * c * over, zz - c * c * over
+        ii, ix, iz = a - a * a * over, b - a * b * over, c - a * c * over
+        rx, rz, cx, cz = work[k, _RX], work[k, _RZ], work[k, _CX], work[k, _CZ]
+        fi = work[k, _FI] + ix * cx + iz * cz + a * own
+        fx = work[k, _FX] + xx * cx + xz * cz + b * own
+        fz = work[k, _FZ] + xz * cx + zz * cz + c * own
+        at_x, at_z = ix + xx * rz - xz * rx, iz + xz * rz - zz * rx
+        work[k - 1, _II] += ii + rz * ix - rx * iz + rz * at_x - rx * at_z
+        work[k - 1, _IX] += at_x
+        work[k - 1, _IZ] += at_z
+        work[k - 1, _XX] += xx
+        work[k - 1, _XZ] += xz
+        work[k - 1, _ZZ] += zz
+        work[k - 1, _FI] += fi + rz * fx - rx * fz
+        work[k - 1, _FX] += fx
+        work[k - 1, _FZ] += fz
+
+
+@numba.njit
+def _root(work: Array, foot: Array) -> tuple[float, float, float]:
     """Return the acceleration of a free root, turn, forward, up, less gravity.
 
     Args:
-        w: its work.
+        work: of the links.
         foot: force forward, up and torque of the ground.
     """
-    a, b, c, d, e, f = w[_II], w[_IX], w[_IZ], w[_XX], w[_XZ], w[_ZZ]
-    torque, fx, fz = foot[2] - w[_FI], foot[0] - w[_FX], foot[1] - w[_FZ]
+    a, b, c = work[0, _II], work[0, _IX], work[0, _IZ]
+    d, e, f = work[0, _XX], work[0, _XZ], work[0, _ZZ]
+    fx, fz = foot[0] - work[0, _FX], foot[1] - work[0, _FZ]
     over = 1.0 / (d * f - e * e)
     xx, xz, zz = f * over, -e * over, d * over
     along, above = b * xx + c * xz, b * xz + c * zz
-    turn = (torque - along * fx - above * fz) / (a - along * b - above * c)
+    torque = foot[2] - work[0, _FI] - along * fx - above * fz
+    turn = torque / (a - along * b - above * c)
     fx, fz = fx - b * turn, fz - c * turn
     return turn, xx * fx + xz * fz, xz * fx + zz * fz
 
 
-step_chains = compiled(step_chains)
+step_chains: Callable[..., None] = compiled(_step_chains)

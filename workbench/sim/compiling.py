@@ -11,7 +11,7 @@ import hashlib
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.ccallback import CFunc
@@ -41,7 +41,7 @@ def callback(function: Callable[..., Any], signature: str, offsets: Sequence[int
 def compiled(function: F) -> F:
     """Compile a function that calls others of this room; it lets other threads run meanwhile."""
     _name_by_sources(function)
-    return numba.njit(nogil=True, cache=True)(function)
+    return cast(F, numba.njit(nogil=True, cache=True)(function))
 
 
 def _name_by_sources(function: Callable[..., Any], offsets: Sequence[int] = ()) -> None:

@@ -110,7 +110,9 @@ def top_force(
     Args:
         p: numbers of the laws, as in the numeric field.
         x: where T is, forward [m].
-        vx, vy, vz: how fast T moves [m/s].
+        vx: how fast T moves forward [m/s].
+        vy: to the left [m/s].
+        vz: upward [m/s].
     """
     drag = -p[6] * np.sqrt(vx * vx + vy * vy + vz * vz)
     return drag * vx + p[7] - p[8] * (x - p[9]), drag * vy, drag * vz

@@ -146,7 +146,8 @@ def servo_rate(
         command: [rad/s].
         apart: the angle followed less the rotor's [rad].
         speed: of the rotor against T [rad/s].
-        c, s: of the rotor's angle in the world.
+        c: cosine of the rotor's angle in the world.
+        s: its sine.
     """
     if command == 0.0:
         return 0.0
@@ -178,7 +179,7 @@ def _rate(model, data, actuator):  # typed by the signature in _install
     angle = carray(as_pointer(d[_LENGTH]), actuator + 1, dtype=np.float64)[actuator]
     speed = carray(as_pointer(d[_VELOCITY]), actuator + 1, dtype=np.float64)[actuator]
     c, s = _direction(m, d, actuator)
-    return servo_rate(p, command, followed - angle, speed, c, s)
+    return servo_rate(p, float(command), followed - angle, float(speed), c, s)
 
 
 def _gain(model, data, actuator):  # typed by the signature in _install
