@@ -40,7 +40,8 @@ class Link(IntEnum):
 
     Mass, centre of mass, inertia about the hinge; where the hinge is in the link before, and by
     what angle this link is turned against that one at qpos zero. Of the hinge: its spring, torque
-    -x (k0 + k1 |x| + k2 x^2) from a rest angle, its damper, -v (d0 + d1 |v| + d2 v^2), its armature.
+    -x (k0 + k1 x + k2 x^2) from a rest angle, its damper, -v (d0 + d1 |v| + d2 v^2), and its
+    armature.
     """
 
     MASS, X, Z, INERTIA, AT_X, AT_Z, TURN, K0, K1, K2, REST, D0, D1, D2, ARMATURE = range(15)
@@ -64,8 +65,8 @@ class Chain:
     Args:
         links: (n + 1, 15) as in `Link`; the first is the foot, or the world.
         motors: (nu, 13) as in `Motor`.
-        ground: (17,) numeric field of `ground`, empty where no ground is.
-        laws: (10,) numeric field of `laws`, empty where there is none.
+        ground: (17,) numeric field of `ground`, zeros where no ground is.
+        laws: (10,) numeric field of `laws`, zeros where there is none.
         top: link that carries T, and T in its frame [m]; for `laws`.
         gravity: forward and up [m/s^2].
         step: [s].
@@ -81,24 +82,18 @@ class Chain:
     step: float
     root: int
 
-    @property
-    def layout(self) -> tuple[int, ...]:
-        """Return what chains must share to be stepped together."""
-        return (self.root, len(self.links), len(self.motors), len(self.ground), len(self.laws))
-
 
 def read_chain(model: mujoco.MjModel) -> Chain | None:
     """Return the planar chain that a model is, None where it is none or has what is not known."""
     root = _root(model)
     if root is None or not (_is_plain(model) and _is_serial(model, root) and _is_flat(model, root)):
         return None
-    fields = _fields(model)
     motors = _motors(model, root)
-    if fields is None or motors is None:
+    if motors is None:
         return None
-    ground, laws = fields
+    ground, laws = _fields(model)
     links, frames = _links(model, root)
-    top = frames[int(laws[4])] if len(laws) else (0, 0.0, 0.0)
+    top = frames[int(laws[4])]
     forward, _, up = model.opt.gravity
     return Chain(links, motors, ground, laws, top, (forward, up), model.opt.timestep, root)
 
@@ -173,11 +168,10 @@ def _inertia(model: mujoco.MjModel, body: int) -> Array:
     return np.asarray(axes * model.body_inertia[body] @ axes.T)
 
 
-def _fields(model: mujoco.MjModel) -> tuple[Array, Array] | None:
+def _fields(model: mujoco.MjModel) -> tuple[Array, Array]:
     """Return the numbers of `ground` and `laws` as the callback finds them."""
     data = model.numeric_data
-    ground = laws = np.zeros(0)
-    used = 0
+    ground, laws, used = np.zeros(GROUND_PARAMETERS), np.zeros(LAWS_PARAMETERS), 0
     if len(data) >= GROUND_PARAMETERS and data[0] == GROUND_MAGIC:
         ground, used = data[:GROUND_PARAMETERS].copy(), GROUND_PARAMETERS
     if len(data) >= used + LAWS_PARAMETERS and data[used] == LAWS_MAGIC:

@@ -70,8 +70,8 @@ def _step_chains(
     Args:
         links: of `Chain`, as all that follows up to the step, stacked, (s, n + 1, 15).
         motors: (s, nu, 13).
-        ground: (s, 17) or (s, 0).
-        laws: (s, 10) or (s, 0).
+        ground: (s, 17).
+        laws: (s, 10).
         top: (s, 3).
         gravity: (s, 2) [m/s^2].
         step: (s,) [s].
@@ -100,9 +100,9 @@ def _step_chains(
         for i in range(len(user)):
             user[i] = userdata[row, i]
         broken[row] = not _advance(
-            links[row], motors[row], ground[row], laws[row], top[row], gravity[row], step[row],
-            root > 0, q, v, activation, control[row], user, same[row], steps, torque[row], foot,
-            work,
+            links[row], motors[row], ground[row], laws[row], top[row], gravity[row],
+            float(step[row]), root > 0, q, v, activation, control[row], user, bool(same[row]),
+            steps, torque[row], foot, work,
         )  # fmt: skip
         if broken[row]:
             continue
@@ -164,7 +164,7 @@ def _advance(
     last = links.shape[0] - 1
     for done in range(steps):
         foot[0] = foot[1] = foot[2] = 0.0
-        if ground.shape[0] > 0:
+        if ground[0] != 0.0:
             if same and done == 0:
                 planar_forces_again(ground, q, user, foot)
             else:
@@ -173,7 +173,7 @@ def _advance(
         _bend(links, q, v, work)
         for i in range(motors.shape[0]):
             _turn(motors, i, q, v, act, control, torque, work)
-        if laws.shape[0] > 0:
+        if laws[0] != 0.0:
             _pull(links, laws, top, q, v, work)
         _inward(links, step, work)
         turn, forward, up = _root(work, foot) if free else (0.0, -gravity[0], -gravity[1])
@@ -229,8 +229,8 @@ def _bend(links: Array, q: Array, v: Array, work: Array) -> None:
     """Write the torque of each hinge's spring and damper, and the damper's derivative."""
     for k in range(1, links.shape[0]):
         bent, speed = q[2 + k] - links[k, _REST], v[2 + k]
-        far, fast = abs(bent), abs(speed)
-        spring = bent * (links[k, _K0] + far * (links[k, _K1] + far * links[k, _K2]))
+        fast = abs(speed)
+        spring = bent * (links[k, _K0] + bent * (links[k, _K1] + bent * links[k, _K2]))
         damper = speed * (links[k, _D0] + fast * (links[k, _D1] + fast * links[k, _D2]))
         work[k, _TORQUE] = -spring - damper
         work[k, _LOSS] = links[k, _D0] + fast * (2 * links[k, _D1] + fast * 3 * links[k, _D2])

@@ -1,0 +1,135 @@
+"""Planar chains step as the engine does; what is no planar chain is left to the engine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from unittest import mock
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco.batch import Batch
+
+from tests.sim.rigs import with_effect
+from workbench.sim import EFFECTS, Condition, Robot, Simulation, Stepper, simulate
+from workbench.sim.chain import read_chain
+from workbench.sim.simulate import at_rest
+
+SAMPLES = 90
+CONDITIONS = {
+    "hop": Condition("hop", np.full(SAMPLES, 17.0)),
+    "clamped": Condition("clamped", np.full(SAMPLES, 13.0)),
+    "decay": Condition("decay", np.zeros(SAMPLES), pull=0.4),
+    "drop": Condition("drop", np.zeros(SAMPLES), height=0.02),
+    "torque": Condition("clamped", np.full(SAMPLES, 0.01), drive="torque"),
+}
+ALIKE = 1e-11
+"""[m, rad]; rounding alone: measured 1e-14 in what is clamped, 1e-12 after a landing."""
+OF_THE_ENGINE = {"hinge_coulomb_friction"}
+"""Effects that need the engine's constraint solver."""
+
+BOOM = """
+<mujoco><option integrator="implicitfast" timestep="0.001" gravity="{gravity}"/><worldbody>
+  <body pos="0.1 0.02 1" quat="0.9 0 0.1 0">
+    <inertial pos="0.02 0 0.01" mass="0.3" fullinertia="0.002 0.003 0.002 0 0.0002 0"/>
+    <joint name="a" axis="0 1 0" damping="0.01 0.02 0.03" armature="0.001" ref="0.2"/>
+    <body pos="0.2 0 0.1"><inertial pos="0 0 0.1" mass="0.1" diaginertia="0.001 0.002 0.001"/>
+      <body pos="0.1 0.05 0.2" quat="0.8 0 -0.3 0">
+        <inertial pos="0.05 0 0" mass="0.2" diaginertia="0.001 0.001 0.001"/>
+        <joint name="b" axis="{axis}" stiffness="2 0.5 3" springref="0.3" {extra}/>
+      </body></body></body></worldbody>
+  <actuator><general joint="b" gainprm="2" biastype="affine" biasprm="0.1 -2 -0.05"/>
+    <motor joint="a" gear="{gear}"/></actuator></mujoco>
+"""
+PLAIN = {"gravity": "1 0 -9.81", "axis": "0 1 0", "extra": "", "gear": "1"}
+
+
+def by_engine(robot: Robot, condition: Condition) -> Simulation:
+    with mock.patch("workbench.sim.stepper.read_chain", return_value=None):
+        return simulate(robot, condition)
+
+
+def apart(robot: Robot, condition: Condition) -> float:
+    """Return the greatest difference of a place or an angle between both ways."""
+    ours, engine = simulate(robot, condition).motion, by_engine(robot, condition).motion
+    names = [name for name in engine.names if name.endswith(("_m", "_rad"))]
+    return max(float(np.abs(ours[name] - engine[name]).max()) for name in names)
+
+
+@pytest.mark.parametrize("planar", [False, True])
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_the_robot_moves_as_the_engine_moves_it(robot: Robot, name: str, planar: bool) -> None:
+    found, condition = replace(robot, planar=planar), CONDITIONS[name]
+    assert read_chain(at_rest(found, condition)[0]) is not None
+    assert 0 < apart(found, condition) < ALIKE
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_acts_as_in_the_engine(robot: Robot, name: str) -> None:
+    effect = EFFECTS[name]
+    changed = with_effect(robot, name, **{q.name: q.tolerance for q in effect.quantities})
+    condition = CONDITIONS[effect.excited_by[0]]
+    assert apart(changed, condition) < ALIKE
+    if effect.build is not None:
+        edited = replace(changed, effects={}, edits=(lambda s, r: effect.build(s, r, values),))
+        values = {q.name: q.tolerance for q in effect.quantities}
+        chain = read_chain(at_rest(edited, condition)[0])
+        assert (chain is None) == (name in OF_THE_ENGINE)
+
+
+def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
+    ours, engine = (way(robot, CONDITIONS["hop"]).motion for way in (simulate, by_engine))
+    for name in ("motor_power_W", "ground_x_N", "ground_z_N", "corners_touching"):
+        assert np.ptp(engine[name]) > 0
+        assert np.abs(ours[name] - engine[name]).max() < 1e-8, name
+
+
+def test_a_boom_of_another_kind_moves_as_in_the_engine() -> None:
+    model = mujoco.MjModel.from_xml_string(BOOM.format(**PLAIN))
+    assert read_chain(model) is not None
+    batch, data = Batch(model, nsim=1, nthread=1, persistent=True), mujoco.MjData(model)
+    batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+    stepper = Stepper(batch, [model])
+    for k in range(40):
+        batch.bind("ctrl")[:] = data.ctrl[:] = [np.sin(0.3 * k), 0.1]
+        stepper.step(25)
+        mujoco.mj_step(model, data, nstep=25)
+        assert np.abs(batch.bind("qpos")[0] - data.qpos).max() < 1e-12
+    assert np.abs(data.qpos).max() > 0.3
+    assert batch.bind("time").item() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gravity": "0 1 -9.81"},
+        {"axis": "0 1 0.1"},
+        {"extra": 'frictionloss="0.1"'},
+        {"extra": 'pos="0.01 0 0"'},
+        {"extra": 'limited="true" range="-1 1"'},
+        {"gear": "2"},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_what_is_no_planar_chain_is_left_to_the_engine(change: dict[str, str]) -> None:
+    assert read_chain(mujoco.MjModel.from_xml_string(BOOM.format(**PLAIN | change))) is None
+
+
+def test_a_motor_with_its_own_states_is_left_to_the_engine(robot: Robot) -> None:
+    volts = Condition("clamped", np.full(9, 3.0), drive="voltage")
+    assert read_chain(at_rest(robot, volts)[0]) is None
+    assert apart(robot, volts) == 0.0
+
+
+def test_numbers_that_blow_up_end_the_motion(robot: Robot) -> None:
+    model, data = at_rest(robot, CONDITIONS["clamped"])
+    model.opt.timestep *= 20
+    batch = Batch(model, nsim=2, nthread=1, persistent=True)
+    batch.bind("qpos")[:] = data.qpos
+    batch.bind("qpos")[1, 3] += 0.5
+    batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+    stepper = Stepper(batch, [model, model])
+    for _ in range(60):
+        stepper.step(34)
+    assert stepper.broken.any()
+    assert np.isfinite(batch.bind("qpos")).all()
