@@ -11,7 +11,7 @@ import pytest
 from mujoco.batch import Batch
 
 from tests.sim.rigs import with_effect
-from workbench.sim import EFFECTS, Condition, Robot, Simulation, Stepper, simulate
+from workbench.sim import EFFECTS, Condition, Robot, Simulation, Stepper, applied, simulate
 from workbench.sim.chain import read_chain
 from workbench.sim.simulate import at_rest
 
@@ -70,11 +70,8 @@ def test_an_effect_acts_as_in_the_engine(robot: Robot, name: str) -> None:
     changed = with_effect(robot, name, **{q.name: q.tolerance for q in effect.quantities})
     condition = CONDITIONS[effect.excited_by[0]]
     assert apart(changed, condition) < ALIKE
-    if effect.build is not None:
-        edited = replace(changed, effects={}, edits=(lambda s, r: effect.build(s, r, values),))
-        values = {q.name: q.tolerance for q in effect.quantities}
-        chain = read_chain(at_rest(edited, condition)[0])
-        assert (chain is None) == (name in OF_THE_ENGINE)
+    chain = read_chain(at_rest(applied(changed), condition)[0])
+    assert (chain is None) == (name in OF_THE_ENGINE)
 
 
 def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
