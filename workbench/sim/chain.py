@@ -9,6 +9,7 @@ has the equations; both step alike to rounding (`tests/sim/test_sim_chain.py`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -67,7 +68,8 @@ class Chain:
         motors: (nu, 13) as in `Motor`.
         ground: (17,) numeric field of `ground`, zeros where no ground is.
         laws: (10,) numeric field of `laws`, zeros where there is none.
-        top: link that carries T, and T in its frame [m]; for `laws`.
+        bodies: (nbody, 3) of each body its link, and its place there, forward and up [m].
+        top: (3,) the same of T; for `laws`.
         gravity: forward and up [m/s^2].
         step: [s].
         root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
@@ -77,10 +79,20 @@ class Chain:
     motors: Array
     ground: Array
     laws: Array
-    top: tuple[int, float, float]
+    bodies: Array
+    top: Array
     gravity: tuple[float, float]
     step: float
     root: int
+
+    @property
+    def dofs(self) -> NDArray[np.int_]:
+        """Return the engine's degree of freedom of each coordinate; -1 for those of a fixed root.
+
+        Coordinates are forward, up and pitch of the root, and the angles of the hinges.
+        """
+        root = {6: [0, 2, 4], 3: [0, 1, 2], 0: [-1, -1, -1]}[self.root]
+        return np.array([*root, *range(self.root, self.root + len(self.links) - 1)])
 
 
 def read_chain(model: mujoco.MjModel) -> Chain | None:
@@ -92,10 +104,11 @@ def read_chain(model: mujoco.MjModel) -> Chain | None:
     if motors is None:
         return None
     ground, laws = _fields(model)
-    links, frames = _links(model, root)
-    top = frames[int(laws[4])]
+    links, bodies = _links(model, root)
+    top = bodies[int(laws[4])]
     forward, _, up = model.opt.gravity
-    return Chain(links, motors, ground, laws, top, (forward, up), model.opt.timestep, root)
+    step = model.opt.timestep
+    return Chain(links, motors, ground, laws, bodies, top, (forward, up), step, root)
 
 
 def _root(model: mujoco.MjModel) -> int | None:
@@ -154,18 +167,18 @@ def _is_flat(model: mujoco.MjModel, root: int) -> bool:
         return False
     if root != 6:
         return True
-    across = [_inertia(model, body)[1, [0, 2]] for body in range(1, model.nbody)]
-    return not (model.body_ipos[:, 1].any() or model.body_pos[2:, 1].any()) and bool(
-        np.abs(across).max() < _DUST
-    )
+    across = np.abs(_inertias(model)[1:, [0, 2]]).max()
+    return not (model.body_ipos[:, 1].any() or model.body_pos[2:, 1].any() or across >= _DUST)
 
 
-def _inertia(model: mujoco.MjModel, body: int) -> Array:
-    """Return a body's inertia about its centre of mass in its frame, (3, 3) [kg m^2]."""
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, model.body_iquat[body])
-    axes = turn.reshape(3, 3)
-    return np.asarray(axes * model.body_inertia[body] @ axes.T)
+def _inertias(model: mujoco.MjModel) -> Array:
+    """Return the row about +y of each body's inertia about its centre, (nbody, 3) [kg m^2]."""
+    w, x, y, z = model.body_iquat.T
+    along = np.array([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)])
+    across = np.array([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
+    above = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    weighted = across.T * model.body_inertia
+    return np.stack([(weighted * axis.T).sum(axis=1) for axis in (along, across, above)], axis=1)
 
 
 def _fields(model: mujoco.MjModel) -> tuple[Array, Array]:
@@ -211,51 +224,52 @@ def _motors(model: mujoco.MjModel, root: int) -> Array | None:
     return rows
 
 
-def _links(model: mujoco.MjModel, root: int) -> tuple[Array, list[tuple[int, float, float]]]:
+def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
     """Return the links, and of each body its link and its place there, forward and up [m].
 
     Bodies without a hinge are part of the link before them.
     """
-    links, first = [np.zeros(len(Link))], 2 if root else 1
-    frames: list[tuple[int, float, float]] = [(0, 0.0, 0.0)] * first
-    at, turned = np.zeros(2), 0.0
-    parts: list[list[tuple[float, Array, float]]] = [[] for _ in links]
+    first, hinged = 2 if root else 1, model.body_jntnum.tolist()
+    quats, places, centres = (
+        each.tolist() for each in (model.body_quat, model.body_pos, model.body_ipos)
+    )
+    masses, inertias = model.body_mass.tolist(), _inertias(model)[:, 1].tolist()
+    links, bodies = [[0.0] * len(Link)], [[0.0, 0.0, 0.0] for _ in hinged]
+    turns = [0.0]
+    x = z = turned = 0.0
     for body in range(1, model.nbody):
         if body >= first:
-            quat = model.body_quat[body]
-            at = at + _turned(model.body_pos[body, [0, 2]], turned)
-            turned += 2 * np.arctan2(quat[2], quat[0])
-            if model.body_jntnum[body]:
-                links.append(_hinge(model, int(model.body_jntadr[body]), at, turned))
-                parts.append([])
-                at, turned = np.zeros(2), 0.0
-            frames.append((len(links) - 1, float(at[0]), float(at[1])))
-        centre = at + _turned(model.body_ipos[body, [0, 2]], turned)
-        parts[-1].append((float(model.body_mass[body]), centre, _inertia(model, body)[1, 1]))
-    for link, own in zip(links, parts, strict=True):
-        mass = sum(m for m, _, _ in own)
-        if mass:
-            centre = np.sum([m * place for m, place, _ in own], axis=0) / mass
-            spread = sum(about + m * np.sum(place**2) for m, place, about in own)
-            link[: Link.AT_X] = mass, *centre, spread
-    return np.array(links), frames
+            dx, dz = _turned(places[body][0], places[body][2], turned)
+            x, z = x + dx, z + dz
+            turned += 2 * math.atan2(quats[body][2], quats[body][0])
+            if hinged[body]:
+                links.append([0.0] * len(Link))
+                links[-1][Link.AT_X], links[-1][Link.AT_Z] = x, z
+                turns.append(turned)
+                x = z = turned = 0.0
+            bodies[body] = [len(links) - 1, x, z]
+        dx, dz = _turned(centres[body][0], centres[body][2], turned)
+        link, mass, along, above = links[-1], masses[body], x + dx, z + dz
+        link[Link.MASS] += mass
+        link[Link.X] += mass * along
+        link[Link.Z] += mass * above
+        link[Link.INERTIA] += inertias[body] + mass * (along * along + above * above)
+    found = np.array(links)
+    massive = found[:, Link.MASS] > 0
+    found[massive, Link.X : Link.Z + 1] /= found[massive, Link.MASS, None]
+    joints = slice(3 if root == 3 else int(root == 6), None)
+    own, dofs = found[1:], slice(root, None)
+    own[:, Link.TURN] = np.array(turns[1:]) - model.qpos0[model.jnt_qposadr[joints]]
+    own[:, Link.K0] = model.jnt_stiffness[joints]
+    own[:, Link.K1 : Link.K2 + 1] = model.jnt_stiffnesspoly[joints]
+    own[:, Link.REST] = model.qpos_spring[model.jnt_qposadr[joints]]
+    own[:, Link.D0] = model.dof_damping[dofs]
+    own[:, Link.D1 : Link.D2 + 1] = model.dof_dampingpoly[dofs]
+    own[:, Link.ARMATURE] = model.dof_armature[dofs]
+    return found, np.array(bodies)
 
 
-def _hinge(model: mujoco.MjModel, joint: int, at: Array, turned: float) -> Array:
-    """Return a link without its masses."""
-    place, dof = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
-    link = np.zeros(len(Link))
-    link[Link.AT_X :] = [
-        *at, turned - model.qpos0[place],
-        model.jnt_stiffness[joint], *np.atleast_1d(model.jnt_stiffnesspoly[joint]),
-        model.qpos_spring[place],
-        model.dof_damping[dof], *np.atleast_1d(model.dof_dampingpoly[dof]),
-        model.dof_armature[dof],
-    ]  # fmt: skip
-    return link
-
-
-def _turned(place: Array, angle: float) -> Array:
+def _turned(x: float, z: float, angle: float) -> tuple[float, float]:
     """Return a place (forward, up) turned about +y."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([c * place[0] + s * place[1], c * place[1] - s * place[0]])
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x + s * z, c * z - s * x

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from workbench.sim.chain import Link, Motor
 from workbench.sim.compiling import compiled
-from workbench.sim.ground import planar_forces, planar_forces_again
+from workbench.sim.ground import GROUND_RECORD, planar_forces, planar_forces_again
 from workbench.sim.laws import top_force
 from workbench.sim.uneven import ripple, servo_rate
 
-__all__ = ["step_chains"]
+__all__ = ["step_chains", "stiffness_of_chain"]
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,10 @@ def _step_chains(
     act: Array,
     control: Array,
     userdata: Array,
-    same: NDArray[np.bool_],
+    time: Array,
+    had_qpos: Array,
+    had_qvel: Array,
+    had_userdata: Array,
     steps: int,
     torque: Array,
     broken: NDArray[np.bool_],
@@ -82,7 +85,11 @@ def _step_chains(
         act: (s, na).
         control: (s, nu).
         userdata: (s, nuserdata).
-        same: (s,) whether `userdata` has the forces of this very state.
+        time: (s, 1) [s].
+        had_qpos: (s, nq) state of which `userdata` has the forces; those of another state, one that
+            was corrected since, are new. The state after the steps is written.
+        had_qvel: (s, nv) the same.
+        had_userdata: (s, nuserdata) the same, not written.
         steps: how many.
         torque: (s, nu) of the last step's motors, written.
         broken: (s,) set where an acceleration is none; those are not stepped again.
@@ -94,6 +101,8 @@ def _step_chains(
     for row in rows:
         if broken[row]:
             continue
+        same = _same(qpos[row], had_qpos[row]) and _same(qvel[row], had_qvel[row])
+        same = same and _same(userdata[row], had_userdata[row])
         _take(root, qpos, qvel, row, q, v)
         for i in range(len(activation)):
             activation[i] = act[row, i]
@@ -101,16 +110,26 @@ def _step_chains(
             user[i] = userdata[row, i]
         broken[row] = not _advance(
             links[row], motors[row], ground[row], laws[row], top[row], gravity[row],
-            float(step[row]), root > 0, q, v, activation, control[row], user, bool(same[row]),
+            float(step[row]), root > 0, q, v, activation, control[row], user, same,
             steps, torque[row], foot, work,
         )  # fmt: skip
         if broken[row]:
             continue
         _give(root, q, v, qpos, qvel, row)
+        _give(root, q, v, had_qpos, had_qvel, row)
+        time[row, 0] += steps * step[row]
         for i in range(len(activation)):
             act[row, i] = activation[i]
         for i in range(len(user)):
             userdata[row, i] = user[i]
+
+
+@numba.njit
+def _same(one: Array, other: Array) -> bool:
+    for i in range(len(one)):  # noqa: SIM110 (faster so where it is compiled)
+        if one[i] != other[i]:
+            return False
+    return True
 
 
 @numba.njit
@@ -283,9 +302,7 @@ def _pull(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array
     dx, dz = c * top[1] + s * top[2], c * top[2] - s * top[1]
     vx, vz = work[carrier, _VX] + turn * dz, work[carrier, _VZ] - turn * dx
     fx, _, fz = top_force(laws, x + dx, vx, 0.0, vz)
-    work[carrier, _FI] -= dz * fx - dx * fz
-    work[carrier, _FX] -= fx
-    work[carrier, _FZ] -= fz
+    _burden(work, carrier, top, fx, fz)
     if laws[5] > 0.0:  # within the play the spring of the foot's hinge, the first, gives nothing
         bent = q[3] - links[1, _REST]
         work[1, _TORQUE] += links[1, _K0] * min(max(bent, -laws[5]), laws[5])
@@ -339,4 +356,99 @@ def _root(work: Array, foot: Array) -> tuple[float, float, float]:
     return turn, xx * fx + xz * fz, xz * fx + zz * fz
 
 
+def _stiffness_of_chain(
+    links: Array,
+    ground: Array,
+    laws: Array,
+    top: Array,
+    gravity: Array,
+    root: int,
+    qpos: Array,
+    directions: Array,
+    dofs: NDArray[np.int64],
+    step: float,
+    pulled: Array,
+    pull: Array,
+) -> Array:
+    """Return minus the derivative of the force that nothing balances, (n, n), at rest.
+
+    Central differences; the foot's corners lock where they are.
+
+    Args:
+        links: of `Chain`, as all that follows up to the root.
+        ground: (17,).
+        laws: (10,).
+        top: (3,).
+        gravity: (2,) [m/s^2].
+        root: degrees of freedom of the root.
+        qpos: (1, nq) of the engine.
+        directions: (n, links + 2) what moves, per unit; forward, up, pitch of the root, hinges.
+        dofs: (n,) whose forces are returned, counted likewise.
+        step: of the differences [m, rad].
+        pulled: (3,) link and place of a force on T.
+        pull: (2,) that force, forward and up [N].
+    """
+    size, count = len(dofs), links.shape[0] + 2
+    q, v, rest, foot = np.empty(count), np.zeros(count), np.zeros((1, count + 3)), np.empty(3)
+    user, work = np.empty(GROUND_RECORD), np.empty((links.shape[0], _WORK))
+    sides, found = np.empty((2, size)), np.empty((size, size))
+    for column in range(size):
+        for side in range(2):
+            _take(root, qpos, rest, 0, q, v)
+            for i in range(count):
+                q[i] += (step - 2 * step * side) * directions[column, i]
+            user[:] = 0.0
+            foot[0] = foot[1] = foot[2] = 0.0
+            if ground[0] != 0.0:
+                planar_forces(ground, q, v, user, foot)
+            _place(links, q, v, work)
+            _bend(links, q, v, work)
+            if laws[0] != 0.0:
+                _pull(links, laws, top, q, v, work)
+            _burden(work, int(pulled[0]), pulled, pull[0], pull[1])
+            _weigh(gravity, foot, work)
+            for i in range(size):
+                k = dofs[i]
+                sides[side, i] = (
+                    -work[0, _FX + k]
+                    if k < 2
+                    else -work[0, _FI]
+                    if k == 2
+                    else work[k - 2, _TORQUE]
+                )
+        for i in range(size):
+            found[i, column] = (sides[1, i] - sides[0, i]) / (2 * step)
+    return found
+
+
+@numba.njit
+def _burden(work: Array, k: int, place: Array, fx: float, fz: float) -> None:
+    """Let a force act on a link at a place of its frame."""
+    c, s = work[k, _COS], work[k, _SIN]
+    dx, dz = c * place[1] + s * place[2], c * place[2] - s * place[1]
+    work[k, _FI] -= dz * fx - dx * fz
+    work[k, _FX] -= fx
+    work[k, _FZ] -= fz
+
+
+@numba.njit
+def _weigh(gravity: Array, foot: Array, work: Array) -> None:
+    """Sum up, tip to root, what gravity and forces on links do at each hinge of a chain at rest."""
+    for k in range(work.shape[0] - 1, -1, -1):
+        work[k, _FI] -= work[k, _IX] * gravity[0] + work[k, _IZ] * gravity[1]
+        work[k, _FX] -= work[k, _XX] * gravity[0]
+        work[k, _FZ] -= work[k, _XX] * gravity[1]
+        if k == 0:
+            work[0, _FI] -= foot[2]
+            work[0, _FX] -= foot[0]
+            work[0, _FZ] -= foot[1]
+            break
+        work[k, _TORQUE] -= work[k, _FI]
+        fx, fz = work[k, _FX], work[k, _FZ]
+        work[k - 1, _FI] += work[k, _FI] + work[k, _RZ] * fx - work[k, _RX] * fz
+        work[k - 1, _FX] += fx
+        work[k - 1, _FZ] += fz
+
+
+stiffness_of_chain: Callable[..., Array] = compiled(_stiffness_of_chain)
 step_chains: Callable[..., None] = compiled(_step_chains)

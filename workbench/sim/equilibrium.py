@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.sim.chain import read_chain
 from workbench.sim.drive import Drive, hold_rotor
 from workbench.sim.ground import CORNER_FIELDS, CORNERS
 from workbench.sim.laws import within_play
@@ -85,13 +86,16 @@ def settle(
     free = moving_dofs(model, foot)
     data.joint("rotor").qpos[:] = start_angle - world_angle(data)
     data.xfrc_applied[model.body("top").id, [0, 2]] = pull
-    stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
+    chain = read_chain(model)
+    stiffness = static_stiffness(model, data, free, chain=chain)
+    force = static_force(model, data)[free]
     for _ in range(_ROUNDS):
         if np.abs(force).max() < _BALANCED:
             break
         leaving = within_play(model, data)
         displace(model, data, free, _bounded(_towards_rest(stiffness, force, leaving)))
-        stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
+        stiffness = static_stiffness(model, data, free, chain=chain)
+        force = static_force(model, data)[free]
     _require_standing(data, force, stiffness)
     data.xfrc_applied[:] = 0
     hold_rotor(model, data)
@@ -116,10 +120,11 @@ def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> 
         InputError: when no force in this plane holds it there.
     """
     free, top = moving_dofs(model, "fixed"), model.body("top").id
-    pull, jacobian = np.zeros(2), np.empty((3, model.nv))
+    pull, jacobian, chain = np.zeros(2), np.empty((3, model.nv)), read_chain(model)
     for _ in range(_ROUNDS):
         data.xfrc_applied[top, [0, 2]] = pull
-        stiffness, force = static_stiffness(model, data, free), static_force(model, data)[free]
+        stiffness = static_stiffness(model, data, free, chain=chain)
+        force = static_force(model, data)[free]
         mujoco.mj_jac(model, data, jacobian, None, data.xpos[top], top)
         slopes = jacobian[[0, 2]][:, free]
         away = np.array([x, z]) - data.xpos[top, [0, 2]]

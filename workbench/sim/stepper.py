@@ -36,13 +36,17 @@ class Stepper:
         self._batch = batch
         self.broken = np.zeros(batch.nsim, dtype=np.bool_)
         self.torque = np.zeros((batch.nsim, batch.model.nu))
-        self._torque, self._act, self._control, self._time = (
-            batch.bind(name) for name in ("actuator_force", "act", "ctrl", "time")
+        self._torque = batch.bind("actuator_force")
+        self._state = tuple(
+            batch.bind(name).reshape(batch.nsim, -1)
+            for name in ("qpos", "qvel", "act", "ctrl", "userdata", "time")
         )
-        self._state = tuple(batch.bind(name) for name in ("qpos", "qvel", "userdata"))
-        self._kept = [part.copy() for part in self._state]
+        self._userdata = self._state[4]
+        self._had = tuple(self._state[k].copy() for k in (0, 1, 4))
+        self._all = np.arange(batch.nsim, dtype=np.int32)
         chains = [read_chain(model) for model in models]
         self._by_chain = np.array([chain is not None for chain in chains])
+        self._only_chains = bool(self._by_chain.all())
         some = next((chain for chain in chains if chain is not None), None)
         if some is None:
             return
@@ -60,7 +64,10 @@ class Stepper:
             steps: of the engine.
             rows: which.
         """
-        rows = np.arange(len(self.broken), dtype=np.int32) if rows is None else rows
+        rows = self._all if rows is None else rows
+        if self._only_chains:
+            self._step_chains(steps, rows)
+            return
         by_chain = self._by_chain[rows]
         if by_chain.any():
             self._step_chains(steps, rows[by_chain])
@@ -75,16 +82,9 @@ class Stepper:
         self.torque[rows] = self._torque[rows]
 
     def _step_chains(self, steps: int, rows: NDArray[np.int32]) -> None:
-        qpos, qvel, userdata = self._state
-        # a state that is corrected between two steps has new forces; one that is not, has had them
-        same = np.all(
-            [(a == b).all(axis=1) for a, b in zip(self._state, self._kept, strict=True)], axis=0
-        )
         step_chains(
-            *self._numbers, self._root, rows, qpos, qvel, self._act, self._control, userdata, same,
-            steps, self.torque, self.broken,
+            *self._numbers, self._root, rows, *self._state, *self._had, steps, self.torque,
+            self.broken,
         )  # fmt: skip
-        self._time[rows] += steps * self._numbers[-1][rows].reshape(-1, *self._time.shape[1:])
-        self._batch.forward(ids=rows, stage=_CURRENT)
-        for kept, part in zip(self._kept, self._state, strict=True):
-            kept[:] = part
+        self._batch.forward(ids=None if rows is self._all else rows, stage=_CURRENT)
+        self._had[2][:] = self._userdata
