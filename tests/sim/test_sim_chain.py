@@ -14,6 +14,7 @@ from tests.sim.rigs import with_effect
 from workbench.sim import EFFECTS, Condition, Robot, Simulation, Stepper, applied, simulate
 from workbench.sim.chain import read_chain
 from workbench.sim.simulate import at_rest
+from workbench.sim.statics import RotorKeeps, moving_dofs, static_stiffness
 
 SAMPLES = 90
 CONDITIONS = {
@@ -79,6 +80,23 @@ def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
     for name in ("motor_power_W", "ground_x_N", "ground_z_N", "corners_touching"):
         assert np.ptp(engine[name]) > 0
         assert np.abs(ours[name] - engine[name]).max() < 1e-8, name
+
+
+@pytest.mark.parametrize("keeps", ["world", "top"])
+@pytest.mark.parametrize("condition", ["hop", "decay"])
+def test_the_static_stiffness_is_that_of_the_engine(
+    robot: Robot, condition: str, keeps: RotorKeeps
+) -> None:
+    """With a pull on T, a slope, a play and a cable, each of which has its part in it."""
+    effects = {"root_play": {"gap": 0.01}, "tether": {"pull": 0.05, "stiffness": 3.0}}
+    bent = replace(applied(replace(robot, effects=effects)), slope=0.02)
+    model, data = at_rest(bent, CONDITIONS[condition])
+    data.xfrc_applied[model.body("top").id, [0, 2]] = 0.2, -0.1
+    dofs, chain = moving_dofs(model, CONDITIONS[condition].foot), read_chain(model)
+    assert chain is not None
+    engine = static_stiffness(model, data, dofs, keeps)
+    assert np.abs(static_stiffness(model, data, dofs, keeps, chain) - engine).max() < 1e-8
+    assert np.abs(engine).max() > 5
 
 
 def test_a_boom_of_another_kind_moves_as_in_the_engine() -> None:

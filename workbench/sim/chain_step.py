@@ -30,6 +30,8 @@ __all__ = ["step_chains", "stiffness_of_chain"]
 
 Array = NDArray[np.float64]
 
+_njit = numba.njit(error_model="numpy")  # no test for zero at each division
+
 _HIGHEST = 1e10
 """Beyond it the engine calls an acceleration bad (mjMAXVAL)."""
 
@@ -124,7 +126,7 @@ def _step_chains(
             userdata[row, i] = user[i]
 
 
-@numba.njit
+@_njit
 def _same(one: Array, other: Array) -> bool:
     for i in range(len(one)):  # noqa: SIM110 (faster so where it is compiled)
         if one[i] != other[i]:
@@ -132,7 +134,7 @@ def _same(one: Array, other: Array) -> bool:
     return True
 
 
-@numba.njit
+@_njit
 def _take(root: int, qpos: Array, qvel: Array, row: int, q: Array, v: Array) -> None:
     """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles."""
     first = 3 if root == 6 else 3 - root
@@ -146,7 +148,7 @@ def _take(root: int, qpos: Array, qvel: Array, row: int, q: Array, v: Array) -> 
         q[i], v[i] = qpos[row, places + i], qvel[row, speeds + i]
 
 
-@numba.njit
+@_njit
 def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array, row: int) -> None:
     """Copy them back."""
     if root == 6:
@@ -158,7 +160,7 @@ def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array, row: int) -> 
         qpos[row, places + i], qvel[row, speeds + i] = q[i], v[i]
 
 
-@numba.njit
+@_njit
 def _advance(
     links: Array,
     motors: Array,
@@ -218,7 +220,7 @@ def _advance(
     return True
 
 
-@numba.njit
+@_njit
 def _place(links: Array, q: Array, v: Array, work: Array) -> None:
     """Write each link's place, inertia and centrifugal force."""
     angle, turn = q[2], v[2]
@@ -243,7 +245,7 @@ def _place(links: Array, q: Array, v: Array, work: Array) -> None:
         work[k, _VX], work[k, _VZ], work[k, _COS], work[k, _SIN] = vx, vz, c, s
 
 
-@numba.njit
+@_njit
 def _bend(links: Array, q: Array, v: Array, work: Array) -> None:
     """Write the torque of each hinge's spring and damper, and the damper's derivative."""
     for k in range(1, links.shape[0]):
@@ -255,7 +257,7 @@ def _bend(links: Array, q: Array, v: Array, work: Array) -> None:
         work[k, _LOSS] = links[k, _D0] + fast * (2 * links[k, _D1] + fast * 3 * links[k, _D2])
 
 
-@numba.njit
+@_njit
 def _turn(
     motors: Array,
     i: int,
@@ -277,7 +279,7 @@ def _turn(
     work[k, _LOSS] -= motors[i, _DAMPING]
 
 
-@numba.njit
+@_njit
 def _activate(
     motors: Array, i: int, step: float, q: Array, v: Array, act: Array, control: Array, work: Array
 ) -> None:
@@ -291,7 +293,7 @@ def _activate(
     act[address] += step * rate
 
 
-@numba.njit
+@_njit
 def _pull(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array) -> None:
     """Add what `laws` does to T and at the foot's hinge."""
     carrier, x, turn = int(top[0]), q[0], v[2]
@@ -308,7 +310,7 @@ def _pull(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array
         work[1, _TORQUE] += links[1, _K0] * min(max(bent, -laws[5]), laws[5])
 
 
-@numba.njit
+@_njit
 def _inward(links: Array, step: float, work: Array) -> None:
     """Put each link, as far as its hinge holds it, into the one before."""
     for k in range(links.shape[0] - 1, 0, -1):
@@ -336,7 +338,7 @@ def _inward(links: Array, step: float, work: Array) -> None:
         work[k - 1, _FZ] += fz
 
 
-@numba.njit
+@_njit
 def _root(work: Array, foot: Array) -> tuple[float, float, float]:
     """Return the acceleration of a free root, turn, forward, up, less gravity.
 
@@ -421,7 +423,7 @@ def _stiffness_of_chain(
     return found
 
 
-@numba.njit
+@_njit
 def _burden(work: Array, k: int, place: Array, fx: float, fz: float) -> None:
     """Let a force act on a link at a place of its frame."""
     c, s = work[k, _COS], work[k, _SIN]
@@ -431,7 +433,7 @@ def _burden(work: Array, k: int, place: Array, fx: float, fz: float) -> None:
     work[k, _FZ] -= fz
 
 
-@numba.njit
+@_njit
 def _weigh(gravity: Array, foot: Array, work: Array) -> None:
     """Sum up, tip to root, what gravity and forces on links do at each hinge of a chain at rest."""
     for k in range(work.shape[0] - 1, -1, -1):

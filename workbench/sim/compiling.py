@@ -41,7 +41,7 @@ def callback(function: Callable[..., Any], signature: str, offsets: Sequence[int
 def compiled(function: F) -> F:
     """Compile a function that calls others of this room; it lets other threads run meanwhile."""
     _name_by_sources(function)
-    return cast(F, numba.njit(nogil=True, cache=True)(function))
+    return cast(F, numba.njit(nogil=True, cache=True, error_model="numpy")(function))
 
 
 def _name_by_sources(function: Callable[..., Any], offsets: Sequence[int] = ()) -> None:
