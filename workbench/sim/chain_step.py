@@ -56,16 +56,10 @@ def _step_chains(
     gravity: Array,
     step: Array,
     root: int,
-    rows: NDArray[np.int64],
-    qpos: Array,
-    qvel: Array,
-    act: Array,
-    control: Array,
-    userdata: Array,
-    time: Array,
-    had_qpos: Array,
-    had_qvel: Array,
-    had_userdata: Array,
+    rows: NDArray[np.int32],
+    state: Array,
+    forced: Array,
+    places: NDArray[np.int64],
     steps: int,
     torque: Array,
     broken: NDArray[np.bool_],
@@ -82,82 +76,77 @@ def _step_chains(
         step: (s,) [s].
         root: degrees of freedom of the root.
         rows: which are stepped.
-        qpos: (s, nq) of the engine's state, as all that follows.
-        qvel: (s, nv).
-        act: (s, na).
-        control: (s, nu).
-        userdata: (s, nuserdata).
-        time: (s, 1) [s].
-        had_qpos: (s, nq) state of which `userdata` has the forces; those of another state, one that
-            was corrected since, are new. The state after the steps is written.
-        had_qvel: (s, nv) the same.
-        had_userdata: (s, nuserdata) the same, not written.
+        state: (s, size) mjSTATE_INTEGRATION.
+        forced: (s, size) states of which `userdata` has the forces; a state that was corrected
+            since then gets new ones.
+        places: (6, 2) where in the state qpos, qvel, act, ctrl, userdata and time begin and end.
         steps: how many.
         torque: (s, nu) of the last step's motors, written.
         broken: (s,) set where an acceleration is none; those are not stepped again.
     """
-    count = links.shape[1] - 1
-    q, v, foot = np.empty(count + 3), np.empty(count + 3), np.empty(3)
-    activation, user = np.empty(act.shape[1]), np.empty(userdata.shape[1])
-    work = np.empty((count + 1, _WORK))
+    count = links.shape[1] + 2
+    q, v, foot = np.empty(count), np.empty(count), np.empty(3)
+    act, user = np.empty(places[2, 1] - places[2, 0]), np.empty(places[4, 1] - places[4, 0])
+    work = np.empty((links.shape[1], _WORK))
     for row in rows:
         if broken[row]:
             continue
-        same = _same(qpos[row], had_qpos[row]) and _same(qvel[row], had_qvel[row])
-        same = same and _same(userdata[row], had_userdata[row])
-        _take(root, qpos, qvel, row, q, v)
-        for i in range(len(activation)):
-            activation[i] = act[row, i]
-        for i in range(len(user)):
-            user[i] = userdata[row, i]
+        qpos, qvel = _part(state, row, places[0]), _part(state, row, places[1])
+        control, same = _part(state, row, places[3]), True
+        for k in (0, 1, 4):
+            for i in range(places[k, 0], places[k, 1]):
+                same = same and state[row, i] == forced[row, i]
+        _take(root, qpos, qvel, q, v)
+        _copy(_part(state, row, places[2]), act)
+        _copy(_part(state, row, places[4]), user)
         broken[row] = not _advance(
             links[row], motors[row], ground[row], laws[row], top[row], gravity[row],
-            float(step[row]), root > 0, q, v, activation, control[row], user, same,
-            steps, torque[row], foot, work,
+            float(step[row]), root > 0, q, v, act, control, user, same, steps, torque[row], foot,
+            work,
         )  # fmt: skip
         if broken[row]:
             continue
-        _give(root, q, v, qpos, qvel, row)
-        _give(root, q, v, had_qpos, had_qvel, row)
-        time[row, 0] += steps * step[row]
-        for i in range(len(activation)):
-            act[row, i] = activation[i]
-        for i in range(len(user)):
-            userdata[row, i] = user[i]
+        _give(root, q, v, qpos, qvel)
+        _copy(act, _part(state, row, places[2]))
+        _copy(user, _part(state, row, places[4]))
+        state[row, places[5, 0]] += steps * step[row]
 
 
 @_njit
-def _same(one: Array, other: Array) -> bool:
-    for i in range(len(one)):  # noqa: SIM110 (faster so where it is compiled)
-        if one[i] != other[i]:
-            return False
-    return True
+def _part(state: Array, row: int, place: NDArray[np.int64]) -> Array:
+    return state[row, place[0] : place[1]]
 
 
 @_njit
-def _take(root: int, qpos: Array, qvel: Array, row: int, q: Array, v: Array) -> None:
+def _copy(values: Array, to: Array) -> None:
+    for i in range(len(values)):
+        to[i] = values[i]
+
+
+@_njit
+def _take(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
     """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles."""
     first = 3 if root == 6 else 3 - root
     for i in range(first):
         q[i] = v[i] = 0.0
     if root == 6:
-        q[0], q[1], q[2] = qpos[row, 0], qpos[row, 2], 2 * math.atan2(qpos[row, 5], qpos[row, 3])
-        v[0], v[1], v[2] = qvel[row, 0], qvel[row, 2], qvel[row, 4]
-    places, speeds = qpos.shape[1] - len(q), qvel.shape[1] - len(v)
+        q[0], q[1], q[2] = qpos[0], qpos[2], 2 * math.atan2(qpos[5], qpos[3])
+        v[0], v[1], v[2] = qvel[0], qvel[2], qvel[4]
+    places, speeds = len(qpos) - len(q), len(qvel) - len(v)
     for i in range(first, len(q)):
-        q[i], v[i] = qpos[row, places + i], qvel[row, speeds + i]
+        q[i], v[i] = qpos[places + i], qvel[speeds + i]
 
 
 @_njit
-def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array, row: int) -> None:
+def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array) -> None:
     """Copy them back."""
     if root == 6:
-        qpos[row, 0], qpos[row, 2] = q[0], q[1]
-        qpos[row, 3], qpos[row, 5] = math.cos(q[2] / 2), math.sin(q[2] / 2)
-        qvel[row, 0], qvel[row, 2], qvel[row, 4] = v[0], v[1], v[2]
-    places, speeds = qpos.shape[1] - len(q), qvel.shape[1] - len(v)
+        qpos[0], qpos[2] = q[0], q[1]
+        qpos[3], qpos[5] = math.cos(q[2] / 2), math.sin(q[2] / 2)
+        qvel[0], qvel[2], qvel[4] = v[0], v[1], v[2]
+    places, speeds = len(qpos) - len(q), len(qvel) - len(v)
     for i in range(3 if root == 6 else 3 - root, len(q)):
-        qpos[row, places + i], qvel[row, speeds + i] = q[i], v[i]
+        qpos[places + i], qvel[speeds + i] = q[i], v[i]
 
 
 @_njit
@@ -383,7 +372,7 @@ def _stiffness_of_chain(
         top: (3,).
         gravity: (2,) [m/s^2].
         root: degrees of freedom of the root.
-        qpos: (1, nq) of the engine.
+        qpos: (nq,) of the engine.
         directions: (n, links + 2) what moves, per unit; forward, up, pitch of the root, hinges.
         dofs: (n,) whose forces are returned, counted likewise.
         step: of the differences [m, rad].
@@ -391,12 +380,12 @@ def _stiffness_of_chain(
         pull: (2,) that force, forward and up [N].
     """
     size, count = len(dofs), links.shape[0] + 2
-    q, v, rest, foot = np.empty(count), np.zeros(count), np.zeros((1, count + 3)), np.empty(3)
+    q, v, rest, foot = np.empty(count), np.zeros(count), np.zeros(count + 3), np.empty(3)
     user, work = np.empty(GROUND_RECORD), np.empty((links.shape[0], _WORK))
     sides, found = np.empty((2, size)), np.empty((size, size))
     for column in range(size):
         for side in range(2):
-            _take(root, qpos, rest, 0, q, v)
+            _take(root, qpos, rest, q, v)
             for i in range(count):
                 q[i] += (step - 2 * step * side) * directions[column, i]
             user[:] = 0.0

@@ -77,7 +77,7 @@ def static_stiffness(
         place = {int(dof): i for i, dof in enumerate(chain.dofs)}
         return stiffness_of_chain(
             chain.links, chain.ground, chain.laws, chain.top, np.array(chain.gravity), chain.root,
-            data.qpos[None], np.where(chain.dofs >= 0, directions[:, chain.dofs], 0.0),
+            data.qpos, np.where(chain.dofs >= 0, directions[:, chain.dofs], 0.0),
             np.array([place[int(dof)] for dof in dofs]), _DIFFERENCE,
             chain.bodies[top], data.xfrc_applied[top, [0, 2]],
         )  # fmt: skip

@@ -15,6 +15,7 @@ from workbench.sim.chain_step import step_chains
 
 __all__ = ["Stepper"]
 
+_PARTS = ("qpos", "qvel", "act", "ctrl", "userdata", "time")
 _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 
@@ -37,12 +38,8 @@ class Stepper:
         self.broken = np.zeros(batch.nsim, dtype=np.bool_)
         self.torque = np.zeros((batch.nsim, batch.model.nu))
         self._torque = batch.bind("actuator_force")
-        self._state = tuple(
-            batch.bind(name).reshape(batch.nsim, -1)
-            for name in ("qpos", "qvel", "act", "ctrl", "userdata", "time")
-        )
-        self._userdata = self._state[4]
-        self._had = tuple(self._state[k].copy() for k in (0, 1, 4))
+        self._places = np.array([_place(batch, name) for name in _PARTS])
+        self._forced = batch.state.copy()
         self._all = np.arange(batch.nsim, dtype=np.int32)
         chains = [read_chain(model) for model in models]
         self._by_chain = np.array([chain is not None for chain in chains])
@@ -82,9 +79,17 @@ class Stepper:
         self.torque[rows] = self._torque[rows]
 
     def _step_chains(self, steps: int, rows: NDArray[np.int32]) -> None:
+        batch = self._batch
         step_chains(
-            *self._numbers, self._root, rows, *self._state, *self._had, steps, self.torque,
-            self.broken,
+            *self._numbers, self._root, rows, batch.state, self._forced, self._places, steps,
+            self.torque, self.broken,
         )  # fmt: skip
-        self._batch.forward(ids=None if rows is self._all else rows, stage=_CURRENT)
-        self._had[2][:] = self._userdata
+        batch.forward(ids=None if rows is self._all else rows, stage=_CURRENT)
+        self._forced[:] = batch.state
+
+
+def _place(batch: Batch, name: str) -> tuple[int, int]:
+    """Return where a part of the state begins and ends in its row."""
+    part, state = batch.bind(name), batch.state
+    begin = (part.ctypes.data - state.ctypes.data) // state.itemsize
+    return begin, begin + part[0].size
