@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import os
 import shutil
 import signal
@@ -271,12 +272,18 @@ def test_modes_driven_prints_both_sweeps_apart_from_the_modes(workbench: Command
 
 
 def test_simulate_prints_its_object(workbench: Command) -> None:
-    found = workbench("simulate", "--omega", "17", "--duration", "4", "--json").json
+    found = workbench("simulate", "--duration", "4", "--spread", "4", "--json").json
     assert set(found) >= {
         "distance_m", "hop_height_m", "fell", "cost_of_transport", "simulated_s", "wall_s",
     }  # fmt: skip
     assert found["fell"] is False
     assert found["simulated_s"] == pytest.approx(4.0)
+    assert found["distance_spread"]["draws"] == 4
+    assert found["distance_spread"]["low_m"] < found["distance_spread"]["high_m"]
+    shown = workbench("simulate", "--duration", "4", "--spread", "4").out
+    assert re.search(r"its spread +│ -?\d+ to \d+ mm, median -?\d+ mm \(4 draws\)", shown)
+    alone = workbench("simulate", "--duration", "1", "--spread", "0", "--json").json
+    assert "distance_spread" not in alone
 
 
 def test_verify_ends_with_1_when_a_file_changed(

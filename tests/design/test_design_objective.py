@@ -95,6 +95,8 @@ def test_departures_have_the_stated_size() -> None:
     assert slides.std() == pytest.approx(0.2 / np.sqrt(3), rel=0.02)
     assert np.std([one.omega for one in drawn]) == pytest.approx(0.5, rel=0.02)
     assert np.std([one.angles for one in drawn]) == pytest.approx(0.02, rel=0.02)
+    turned = np.array([one.turned for one in drawn])
+    assert (np.histogram(turned, 4, (-np.pi, np.pi))[0] == 100).all()
 
 
 def test_a_robot_sticks_at_least_as_well_as_it_slides(robot: Robot) -> None:
@@ -113,7 +115,7 @@ def test_robust_fitness_is_mean_plus_spread_of_the_draws(
     each = []
     for departure in uncertainty.departures:
         robot = altered(robust.robot(start), departure)
-        hop = simulate(robot, robust.condition(start, departure.omega))
+        hop = simulate(robot, robust.condition(start, departure))
         each.append(100 - summarize(hop.motion, 1.0).distance_m)
     assert found.fitness == pytest.approx((np.mean(each) + 2.0 * np.std(each, ddof=1),))
     assert found.numbers["failed_draws"] == 0

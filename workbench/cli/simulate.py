@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, cast, get_args
+from typing import Annotated, Any, cast, get_args
 
 import numpy as np
 import typer
@@ -15,6 +15,7 @@ from workbench.clamped import summarize_clamped
 from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
+from workbench.design.spread import DRAWS, VARIED, distance_spreads
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, Mode, summarize
 from workbench.protocol import load_model, load_shape
@@ -67,6 +68,15 @@ def simulate(
         float,
         typer.Option(help="Of the floor, rising forward [deg].", parser=amount("angle", "deg")),
     ] = 0.0,
+    spread: Annotated[
+        int,
+        typer.Option(
+            help="Hops that tell how the distance spreads over start angle, friction and speed "
+            "within their tolerances; 0 for none.",
+            min=0,
+            max=1000,
+        ),
+    ] = DRAWS,
     as_json: JsonFlag = False,
 ) -> None:
     """Simulate one run and tell how far it went and how it rang, and whether the robot fell.
@@ -91,7 +101,14 @@ def simulate(
     )
     tell(f"simulate {duration:g} s")
     result = simulate_robot(robot, condition)
-    found = _numbers(condition.mode, result, duration)
+    found: dict[str, Any] = _numbers(condition.mode, result, duration)
+    spreads: list[tuple[str, str]] = []
+    if mode == "hop" and spread > 1:
+        tell(f"simulate {spread} more hops")
+        tolerances = {name: getattr(file.parameters, name).tolerance for name in VARIED}
+        (drawn,) = distance_spreads([(robot, condition)], tolerances, spread)
+        found["distance_spread"] = drawn.as_json()
+        spreads = [("its spread", drawn.text())]
     end = {
         "fell": result.outcome == "fell",
         "outcome": result.outcome,
@@ -104,7 +121,7 @@ def simulate(
     words = {"decay": f"pulled with {pull:g} N", "drop": f"from {height:g} mm"}
     asked = words.get(mode, f"at {omega:g} rad/s")
     last = [("outcome", result.outcome), ("wall time", f"{end['wall_s']:.2f} s")]
-    show_table(f"{mode} {asked} for {duration:g} s", ["", ""], [*_rows(found), *last])
+    show_table(f"{mode} {asked} for {duration:g} s", ["", ""], [*_rows(found, spreads), *last])
 
 
 def _require(mode: str, omega: float) -> None:
@@ -122,8 +139,9 @@ def _numbers(mode: Mode, result: Simulation, duration: float) -> dict[str, float
     return summarize_release(result.motion, mode, duration).as_json()
 
 
-def _rows(found: dict[str, float]) -> list[tuple[str, str]]:
+def _rows(found: dict[str, Any], spreads: list[tuple[str, str]]) -> list[tuple[str, str]]:
     rows = summary_rows(found)
+    rows[1:1] = spreads
     if "hop_height_m" not in found:
         return rows
     hop = f"{found['hops']} of {1000 * found['stride_m']:.1f} mm"

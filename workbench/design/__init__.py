@@ -22,6 +22,7 @@ from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.report import verdict, write_experiment, write_report
 from workbench.design.results import Found, found_by, found_object, shape_text, write_history
+from workbench.design.spread import DRAWS, VARIED, Spread, distance_spreads
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
 from workbench.design.uncertainty import Departure, Uncertainty, altered
@@ -30,6 +31,7 @@ from workbench.design.variables import BOUNDS, Bounds, Varied, make_space, parse
 __all__ = [
     "ALGORITHMS",
     "BOUNDS",
+    "DRAWS",
     "EXPERIMENTS",
     "GOALS",
     "LEAST_RADIUS_M",
@@ -37,6 +39,7 @@ __all__ = [
     "PENALTY",
     "SEEDS",
     "SPEEDS",
+    "VARIED",
     "Appraisal",
     "Bounds",
     "Departure",
@@ -50,6 +53,7 @@ __all__ = [
     "Problem",
     "Resonances",
     "Settings",
+    "Spread",
     "Strip",
     "Study",
     "Table",
@@ -57,6 +61,7 @@ __all__ = [
     "Varied",
     "altered",
     "appraise",
+    "distance_spreads",
     "found_by",
     "found_object",
     "goal_named",

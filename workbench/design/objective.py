@@ -89,7 +89,7 @@ class Objective:
             yield robot, self.problem.condition(candidate)
             return
         for departure in self.problem.uncertainty.departures:
-            condition = self.problem.condition(candidate, departure.omega)
+            condition = self.problem.condition(candidate, departure)
             yield altered(robot, departure), condition
 
     def _failed(self, why: str) -> Evaluation:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from workbench.design.bendable import LEAST_RADIUS_M, Strip
 from workbench.design.goals import GOALS, Goal
-from workbench.design.uncertainty import Uncertainty
+from workbench.design.uncertainty import Departure, Uncertainty
 from workbench.design.variables import ANGLES, BOUNDS, SPEED, Bounds, Varied, make_space
 from workbench.errors import InputError
 from workbench.optimize import Space
@@ -109,8 +109,11 @@ class Problem:
         angles = tuple(float(a) for a in candidate[: len(ANGLES)])
         return replace(made, angles=angles, planar=True)
 
-    def condition(self, candidate: NDArray[np.float64], faster: float = 0.0) -> Condition:
-        """Return what a candidate is put through, the speed off by some [rad/s]."""
-        speed = self.numbers(candidate)[SPEED] + faster
-        count = len(sample_times(self.duration))
-        return Condition("hop", np.full(count, speed), START_ANGLE_RAD)
+    def condition(
+        self, candidate: NDArray[np.float64], departure: Departure | None = None
+    ) -> Condition:
+        """Return what a candidate is put through, speed and start angle off by a departure's."""
+        speed, angle = self.numbers(candidate)[SPEED], START_ANGLE_RAD
+        if departure is not None:
+            speed, angle = speed + departure.omega, angle + departure.turned
+        return Condition("hop", np.full(len(sample_times(self.duration)), speed), angle)

@@ -29,11 +29,13 @@ class Departure(NamedTuple):
         values: by which each parameter of the model is off, SI.
         omega: by which the speed is off [rad/s].
         angles: (16,) by which each joint is bent off [rad].
+        turned: by which the rotor stands off its start angle [rad].
     """
 
     values: Mapping[str, float]
     omega: float
     angles: NDArray[np.float64]
+    turned: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,8 @@ class Uncertainty:
     """Departures drawn once, by a Latin hypercube: every candidate meets the same ones.
 
     With common random numbers a candidate is not better for having been lucky. A parameter of the
-    model lies anywhere within its tolerance; speed and angles are normal.
+    model lies anywhere within its tolerance, the rotor's start angle anywhere within its own; speed
+    and joints are normal.
 
     Args:
         tolerances: of the model's parameters, SI; half the width of an even distribution.
@@ -50,6 +53,8 @@ class Uncertainty:
         speed_error: standard deviation [rad/s].
         bend_error: standard deviation of every joint [rad].
         weight: how many standard deviations of the fitness are added to its mean.
+        turned_by: half the width of the rotor's start angle [rad]; nobody turns it by hand before a
+            run, so that it may stand anywhere.
     """
 
     tolerances: Mapping[str, float]
@@ -58,6 +63,7 @@ class Uncertainty:
     speed_error: float = SPEED_ERROR_RAD_S
     bend_error: float = BEND_ERROR_RAD
     weight: float = 1.0
+    turned_by: float = float(np.pi)
 
     def __post_init__(self) -> None:
         """Refuse fewer than two draws: they have no spread."""
@@ -69,17 +75,22 @@ class Uncertainty:
         """Return the draws."""
         names, joints = list(self.tolerances), 16
         cube = scipy.stats.qmc.LatinHypercube(
-            len(names) + 1 + joints, rng=np.random.default_rng(self.seed)
+            len(names) + 2 + joints, rng=np.random.default_rng(self.seed)
         )
         drawn = cube.random(self.draws)
-        even, normal = 2 * drawn[:, : len(names)] - 1, scipy.stats.norm.ppf(drawn[:, len(names) :])
+        even, normal = (
+            2 * drawn[:, : len(names)] - 1,
+            scipy.stats.norm.ppf(drawn[:, len(names) : -1]),
+        )
+        turned = self.turned_by * (2 * drawn[:, -1] - 1)
         return tuple(
             Departure(
                 {n: float(u) * self.tolerances[n] for n, u in zip(names, row, strict=True)},
                 float(rest[0]) * self.speed_error,
                 np.asarray(rest[1:], dtype=np.float64) * self.bend_error,
+                float(angle),
             )
-            for row, rest in zip(even, normal, strict=True)
+            for row, rest, angle in zip(even, normal, turned, strict=True)
         )
 
     def fitness(self, each: NDArray[np.float64]) -> NDArray[np.float64]:
