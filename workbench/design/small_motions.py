@@ -12,9 +12,11 @@ increment j carries, s its length and T above, V = 1/2 sum k_j (bend_j)^2 - g s 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -25,7 +27,10 @@ Values = Mapping[str, ArrayLike]
 
 _ROUNDS = 12
 _LONGEST_STEP_RAD = 0.3  # of a round; a soft strip folds far
+_BALANCED_RAD = 1e-12  # Newton's last step
 _MODES = 3
+_SUBSPACE = 5  # vectors that are iterated for the slowest modes
+_ITERATIONS = 8  # each shrinks what a mode lacks by (omega / omega_6)^2, 0.01 of the third
 _SHORTEST = 1e-9  # of a mode's reach, so that its logarithm is a number
 
 DESCRIPTORS = (
@@ -69,12 +74,12 @@ def small_motions(
     step = length / count
     shares, masses = _bodies(values, rest.shape[0], count)
     carried = masses @ shares
-    bending = _chain(values, "stiffness", rest.shape)
-    weight = step * _column(values, "gravity") * carried
-    phi = rest if standing else _settled(rest, bending, weight)
-    stiffness = bending + _diagonal(weight * np.sin(phi))
-    inertia = _inertia(values, phi, shares, masses, step)
-    squares, modes = _modes(stiffness, inertia)
+    hinges = _hinges(values, rest.shape)
+    weight = np.ascontiguousarray(step * _column(values, "gravity") * carried)
+    moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
+    own = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
+    own[:, -1:] += _column(values, "top_mass") * step**2 / 12
+    phi, squares, modes = _ring(rest, hinges, weight, moved, own, standing)
     turning = step * np.stack([-np.sin(phi), -np.cos(phi)], axis=1)
     along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)
     root = np.column_stack(
@@ -83,8 +88,8 @@ def small_motions(
     return SmallMotions(
         tip=root + along.sum(axis=2),
         centre=root + (along * carried[:, None]).sum(axis=2) / masses.sum(axis=1)[:, None],
-        omega=np.sqrt(np.maximum(squares[:, :_MODES], 0.0)),
-        swing=turning @ modes[:, :, :_MODES],
+        omega=np.sqrt(squares),
+        swing=turning @ modes,
         lowest=np.cumsum(along[:, 1], axis=1).min(axis=1),
     )
 
@@ -127,50 +132,137 @@ def _bodies(
     return shares, np.column_stack([increment, np.broadcast_to(top, (shapes, 1))])
 
 
-def _chain(values: Values, what: str, size: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the matrix of hinges in absolute angles, (n, N, N): each acts on a difference."""
-    hinges = np.broadcast_to(_column(values, f"hinge_{what}"), size).copy()
-    hinges[:, :1] = _column(values, f"root_{what}")
-    differences = np.eye(size[1]) - np.eye(size[1], k=-1)
-    return np.einsum("ji,nj,jk->nik", differences, hinges, differences)
+def _hinges(values: Values, size: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return the stiffness of each hinge, (n, N) [N m/rad]."""
+    hinges = np.broadcast_to(_column(values, "hinge_stiffness"), size).copy()
+    hinges[:, :1] = _column(values, "root_stiffness")
+    return hinges
 
 
-def _settled(
-    rest: NDArray[np.float64], bending: NDArray[np.float64], weight: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the absolute angles under gravity, (n, N), by Newton's method with bounded steps."""
-    phi = rest
-    for _ in range(_ROUNDS):
-        force = np.einsum("njk,nk->nj", bending, rest - phi) + weight * np.cos(phi)
-        stiffness = bending + _diagonal(weight * np.sin(phi))
-        step = np.linalg.solve(stiffness, force[..., None])[..., 0]
-        longest = np.maximum(np.abs(step).max(axis=1, keepdims=True), _LONGEST_STEP_RAD)
-        phi = phi + step * (_LONGEST_STEP_RAD / longest)
-    return phi
+@numba.njit(nogil=True, cache=True)
+def _ring(
+    rest: NDArray[np.float64],
+    hinges: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    moved: NDArray[np.float64],
+    own: NDArray[np.float64],
+    standing: bool,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return absolute angles under gravity, squares of the slowest frequencies, and their modes.
+
+    The stiffness in absolute angles has three diagonals, K = L D L'; the slowest modes are the
+    greatest eigenvalues of C = (L sqrt D)^-1 M (L sqrt D)^-T, by subspace iteration (Parlett, "The
+    symmetric eigenvalue problem", 1998, chapter 14).
+
+    Args:
+        rest: (n, N) absolute angles of the strip without forces [rad].
+        hinges: (n, N) stiffness [N m/rad].
+        weight: (n, N) gravity on what each increment carries, times its length [N m].
+        moved: (n, N, N) inertia of parallel increments [kg m^2].
+        own: (n, N) of each about its centre.
+        standing: whether the angles are those under gravity.
+
+    Returns:
+        (n, N) [rad]; (n, 3), rising [1/s^2], zero where it would buckle; (n, N, 3) of unit modal
+        mass.
+    """
+    count, size = rest.shape
+    phi, squares, modes = rest.copy(), np.zeros((count, _MODES)), np.zeros((count, size, _MODES))
+    pivot, below, step = np.empty(size), np.zeros(size), np.empty(size)
+    inner, space, image = np.empty((size, size)), np.empty((size, _SUBSPACE)), np.empty(size)
+    for n in range(count):
+        k = hinges[n]
+        for _ in range(0 if standing else _ROUNDS):
+            for j in range(size):
+                bend = (rest[n, j] - phi[n, j]) * k[j]
+                if j > 0:
+                    bend -= (rest[n, j - 1] - phi[n, j - 1]) * k[j]
+                step[j] = bend + weight[n, j] * math.cos(phi[n, j])
+                if j + 1 < size:
+                    off = rest[n, j + 1] - phi[n, j + 1] - rest[n, j] + phi[n, j]
+                    step[j] -= off * k[j + 1]
+            _factor(k, weight[n], phi[n], pivot, below)
+            _forward(below, step)
+            for j in range(size):
+                step[j] /= pivot[j]
+            _backward(below, step)
+            longest = max(np.abs(step).max(), _LONGEST_STEP_RAD)
+            for j in range(size):
+                phi[n, j] += step[j] * _LONGEST_STEP_RAD / longest
+            if np.abs(step).max() < _BALANCED_RAD:
+                break
+        if not _factor(k, weight[n], phi[n], pivot, below):
+            continue
+        root = np.sqrt(pivot)
+        for i in range(size):
+            for j in range(size):
+                inner[i, j] = moved[n, i, j] * math.cos(phi[n, i] - phi[n, j])
+            inner[i, i] += own[n, i]
+        for turn in range(2):  # rows, then columns of the symmetric matrix
+            for i in range(size):
+                row = inner[i] if turn == 0 else inner[:, i]
+                _forward(below, row)
+                for j in range(size):
+                    row[j] /= root[j]
+        for j in range(size):
+            for c in range(_SUBSPACE):
+                space[j, c] = math.cos(math.pi * c * (j + 0.5) / size)
+        for _ in range(_ITERATIONS):
+            for c in range(_SUBSPACE):
+                for i in range(size):
+                    image[i] = 0.0
+                    for j in range(size):
+                        image[i] += inner[i, j] * space[j, c]
+                for before in range(c):
+                    along = 0.0
+                    for i in range(size):
+                        along += space[i, before] * image[i]
+                    for i in range(size):
+                        image[i] -= along * space[i, before]
+                length = math.sqrt((image * image).sum())
+                for i in range(size):
+                    space[i, c] = image[i] / length
+        values, mixed = np.linalg.eigh(space.T @ (inner @ space))
+        for mode in range(_MODES):
+            c = _SUBSPACE - 1 - mode
+            squares[n, mode] = 1.0 / values[c]
+            for i in range(size):
+                image[i] = 0.0
+                for s in range(_SUBSPACE):
+                    image[i] += space[i, s] * mixed[s, c]
+                image[i] /= root[i]
+            _backward(below, image)
+            for i in range(size):
+                modes[n, i, mode] = image[i] / math.sqrt(values[c])
+    return phi, squares, modes
 
 
-def _inertia(
-    values: Values,
+@numba.njit(cache=True)
+def _factor(
+    k: NDArray[np.float64],
+    weight: NDArray[np.float64],
     phi: NDArray[np.float64],
-    shares: NDArray[np.float64],
-    masses: NDArray[np.float64],
-    step: float,
-) -> NDArray[np.float64]:
-    moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
-    own = np.broadcast_to(masses[:, :1] * step**2 / 12, phi.shape).copy()
-    own[:, -1:] += _column(values, "top_mass") * step**2 / 12
-    return moved * np.cos(phi[:, :, None] - phi[:, None, :]) + _diagonal(own)
+    pivot: NDArray[np.float64],
+    below: NDArray[np.float64],
+) -> bool:
+    """Write D and the subdiagonal of L of a stiffness; return whether it is positive definite."""
+    sound, size = True, len(k)
+    for j in range(size):
+        pivot[j] = k[j] + (k[j + 1] if j + 1 < size else 0.0) + weight[j] * math.sin(phi[j])
+        if j > 0:
+            below[j] = -k[j] / pivot[j - 1]
+            pivot[j] -= below[j] * below[j] * pivot[j - 1]
+        sound = sound and pivot[j] > 0.0
+    return sound
 
 
-def _modes(
-    stiffness: NDArray[np.float64], inertia: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return squares of the natural frequencies, rising, and modes of unit modal mass."""
-    inverse = np.linalg.inv(np.linalg.cholesky(inertia))
-    squares, modes = np.linalg.eigh(inverse @ stiffness @ np.swapaxes(inverse, 1, 2))
-    shapes = np.asarray(np.swapaxes(inverse, 1, 2) @ modes, dtype=np.float64)
-    return np.asarray(squares, dtype=np.float64), shapes
+@numba.njit(cache=True)
+def _forward(below: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    for j in range(1, len(values)):
+        values[j] -= below[j] * values[j - 1]
 
 
-def _diagonal(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return values[..., None] * np.eye(values.shape[-1])
+@numba.njit(cache=True)
+def _backward(below: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    for j in range(len(values) - 1, 0, -1):
+        values[j - 1] -= below[j] * values[j]
