@@ -114,6 +114,35 @@ def test_a_boom_of_another_kind_moves_as_in_the_engine() -> None:
     assert batch.bind("time").item() == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("planar", [False, True])
+@pytest.mark.parametrize("name", ["hop", "clamped"])
+def test_places_alone_are_those_of_the_engine(robot: Robot, name: str, planar: bool) -> None:
+    model, data = at_rest(replace(robot, planar=planar), CONDITIONS[name])
+    shown_as_in_the_engine(model, data, 17.0)
+
+
+def test_places_of_turned_bodies_without_a_hinge_are_those_of_the_engine() -> None:
+    model = mujoco.MjModel.from_xml_string(BOOM.format(**PLAIN))
+    shown_as_in_the_engine(model, mujoco.MjData(model), 0.5)
+
+
+def shown_as_in_the_engine(model: mujoco.MjModel, data: mujoco.MjData, command: float) -> None:
+    batch, whole = Batch(model, nsim=1, nthread=1, persistent=True), mujoco.mjtState
+    mujoco.mj_getState(model, data, batch.state[0], int(whole.mjSTATE_INTEGRATION))
+    batch.forward(stage=int(mujoco.mjtStage.mjSTAGE_VEL))
+    stepper = Stepper(batch, [model], places_alone=True)
+    batch.bind("ctrl")[:] = data.ctrl[:] = command
+    for _ in range(5):
+        stepper.step(34)
+        mujoco.mj_step(model, data, nstep=34)
+    mujoco.mj_forward(model, data)
+    hinges = model.jnt_type != int(mujoco.mjtJoint.mjJNT_SLIDE)
+    for name, rows in (("xpos", slice(None)), ("xmat", slice(None)), ("xanchor", hinges)):
+        ours, engine = getattr(stepper, name)[0], getattr(data, name)
+        assert np.abs(ours[rows] - engine[rows]).max() < 1e-10, name
+    assert np.abs(batch.bind("qpos")[0] - data.qpos).max() < 1e-10
+
+
 @pytest.mark.parametrize(
     "change",
     [

@@ -102,9 +102,9 @@ def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
     for row, state in enumerate(_starts(one, rows)):
         batch.state[row] = state
     batch.forward(stage=_CURRENT)
-    stepper = Stepper(batch, [job.model] * len(rows))
+    stepper = Stepper(batch, [job.model] * len(rows), places_alone=True)
     observation, points = job.observation, 2 * len(job.observation.bodies)
-    places, qpos, command = batch.bind("xpos"), batch.bind("qpos"), batch.bind("ctrl")
+    qpos, command = batch.bind("qpos"), batch.bind("ctrl")
     apart = np.full((len(rows), lives[rows[0]], points), np.nan)
     starts, ends = np.array(rows), np.array([lives[k] for k in rows])
     last = len(job.seen) - 1
@@ -112,7 +112,7 @@ def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:
         going = np.arange(np.count_nonzero(ends > j), dtype=np.int32)
         command[going] = job.control[starts[going] + j]
         stepper.step(job.steps, going)
-        flat = places[:, observation.bodies].reshape(len(rows), -1)
+        flat = stepper.xpos[:, observation.bodies].reshape(len(rows), -1)
         seen = flat @ observation.mix.T + qpos @ observation.pick.T + observation.bias
         apart[going, j] = (job.seen[np.minimum(starts + j + 1, last)] - seen)[going, :points]
         apart[stepper.broken, j] = np.inf

@@ -68,8 +68,9 @@ class Chain:
         motors: (nu, 13) as in `Motor`.
         ground: (17,) numeric field of `ground`, zeros where no ground is.
         laws: (10,) numeric field of `laws`, zeros where there is none.
-        bodies: (nbody, 3) of each body its link, and its place there, forward and up [m].
-        top: (3,) the same of T; for `laws`.
+        bodies: (nbody, 4) of each body its link, its place there, forward and up [m], and by what
+            angle it is turned against the link [rad].
+        top: (4,) the same of T; for `laws`.
         gravity: forward and up [m/s^2].
         step: [s].
         root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
@@ -225,7 +226,7 @@ def _motors(model: mujoco.MjModel, root: int) -> Array | None:
 
 
 def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
-    """Return the links, and of each body its link and its place there, forward and up [m].
+    """Return the links, and of each body its link, place and turn there.
 
     Bodies without a hinge are part of the link before them.
     """
@@ -234,7 +235,7 @@ def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
         each.tolist() for each in (model.body_quat, model.body_pos, model.body_ipos)
     )
     masses, inertias = model.body_mass.tolist(), _inertias(model)[:, 1].tolist()
-    links, bodies = [[0.0] * len(Link)], [[0.0, 0.0, 0.0] for _ in hinged]
+    links, bodies = [[0.0] * len(Link)], [[0.0] * 4 for _ in hinged]
     turns = [0.0]
     x = z = turned = 0.0
     for body in range(1, model.nbody):
@@ -247,7 +248,7 @@ def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
                 links[-1][Link.AT_X], links[-1][Link.AT_Z] = x, z
                 turns.append(turned)
                 x = z = turned = 0.0
-            bodies[body] = [len(links) - 1, x, z]
+            bodies[body] = [len(links) - 1, x, z, turned]
         dx, dz = _turned(centres[body][0], centres[body][2], turned)
         link, mass, along, above = links[-1], masses[body], x + dx, z + dz
         link[Link.MASS] += mass

@@ -63,6 +63,10 @@ def _step_chains(
     steps: int,
     torque: Array,
     broken: NDArray[np.bool_],
+    bodies: Array,
+    xpos: Array,
+    xmat: Array,
+    xanchor: Array,
 ) -> None:
     """Step some simulations of equal layout in place; one that breaks keeps the state it had.
 
@@ -71,7 +75,7 @@ def _step_chains(
         motors: (s, nu, 13).
         ground: (s, 17).
         laws: (s, 10).
-        top: (s, 3).
+        top: (s, 4).
         gravity: (s, 2) [m/s^2].
         step: (s,) [s].
         root: degrees of freedom of the root.
@@ -83,6 +87,11 @@ def _step_chains(
         steps: how many.
         torque: (s, nu) of the last step's motors, written.
         broken: (s,) set where an acceleration is none; those are not stepped again.
+        bodies: (s, nbody, 4) of `Chain`.
+        xpos: (s, nbody, 3) places of the bodies after the steps, as all that follows written where
+            the motion changes them [m].
+        xmat: (s, nbody, 9).
+        xanchor: (s, njnt, 3) of hinges [m].
     """
     count = links.shape[1] + 2
     q, v, foot = np.empty(count), np.empty(count), np.empty(3)
@@ -110,6 +119,37 @@ def _step_chains(
         _copy(act, _part(state, row, places[2]))
         _copy(user, _part(state, row, places[4]))
         state[row, places[5, 0]] += steps * step[row]
+        _place(links[row], q, v, work)
+        _show(bodies[row], root, q, work, xpos[row], xmat[row], xanchor[row])
+
+
+@_njit
+def _show(
+    bodies: Array, root: int, q: Array, work: Array, xpos: Array, xmat: Array, xanchor: Array
+) -> None:
+    """Write where bodies and hinges are."""
+    x, z, body = q[0], q[1], 1
+    first = xanchor.shape[0] - work.shape[0] + 1
+    for k in range(work.shape[0]):
+        if k > 0:
+            x, z = x + work[k, _RX], z + work[k, _RZ]
+            xanchor[first + k - 1, 0], xanchor[first + k - 1, 2] = x, z
+        elif root > 0:
+            xanchor[first - 1, 0], xanchor[first - 1, 2] = x, z
+        c, s = work[k, _COS], work[k, _SIN]
+        while body < len(bodies) and bodies[body, 0] == k:
+            dx, dz, turn = bodies[body, 1], bodies[body, 2], bodies[body, 3]
+            xpos[body, 0], xpos[body, 2] = x + c * dx + s * dz, z + c * dz - s * dx
+            a, b = (
+                (c, s)
+                if turn == 0.0
+                else (
+                    c * math.cos(turn) - s * math.sin(turn),
+                    s * math.cos(turn) + c * math.sin(turn),
+                )
+            )
+            xmat[body, 0], xmat[body, 2], xmat[body, 6], xmat[body, 8] = a, b, -b, a
+            body += 1
 
 
 @_njit
@@ -369,14 +409,14 @@ def _stiffness_of_chain(
         links: of `Chain`, as all that follows up to the root.
         ground: (17,).
         laws: (10,).
-        top: (3,).
+        top: (4,).
         gravity: (2,) [m/s^2].
         root: degrees of freedom of the root.
         qpos: (nq,) of the engine.
         directions: (n, links + 2) what moves, per unit; forward, up, pitch of the root, hinges.
         dofs: (n,) whose forces are returned, counted likewise.
         step: of the differences [m, rad].
-        pulled: (3,) link and place of a force on T.
+        pulled: (4,) link and place of a force on T.
         pull: (2,) that force, forward and up [N].
     """
     size, count = len(dofs), links.shape[0] + 2
