@@ -32,7 +32,7 @@ def test_jacobians_of_hinges_slides_and_a_free_joint_are_the_engine_s() -> None:
         bodies = np.array([model.body("end").id, model.body("aside").id], dtype=np.int64)
         points = batch.bind("xpos")[:, bodies] + [0.1, 0.2, 0.3]
         found = np.empty((2, 6, model.nv))
-        _jacobians(batch, bodies)(points, found)
+        _jacobians(batch, batch.bind("xanchor"), bodies)(points, found)
         for p, body in enumerate(bodies):
             engine = batch.jac(int(body), points[:, p])[0]
             np.testing.assert_allclose(found[:, 3 * p : 3 * p + 3], engine, atol=1e-12)
