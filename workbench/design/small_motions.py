@@ -20,6 +20,8 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.sim import spread
+
 __all__ = ["DESCRIPTORS", "SmallMotions", "descriptors", "small_motions"]
 
 Values = Mapping[str, ArrayLike]
@@ -29,6 +31,7 @@ _ROUNDS = 12
 _LONGEST_STEP_RAD = 0.3  # of a round; a soft strip folds far
 _BALANCED_RAD = 1e-12  # Newton's last step
 _MODES = 3
+_AT_ONCE = 200  # shapes that a thread takes
 _SUBSPACE = 5  # vectors that are iterated for the slowest modes
 _ITERATIONS = 8  # each shrinks what a mode lacks by (omega / omega_6)^2, 0.01 of the third
 _SHORTEST = 1e-9  # of a mode's reach, so that its logarithm is a number
@@ -79,7 +82,14 @@ def small_motions(
     moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
     own = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
     own[:, -1:] += _column(values, "top_mass") * step**2 / 12
-    phi, squares, modes = _ring(rest, hinges, weight, moved, own, standing)
+    parts = [slice(k, k + _AT_ONCE) for k in range(0, len(rest), _AT_ONCE)]
+    moved = np.ascontiguousarray(np.broadcast_to(moved, (len(rest), count, count)))
+
+    def ring(at: slice) -> tuple[NDArray[np.float64], ...]:
+        return _ring(rest[at], hinges[at], weight[at], moved[at], own[at], standing)
+
+    rung = spread(ring, parts)
+    phi, squares, modes = (np.concatenate(each) for each in zip(*rung, strict=True))
     turning = step * np.stack([-np.sin(phi), -np.cos(phi)], axis=1)
     along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)
     root = np.column_stack(
