@@ -1,0 +1,454 @@
+"""The ground law solved by events: sticking is an exact constraint, every change of state located.
+
+Each edge of the foot stands for two corners. Its normal force is eq. 3.1 and 3.2 of the thesis; its
+friction is set-valued where it rests and follows one of the readings of figure 3.4 where it moves.
+Between events Runge and Kutta's fourth order with a fixed step; an event ends a step where it is.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contact.chain import Chain, factor, forces, mass_matrix, solve
+
+__all__ = ["AIR", "READINGS", "SLIDE", "STICK", "Reading", "Run", "follow"]
+
+Array = NDArray[np.float64]
+
+AIR, BELOW, TOUCH = 0, 1, 2
+"""Above the floor; below it without a force, as eq. 3.1 has one that only pushes; with a force."""
+STICK, WAIT, SLOW, FAST = 0, 1, 2, 3
+SLIDE = 3
+EDGES = 2
+_ZERO_SPEED = 1e-9  # [m/s] an edge that is slower rests
+_SLACK = 1e-10  # [N] of a limit
+_HALVINGS = 44
+
+
+class Reading(NamedTuple):
+    """What the law leaves open, as numbers for compiled code.
+
+    Args:
+        wait: 0: static friction against the motion up to the threshold speed; 1: sliding friction
+            as soon as an edge breaks loose; 2: held until the speed that it would have if it were
+            free exceeds the threshold.
+        lock: 0: friction brings an edge to rest; 1: an edge slower than the threshold is stopped at
+            once, where static friction could hold it (always, with wait 2).
+        split: 0: two edges at rest each hold their own place; 1: both take the same share.
+        ramp: depth over which the normal damping grows in at a landing [m]; zero as printed.
+    """
+
+    wait: int
+    lock: int
+    split: int
+    ramp: float = 0.0
+
+
+Name = Literal["static", "slide", "static, shared", "slide, shared", "stop", "stop, slide", "hold"]
+
+READINGS: dict[Name, Reading] = {
+    "static": Reading(0, 0, 0),
+    "slide": Reading(1, 0, 0),
+    "static, shared": Reading(0, 0, 1),
+    "slide, shared": Reading(1, 0, 1),
+    "stop": Reading(0, 1, 1),
+    "stop, slide": Reading(1, 1, 1),
+    "hold": Reading(2, 1, 1),
+}
+
+
+class Run(NamedTuple):
+    """Samples of a run.
+
+    Args:
+        place: (n, 3) foot's x, z [m] and pitch [rad].
+        top: (n, 2) T's x and z, from the foot [m]; for errors of the whole robot.
+        events: number of changes of state.
+        stopped: energy that stopping at once took [J].
+        q: coordinates at the end.
+        v: their rates.
+    """
+
+    place: Array
+    top: Array
+    events: int
+    stopped: float
+    q: Array
+    v: Array
+
+
+@numba.njit(cache=True)
+def _normal(c: Chain, r: Reading, z: float, vz: float) -> float:
+    damping = c.normal[1]
+    if r.ramp > 0.0:
+        damping *= min(1.0, max(0.0, -z / r.ramp))
+    return -c.normal[0] * z - damping * vz
+
+
+@numba.njit(cache=True)
+def _edge(c: Chain, q: Array, v: Array, e: int) -> tuple[float, float, float, float, float]:
+    """Return arm x, arm z, height, forward and upward speed of an edge, the front one first."""
+    b = c.half if e == 0 else -c.half
+    ax, az = np.cos(q[2]) * b, -np.sin(q[2]) * b
+    return ax, az, q[1] + az, v[0] + v[2] * az, v[1] - v[2] * ax
+
+
+@numba.njit(cache=True)
+def _hold(r: Reading, b: Array, g: Array, force: Array, held: Array) -> None:
+    """Write the forces of edges that are held, the others' being given."""
+    if held[0] and held[1]:
+        det = g[0, 0] * g[1, 1] - g[0, 1] * g[1, 0]
+        if r.split == 1 or det < 1e-12 * g[0, 0] * g[1, 1]:
+            both = -2.0 * (b[0] + b[1]) / (g[0, 0] + g[0, 1] + g[1, 0] + g[1, 1])
+            force[0] = force[1] = 0.5 * both
+        else:
+            force[0] = (-b[0] * g[1, 1] + b[1] * g[0, 1]) / det
+            force[1] = (-b[1] * g[0, 0] + b[0] * g[1, 0]) / det
+        return
+    for e in range(EDGES):
+        if held[e]:
+            o = 1 - e
+            force[e] = -(b[e] + g[e, o] * force[o]) / g[e, e]
+
+
+@numba.njit(cache=True)
+def _coefficient(c: Chain, r: Reading, grip: int) -> float:
+    return c.friction[1] if grip == SLOW and r.wait == 0 else c.friction[0]
+
+
+@numba.njit(cache=True)
+def _friction(
+    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
+    force: Array,
+) -> None:  # fmt: skip
+    """Write the forward force of each edge."""
+    held = np.zeros(EDGES)
+    for e in range(EDGES):
+        force[e] = 0.0
+        if touch[e] == TOUCH and grip[e] > WAIT:
+            force[e] = -sign[e] * _coefficient(c, r, grip[e]) * max(fz[e], 0.0)
+        elif touch[e] == TOUCH:
+            held[e] = 1.0
+    _hold(r, b, g, force, held)
+
+
+@numba.njit(cache=True)
+def _kinetics(
+    c: Chain, r: Reading, y: Array, t: float, drive: Array, touch: Array,
+    m: Array, free: Array, w: Array, b: Array, g: Array, fz: Array,
+) -> None:  # fmt: skip
+    """Write what friction needs: free acceleration, edges' responses, their accelerations, (2, 2).
+
+    `w` (2, n) are accelerations by a unit forward force at an edge, `g` (2, 2) the edges' own, `b`
+    (2,) theirs without friction, `fz` (2,) the normal forces.
+    """
+    n = len(free)
+    q, v = y[:n], y[n : 2 * n]
+    mass_matrix(c, q, m)
+    factor(m)
+    forces(c, q, v, drive[0] + drive[1] * t, drive[1], free)
+    for e in range(EDGES):
+        ax, az, z, _, vz = _edge(c, q, v, e)
+        fz[e] = _normal(c, r, z, vz) if touch[e] == TOUCH else 0.0
+        free[1] += fz[e]
+        free[2] -= ax * fz[e]
+        w[e, :] = 0.0
+        w[e, 0], w[e, 2] = 1.0, az
+        solve(m, w[e])
+    solve(m, free)
+    for e in range(EDGES):
+        ax, az, _, _, _ = _edge(c, q, v, e)
+        b[e] = free[0] + az * free[2] - ax * v[2] ** 2
+        for o in range(EDGES):
+            g[e, o] = w[o, 0] + az * w[o, 2]
+
+
+@numba.njit(cache=True)
+def _virtual(
+    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
+    force: Array, e: int,
+) -> float:  # fmt: skip
+    """Return the acceleration that a waiting edge would have, all that wait being free."""
+    moving, way, would = grip.copy(), sign.copy(), force.copy()
+    for o in range(EDGES):
+        if grip[o] == WAIT:
+            moving[o], way[o] = FAST, -np.sign(force[o])
+    _friction(c, r, b, g, fz, touch, moving, way, would)
+    return b[e] + g[e, 0] * would[0] + g[e, 1] * would[1]
+
+
+@numba.njit(cache=True)
+def _rates(
+    c: Chain, r: Reading, y: Array, t: float, drive: Array, touch: Array, grip: Array, sign: Array,
+    m: Array, w: Array, b: Array, g: Array, fz: Array, force: Array, dy: Array,
+) -> None:  # fmt: skip
+    n = len(c.first) + 2
+    a = dy[n : 2 * n]
+    _kinetics(c, r, y, t, drive, touch, m, a, w, b, g, fz)
+    _friction(c, r, b, g, fz, touch, grip, sign, force)
+    for e in range(EDGES):
+        for k in range(n):
+            a[k] += w[e, k] * force[e]
+    dy[:n] = y[n : 2 * n]
+    for e in range(EDGES):
+        dy[2 * n + e] = 0.0
+        if touch[e] == TOUCH and grip[e] == WAIT:
+            dy[2 * n + e] = _virtual(c, r, b, g, fz, touch, grip, sign, force, e)
+
+
+@numba.njit(cache=True)
+def _lockable(
+    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
+    e: int,
+) -> float:  # fmt: skip
+    """Return by how much static friction exceeds what would hold an edge [N]."""
+    held, force = grip.copy(), np.zeros(EDGES)
+    held[e] = STICK
+    _friction(c, r, b, g, fz, touch, held, sign, force)
+    return c.friction[1] * max(fz[e], 0.0) - abs(force[e])
+
+
+@numba.njit(cache=True)
+def _due(
+    c: Chain, r: Reading, y: Array, touch: Array, grip: Array, sign: Array,
+    b: Array, g: Array, fz: Array, force: Array, e: int,
+) -> bool:  # fmt: skip
+    """Return whether an edge's state has to change."""
+    n = len(c.first) + 2
+    _, _, z, vx, vz = _edge(c, y[:n], y[n : 2 * n], e)
+    if touch[e] == AIR:
+        return z < 0.0
+    normal = _normal(c, r, z, vz)
+    if touch[e] == BELOW:
+        return z > 0.0 or normal > 0.0
+    if normal < 0.0:
+        return True
+    limit, v_th = c.friction[1] * normal, c.friction[2]
+    if grip[e] == STICK:
+        return abs(force[e]) > limit + _SLACK
+    if grip[e] == WAIT:
+        return abs(force[e]) < limit - _SLACK or abs(y[2 * n + e]) > v_th
+    shared = r.split == 1 and touch[1 - e] == TOUCH and grip[1 - e] <= WAIT
+    if sign[e] * vx < -_ZERO_SPEED and not shared:
+        return True
+    if grip[e] == FAST:
+        return (r.wait == 0 or r.lock == 1) and abs(vx) < v_th - _ZERO_SPEED
+    if shared or r.lock == 1:
+        if _lockable(c, r, b, g, fz, touch, grip, sign, e) > _SLACK:
+            return True
+    return (r.wait == 0 or r.lock == 1) and abs(vx) > v_th + _ZERO_SPEED
+
+
+@numba.njit(cache=True)
+def _stop(r: Reading, y: Array, touch: Array, grip: Array, w: Array, g: Array, c: Chain) -> float:
+    """Take the edges that stick to rest by an impulse; return the energy that it takes [J]."""
+    n = len(c.first) + 2
+    v = y[n : 2 * n]
+    speed, impulse, held = np.zeros(EDGES), np.zeros(EDGES), np.zeros(EDGES)
+    for e in range(EDGES):
+        held[e] = touch[e] == TOUCH and grip[e] <= WAIT
+        speed[e] = _edge(c, y[:n], v, e)[3]
+    _hold(r, speed, g, impulse, held)
+    taken = 0.0
+    for e in range(EDGES):
+        taken -= impulse[e] * speed[e]
+        for k in range(n):
+            v[k] += w[e, k] * impulse[e]
+    for e in range(EDGES):
+        taken -= impulse[e] * _edge(c, y[:n], v, e)[3]
+    return 0.5 * taken
+
+
+@numba.njit(cache=True)
+def _choose(
+    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
+    resting: Array,
+) -> None:  # fmt: skip
+    """Let edges at rest stick or start to move, the first consistent choice with most at rest."""
+    force, trial, way = np.zeros(EDGES), grip.copy(), sign.copy()
+    if r.split == 1:
+        for e in range(EDGES):
+            if resting[e]:
+                trial[e] = STICK
+        for _ in range(EDGES):
+            _friction(c, r, b, g, fz, touch, trial, way, force)
+            for e in range(EDGES):
+                if resting[e] and trial[e] == STICK:
+                    if abs(force[e]) > c.friction[1] * fz[e] + _SLACK:
+                        trial[e], way[e] = SLOW, -np.sign(force[e])
+        grip[:], sign[:] = trial, way
+        return
+    for moving in range(EDGES + 1):
+        for code in range(9):
+            first, second = code % 3 - 1, code // 3 - 1
+            if abs(first) + abs(second) != moving:
+                continue
+            if (first != 0 and not resting[0]) or (second != 0 and not resting[1]):
+                continue
+            for e in range(EDGES):
+                if resting[e]:
+                    s = first if e == 0 else second
+                    trial[e], way[e] = (STICK if s == 0 else SLOW), float(s)
+            _friction(c, r, b, g, fz, touch, trial, way, force)
+            fine = True
+            for e in range(EDGES):
+                if resting[e]:
+                    a = b[e] + g[e, 0] * force[0] + g[e, 1] * force[1]
+                    if trial[e] == STICK:
+                        fine &= abs(force[e]) <= c.friction[1] * fz[e] + _SLACK
+                    else:
+                        fine &= way[e] * a > 0.0
+            if fine:
+                grip[:], sign[:] = trial, way
+                return
+    for e in range(EDGES):  # none is consistent to the last digit: move with the load
+        if resting[e]:
+            grip[e] = SLOW
+            sign[e] = 1.0 if b[e] > 0 else -1.0
+
+
+@numba.njit(cache=True)
+def _change(
+    c: Chain, r: Reading, y: Array, t: float, drive: Array, touch: Array, grip: Array, sign: Array,
+    m: Array, w: Array, b: Array, g: Array, fz: Array, force: Array, due: Array,
+) -> float:  # fmt: skip
+    """Change the states that are due; return the energy that stopping takes [J]."""
+    n = len(c.first) + 2
+    v_th = c.friction[2]
+    resting, fresh, free = np.zeros(EDGES), np.zeros(EDGES), np.zeros(n)
+    for e in range(EDGES):
+        _, _, z, vx, vz = _edge(c, y[:n], y[n : 2 * n], e)
+        normal = _normal(c, r, z, vz)
+        if touch[e] != TOUCH:
+            if due[e]:
+                touch[e] = TOUCH if z <= 0.0 and normal > -_SLACK else (AIR if z > 0.0 else BELOW)
+                if touch[e] == TOUCH:
+                    fresh[e] = 1.0
+                    sign[e] = 1.0 if vx >= 0 else -1.0
+                    grip[e] = FAST if abs(vx) >= v_th else SLOW
+                    if abs(vx) < _ZERO_SPEED:
+                        resting[e] = 1.0
+        elif due[e] and normal < 0.0:
+            touch[e], grip[e] = BELOW, FAST
+            y[2 * n + e] = 0.0
+    _kinetics(c, r, y, t, drive, touch, m, free, w, b, g, fz)
+    _friction(c, r, b, g, fz, touch, grip, sign, force)
+    stopping = False
+    for e in range(EDGES):
+        if touch[e] != TOUCH:
+            continue
+        vx = _edge(c, y[:n], y[n : 2 * n], e)[3]
+        if grip[e] == STICK:
+            resting[e] = 1.0
+        elif not (due[e] or fresh[e]):
+            continue
+        elif grip[e] == WAIT:
+            if abs(y[2 * n + e]) > v_th:
+                grip[e], sign[e] = SLOW, np.sign(y[2 * n + e])
+            else:
+                grip[e] = STICK
+            y[2 * n + e] = 0.0
+        elif grip[e] == FAST and abs(vx) < v_th:
+            grip[e] = SLOW
+            stopping |= r.lock == 1
+        elif grip[e] == SLOW and abs(vx) > v_th:
+            grip[e] = FAST
+        elif fresh[e] and r.lock == 1 and abs(vx) < v_th:
+            stopping = True
+        elif sign[e] * vx <= 0.0 or r.split == 1:
+            if abs(vx) < 1e-5 or r.split == 1:
+                resting[e] = 1.0
+        if r.lock == 1 and grip[e] == SLOW and touch[e] == TOUCH and (due[e] or fresh[e]):
+            able = _lockable(c, r, b, g, fz, touch, grip, sign, e) > -_SLACK
+            slow = abs(vx) < v_th
+            if slow and y[2 * n + e] == 0.0 and (able or (r.wait == 2 and (stopping or fresh[e]))):
+                grip[e] = STICK
+                resting[e] = 1.0
+    if r.wait == 2:
+        _friction(c, r, b, g, fz, touch, grip, sign, force)
+        for e in range(EDGES):
+            if touch[e] == TOUCH and grip[e] == STICK:
+                if abs(force[e]) > c.friction[1] * fz[e] + _SLACK:
+                    grip[e] = WAIT
+                y[2 * n + e] = 0.0
+    else:
+        _choose(c, r, b, g, fz, touch, grip, sign, resting)
+    return _stop(r, y, touch, grip, w, g, c)
+
+
+@numba.njit(cache=True)
+def follow(
+    c: Chain, r: Reading, q: Array, v: Array, drive: Array, touch: Array, grip: Array, sign: Array,
+    samples: int, every: int, h: float,
+) -> tuple[Array, Array, int, float, Array]:  # fmt: skip
+    """Return foot and T at samples, the number of events, the energy of stops, the last state.
+
+    Args:
+        c: the robot.
+        r: reading of the law.
+        q: coordinates at time zero.
+        v: their rates.
+        drive: commanded angle of the rotor at time zero [rad] and speed [rad/s].
+        touch: (2,) of each edge, changed.
+        grip: (2,) of each edge, changed.
+        sign: (2,) of each edge's sliding, changed.
+        samples: how many, the first at time zero.
+        every: steps from one sample to the next.
+        h: step [s].
+    """
+    n = len(q)
+    y = np.concatenate((q, v, np.zeros(EDGES)))
+    m, w = np.zeros((n, n)), np.zeros((EDGES, n))
+    b, g, fz, force = np.zeros(EDGES), np.zeros((EDGES, EDGES)), np.zeros(EDGES), np.zeros(EDGES)
+    k1, k2, k3, k4 = np.zeros_like(y), np.zeros_like(y), np.zeros_like(y), np.zeros_like(y)
+    new, due = y.copy(), np.zeros(EDGES)
+    kept, tops = np.zeros((samples, 3)), np.zeros((samples, 2))
+    events, stopped = 0, 0.0
+    for s in range(samples):
+        kept[s] = y[:3]
+        for a in range(2, n - 1):
+            long = c.first[0]  # the foot's own lever is not a length: T is taken from the angles
+            tops[s, 0] += long * np.cos(y[a])
+            tops[s, 1] -= long * np.sin(y[a])
+        if s == samples - 1:
+            break
+        for i in range(every):
+            begin, left = (s * every + i) * h, h
+            while left > 0.0:
+                t = begin + h - left
+                _rates(c, r, y, t, drive, touch, grip, sign, m, w, b, g, fz, force, k1)
+                low, high, size = 0.0, left, left
+                hit = False
+                for _ in range(_HALVINGS):
+                    new[:] = y + 0.5 * size * k1
+                    _rates(c, r, new, t + 0.5 * size, drive, touch, grip, sign, m, w, b, g, fz,
+                           force, k2)  # fmt: skip
+                    new[:] = y + 0.5 * size * k2
+                    _rates(c, r, new, t + 0.5 * size, drive, touch, grip, sign, m, w, b, g, fz,
+                           force, k3)  # fmt: skip
+                    new[:] = y + size * k3
+                    _rates(c, r, new, t + size, drive, touch, grip, sign, m, w, b, g, fz, force, k4)
+                    new[:] = y + size / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+                    _rates(c, r, new, t + size, drive, touch, grip, sign, m, w, b, g, fz, force, k4)
+                    now = False
+                    for e in range(EDGES):
+                        due[e] = _due(c, r, new, touch, grip, sign, b, g, fz, force, e)
+                        now |= due[e] > 0.0
+                    if now:
+                        hit, high = True, size
+                    else:
+                        low = size
+                    if not hit or (now and high - low < 1e-11):
+                        break
+                    size = 0.5 * (low + high) if high - low > 1e-11 else high
+                y[:] = new
+                left = left - size if hit else 0.0
+                if hit:
+                    events += 1
+                    stopped += _change(c, r, y, t + size, drive, touch, grip, sign, m, w, b, g, fz,
+                                       force, due)  # fmt: skip
+    return kept, tops, events, stopped, y
