@@ -16,15 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.sim import Robot
 
-__all__ = [
-    "Chain",
-    "chain_of",
-    "factor",
-    "forces",
-    "mass_matrix",
-    "solve",
-    "state_of",
-]
+__all__ = ["Chain", "chain_of", "factor", "forces", "mass_matrix", "solve", "state_of"]
 
 Array = NDArray[np.float64]
 

@@ -27,6 +27,7 @@ EDGES = 2
 _ZERO_SPEED = 1e-9  # [m/s] an edge that is slower rests
 _SLACK = 1e-10  # [N] of a limit
 _HALVINGS = 44
+_CROWD = 200
 
 
 class Reading(NamedTuple):
@@ -90,11 +91,14 @@ def _normal(c: Chain, r: Reading, z: float, vz: float) -> float:
 
 
 @numba.njit(cache=True)
-def _edge(c: Chain, q: Array, v: Array, e: int) -> tuple[float, float, float, float, float]:
-    """Return arm x, arm z, height, forward and upward speed of an edge, the front one first."""
+def _edge(
+    c: Chain, r: Reading, q: Array, v: Array, e: int
+) -> tuple[float, float, float, float, float]:
+    """Return arm x, friction's arm z, height, forward and upward speed of an edge, front first."""
     b = c.half if e == 0 else -c.half
     ax, az = np.cos(q[2]) * b, -np.sin(q[2]) * b
-    return ax, az, q[1] + az, v[0] + v[2] * az, v[1] - v[2] * ax
+    low = 0.0 if r.split == 1 else az
+    return ax, low, q[1] + az, v[0] + v[2] * low, v[1] - v[2] * ax
 
 
 @numba.njit(cache=True)
@@ -102,7 +106,7 @@ def _hold(r: Reading, b: Array, g: Array, force: Array, held: Array) -> None:
     """Write the forces of edges that are held, the others' being given."""
     if held[0] and held[1]:
         det = g[0, 0] * g[1, 1] - g[0, 1] * g[1, 0]
-        if r.split == 1 or det < 1e-12 * g[0, 0] * g[1, 1]:
+        if det < 1e-12 * g[0, 0] * g[1, 1]:
             both = -2.0 * (b[0] + b[1]) / (g[0, 0] + g[0, 1] + g[1, 0] + g[1, 1])
             force[0] = force[1] = 0.5 * both
         else:
@@ -152,7 +156,7 @@ def _kinetics(
     factor(m)
     forces(c, q, v, drive[0] + drive[1] * t, drive[1], free)
     for e in range(EDGES):
-        ax, az, z, _, vz = _edge(c, q, v, e)
+        ax, az, z, _, vz = _edge(c, r, q, v, e)
         fz[e] = _normal(c, r, z, vz) if touch[e] == TOUCH else 0.0
         free[1] += fz[e]
         free[2] -= ax * fz[e]
@@ -161,24 +165,12 @@ def _kinetics(
         solve(m, w[e])
     solve(m, free)
     for e in range(EDGES):
-        ax, az, _, _, _ = _edge(c, q, v, e)
-        b[e] = free[0] + az * free[2] - ax * v[2] ** 2
+        ax, az, _, _, _ = _edge(c, r, q, v, e)
+        b[e] = free[0]
+        if r.split == 0:
+            b[e] += az * free[2] - ax * v[2] ** 2
         for o in range(EDGES):
             g[e, o] = w[o, 0] + az * w[o, 2]
-
-
-@numba.njit(cache=True)
-def _virtual(
-    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
-    force: Array, e: int,
-) -> float:  # fmt: skip
-    """Return the acceleration that a waiting edge would have, all that wait being free."""
-    moving, way, would = grip.copy(), sign.copy(), force.copy()
-    for o in range(EDGES):
-        if grip[o] == WAIT:
-            moving[o], way[o] = FAST, -np.sign(force[o])
-    _friction(c, r, b, g, fz, touch, moving, way, would)
-    return b[e] + g[e, 0] * would[0] + g[e, 1] * would[1]
 
 
 @numba.njit(cache=True)
@@ -194,32 +186,36 @@ def _rates(
         for k in range(n):
             a[k] += w[e, k] * force[e]
     dy[:n] = y[n : 2 * n]
-    for e in range(EDGES):
-        dy[2 * n + e] = 0.0
-        if touch[e] == TOUCH and grip[e] == WAIT:
-            dy[2 * n + e] = _virtual(c, r, b, g, fz, touch, grip, sign, force, e)
+    dy[2 * n] = 0.0
+    if (touch[0] == TOUCH and grip[0] == WAIT) or (touch[1] == TOUCH and grip[1] == WAIT):
+        load = force[0] + force[1]
+        dy[2 * n] = b[0] + g[0, 0] * np.sign(load) * c.friction[0] * max(fz[0] + fz[1], 0.0)
 
 
 @numba.njit(cache=True)
-def _lockable(
-    c: Chain, r: Reading, b: Array, g: Array, fz: Array, touch: Array, grip: Array, sign: Array,
-    e: int,
-) -> float:  # fmt: skip
-    """Return by how much static friction exceeds what would hold an edge [N]."""
-    held, force = grip.copy(), np.zeros(EDGES)
-    held[e] = STICK
-    _friction(c, r, b, g, fz, touch, held, sign, force)
-    return c.friction[1] * max(fz[e], 0.0) - abs(force[e])
+def _capacity(c: Chain, r: Reading, fz: Array) -> float:
+    """Return the load at which a foot that rests on both edges breaks loose, shared evenly [N].
+
+    An edge whose half exceeds its own limit gives static friction still (wait 0), sliding friction
+    (1), or is held as long as the other one is (2).
+    """
+    low, high = max(min(fz[0], fz[1]), 0.0), max(fz[0], fz[1], 0.0)
+    slide, stick = c.friction[0], c.friction[1]
+    if r.wait == 0 or low == 0.0:
+        return stick * (low + high)
+    if r.wait == 1:
+        return max(2 * stick * low, slide * low + stick * high)
+    return 2 * stick * high
 
 
 @numba.njit(cache=True)
 def _due(
-    c: Chain, r: Reading, y: Array, touch: Array, grip: Array, sign: Array,
-    b: Array, g: Array, fz: Array, force: Array, e: int,
+    c: Chain, r: Reading, y: Array, touch: Array, grip: Array, sign: Array, fz: Array,
+    force: Array, e: int,
 ) -> bool:  # fmt: skip
     """Return whether an edge's state has to change."""
     n = len(c.first) + 2
-    _, _, z, vx, vz = _edge(c, y[:n], y[n : 2 * n], e)
+    _, _, z, vx, vz = _edge(c, r, y[:n], y[n : 2 * n], e)
     if touch[e] == AIR:
         return z < 0.0
     normal = _normal(c, r, z, vz)
@@ -227,31 +223,29 @@ def _due(
         return z > 0.0 or normal > 0.0
     if normal < 0.0:
         return True
-    limit, v_th = c.friction[1] * normal, c.friction[2]
+    load, limit, v_th = abs(force[e]), c.friction[1] * normal, c.friction[2]
+    if r.split == 1:
+        load, limit = abs(force[0] + force[1]), _capacity(c, r, fz)
     if grip[e] == STICK:
-        return abs(force[e]) > limit + _SLACK
+        return load > limit + _SLACK
     if grip[e] == WAIT:
-        return abs(force[e]) < limit - _SLACK or abs(y[2 * n + e]) > v_th
-    shared = r.split == 1 and touch[1 - e] == TOUCH and grip[1 - e] <= WAIT
-    if sign[e] * vx < -_ZERO_SPEED and not shared:
+        return load < limit - _SLACK or abs(y[2 * n]) > v_th
+    if sign[e] * vx < -_ZERO_SPEED:
         return True
-    if grip[e] == FAST:
-        return (r.wait == 0 or r.lock == 1) and abs(vx) < v_th - _ZERO_SPEED
-    if shared or r.lock == 1:
-        if _lockable(c, r, b, g, fz, touch, grip, sign, e) > _SLACK:
-            return True
-    return (r.wait == 0 or r.lock == 1) and abs(vx) > v_th + _ZERO_SPEED
+    if r.wait != 0 and r.lock == 0:
+        return False
+    return abs(vx) < v_th - _ZERO_SPEED if grip[e] == FAST else abs(vx) > v_th + _ZERO_SPEED
 
 
 @numba.njit(cache=True)
-def _stop(r: Reading, y: Array, touch: Array, grip: Array, w: Array, g: Array, c: Chain) -> float:
+def _stop(c: Chain, r: Reading, y: Array, touch: Array, grip: Array, w: Array, g: Array) -> float:
     """Take the edges that stick to rest by an impulse; return the energy that it takes [J]."""
     n = len(c.first) + 2
     v = y[n : 2 * n]
     speed, impulse, held = np.zeros(EDGES), np.zeros(EDGES), np.zeros(EDGES)
     for e in range(EDGES):
         held[e] = touch[e] == TOUCH and grip[e] <= WAIT
-        speed[e] = _edge(c, y[:n], v, e)[3]
+        speed[e] = _edge(c, r, y[:n], v, e)[3]
     _hold(r, speed, g, impulse, held)
     taken = 0.0
     for e in range(EDGES):
@@ -259,7 +253,7 @@ def _stop(r: Reading, y: Array, touch: Array, grip: Array, w: Array, g: Array, c
         for k in range(n):
             v[k] += w[e, k] * impulse[e]
     for e in range(EDGES):
-        taken -= impulse[e] * _edge(c, y[:n], v, e)[3]
+        taken -= impulse[e] * _edge(c, r, y[:n], v, e)[3]
     return 0.5 * taken
 
 
@@ -270,18 +264,6 @@ def _choose(
 ) -> None:  # fmt: skip
     """Let edges at rest stick or start to move, the first consistent choice with most at rest."""
     force, trial, way = np.zeros(EDGES), grip.copy(), sign.copy()
-    if r.split == 1:
-        for e in range(EDGES):
-            if resting[e]:
-                trial[e] = STICK
-        for _ in range(EDGES):
-            _friction(c, r, b, g, fz, touch, trial, way, force)
-            for e in range(EDGES):
-                if resting[e] and trial[e] == STICK:
-                    if abs(force[e]) > c.friction[1] * fz[e] + _SLACK:
-                        trial[e], way[e] = SLOW, -np.sign(force[e])
-        grip[:], sign[:] = trial, way
-        return
     for moving in range(EDGES + 1):
         for code in range(9):
             first, second = code % 3 - 1, code // 3 - 1
@@ -312,72 +294,88 @@ def _choose(
 
 
 @numba.njit(cache=True)
+def _change_edges(
+    c: Chain, r: Reading, y: Array, b: Array, g: Array, fz: Array, touch: Array, grip: Array,
+    sign: Array, due: Array, fresh: Array,
+) -> None:  # fmt: skip
+    """Change the friction of edges that each hold their own place."""
+    n = len(c.first) + 2
+    resting = np.zeros(EDGES)
+    for e in range(EDGES):
+        if touch[e] != TOUCH:
+            continue
+        vx = _edge(c, r, y[:n], y[n : 2 * n], e)[3]
+        if grip[e] == STICK or (fresh[e] and abs(vx) < _ZERO_SPEED):
+            resting[e] = 1.0
+        elif fresh[e]:
+            grip[e], sign[e] = (FAST if abs(vx) >= c.friction[2] else SLOW), np.sign(vx)
+        elif due[e] and sign[e] * vx <= 0.0:
+            resting[e] = 1.0
+        elif due[e]:
+            grip[e] = SLOW if grip[e] == FAST else FAST
+    _choose(c, r, b, g, fz, touch, grip, sign, resting)
+
+
+@numba.njit(cache=True)
+def _change_foot(
+    c: Chain, r: Reading, y: Array, b: Array, g: Array, fz: Array, touch: Array, grip: Array,
+    sign: Array, due: Array, fresh: Array,
+) -> None:  # fmt: skip
+    """Change the friction of a foot whose edges share the load evenly and move as one."""
+    n = len(c.first) + 2
+    vx, v_th, load, limit = y[n], c.friction[2], -b[0] / g[0, 0], _capacity(c, r, fz)
+    now, way, changes, landed = -1, 0.0, False, False
+    for e in range(EDGES):
+        if touch[e] == TOUCH:
+            changes |= due[e] > 0.0
+            landed |= fresh[e] > 0.0
+            if fresh[e] == 0.0:
+                now, way = int(grip[e]), sign[e]
+    slow, rests = abs(vx) < v_th, now == STICK or now == WAIT
+    breaks, would = abs(load) > limit, y[2 * n]
+    if (landed and (now < 0 or now == SLOW)) or (now == FAST and changes and slow):
+        stops = slow and r.lock == 1 and (r.wait == 2 or not breaks)
+        rests = stops or abs(vx) < _ZERO_SPEED
+        now, way = (SLOW if slow else FAST), np.sign(vx)
+    elif now == SLOW and changes and not slow:
+        now = FAST
+    elif now > WAIT and changes and way * vx <= 0.0:
+        rests = True
+    if rests and breaks and r.wait != 2:
+        now, way = SLOW, -np.sign(load)
+    elif rests and now == WAIT and abs(would) > v_th:
+        now, way = SLOW, np.sign(would)
+    elif rests:
+        now = WAIT if breaks else STICK
+    if now != WAIT or not breaks:
+        y[2 * n] = 0.0
+    for e in range(EDGES):
+        if touch[e] == TOUCH:
+            grip[e], sign[e] = now, way
+
+
+@numba.njit(cache=True)
 def _change(
     c: Chain, r: Reading, y: Array, t: float, drive: Array, touch: Array, grip: Array, sign: Array,
-    m: Array, w: Array, b: Array, g: Array, fz: Array, force: Array, due: Array,
+    m: Array, w: Array, b: Array, g: Array, fz: Array, due: Array,
 ) -> float:  # fmt: skip
     """Change the states that are due; return the energy that stopping takes [J]."""
     n = len(c.first) + 2
-    v_th = c.friction[2]
-    resting, fresh, free = np.zeros(EDGES), np.zeros(EDGES), np.zeros(n)
+    fresh, free = np.zeros(EDGES), np.zeros(n)
     for e in range(EDGES):
-        _, _, z, vx, vz = _edge(c, y[:n], y[n : 2 * n], e)
+        _, _, z, _, vz = _edge(c, r, y[:n], y[n : 2 * n], e)
         normal = _normal(c, r, z, vz)
-        if touch[e] != TOUCH:
-            if due[e]:
-                touch[e] = TOUCH if z <= 0.0 and normal > -_SLACK else (AIR if z > 0.0 else BELOW)
-                if touch[e] == TOUCH:
-                    fresh[e] = 1.0
-                    sign[e] = 1.0 if vx >= 0 else -1.0
-                    grip[e] = FAST if abs(vx) >= v_th else SLOW
-                    if abs(vx) < _ZERO_SPEED:
-                        resting[e] = 1.0
+        if due[e] and touch[e] != TOUCH:
+            touch[e] = TOUCH if z <= 0.0 and normal > -_SLACK else (AIR if z > 0.0 else BELOW)
+            fresh[e] = touch[e] == TOUCH
         elif due[e] and normal < 0.0:
             touch[e], grip[e] = BELOW, FAST
-            y[2 * n + e] = 0.0
     _kinetics(c, r, y, t, drive, touch, m, free, w, b, g, fz)
-    _friction(c, r, b, g, fz, touch, grip, sign, force)
-    stopping = False
-    for e in range(EDGES):
-        if touch[e] != TOUCH:
-            continue
-        vx = _edge(c, y[:n], y[n : 2 * n], e)[3]
-        if grip[e] == STICK:
-            resting[e] = 1.0
-        elif not (due[e] or fresh[e]):
-            continue
-        elif grip[e] == WAIT:
-            if abs(y[2 * n + e]) > v_th:
-                grip[e], sign[e] = SLOW, np.sign(y[2 * n + e])
-            else:
-                grip[e] = STICK
-            y[2 * n + e] = 0.0
-        elif grip[e] == FAST and abs(vx) < v_th:
-            grip[e] = SLOW
-            stopping |= r.lock == 1
-        elif grip[e] == SLOW and abs(vx) > v_th:
-            grip[e] = FAST
-        elif fresh[e] and r.lock == 1 and abs(vx) < v_th:
-            stopping = True
-        elif sign[e] * vx <= 0.0 or r.split == 1:
-            if abs(vx) < 1e-5 or r.split == 1:
-                resting[e] = 1.0
-        if r.lock == 1 and grip[e] == SLOW and touch[e] == TOUCH and (due[e] or fresh[e]):
-            able = _lockable(c, r, b, g, fz, touch, grip, sign, e) > -_SLACK
-            slow = abs(vx) < v_th
-            if slow and y[2 * n + e] == 0.0 and (able or (r.wait == 2 and (stopping or fresh[e]))):
-                grip[e] = STICK
-                resting[e] = 1.0
-    if r.wait == 2:
-        _friction(c, r, b, g, fz, touch, grip, sign, force)
-        for e in range(EDGES):
-            if touch[e] == TOUCH and grip[e] == STICK:
-                if abs(force[e]) > c.friction[1] * fz[e] + _SLACK:
-                    grip[e] = WAIT
-                y[2 * n + e] = 0.0
+    if r.split == 1:
+        _change_foot(c, r, y, b, g, fz, touch, grip, sign, due, fresh)
     else:
-        _choose(c, r, b, g, fz, touch, grip, sign, resting)
-    return _stop(r, y, touch, grip, w, g, c)
+        _change_edges(c, r, y, b, g, fz, touch, grip, sign, due, fresh)
+    return _stop(c, r, y, touch, grip, w, g)
 
 
 @numba.njit(cache=True)
@@ -401,7 +399,7 @@ def follow(
         h: step [s].
     """
     n = len(q)
-    y = np.concatenate((q, v, np.zeros(EDGES)))
+    y = np.concatenate((q, v, np.zeros(1)))  # the last: speed of a foot that waits if it were free
     m, w = np.zeros((n, n)), np.zeros((EDGES, n))
     b, g, fz, force = np.zeros(EDGES), np.zeros((EDGES, EDGES)), np.zeros(EDGES), np.zeros(EDGES)
     k1, k2, k3, k4 = np.zeros_like(y), np.zeros_like(y), np.zeros_like(y), np.zeros_like(y)
@@ -417,7 +415,7 @@ def follow(
         if s == samples - 1:
             break
         for i in range(every):
-            begin, left = (s * every + i) * h, h
+            begin, left, crowd = (s * every + i) * h, h, 0
             while left > 0.0:
                 t = begin + h - left
                 _rates(c, r, y, t, drive, touch, grip, sign, m, w, b, g, fz, force, k1)
@@ -436,7 +434,7 @@ def follow(
                     _rates(c, r, new, t + size, drive, touch, grip, sign, m, w, b, g, fz, force, k4)
                     now = False
                     for e in range(EDGES):
-                        due[e] = _due(c, r, new, touch, grip, sign, b, g, fz, force, e)
+                        due[e] = _due(c, r, new, touch, grip, sign, fz, force, e)
                         now |= due[e] > 0.0
                     if now:
                         hit, high = True, size
@@ -449,6 +447,10 @@ def follow(
                 left = left - size if hit else 0.0
                 if hit:
                     events += 1
+                    crowd += 1
+                    if crowd > _CROWD:  # changes without end: this reading leaves no motion
+                        kept[s:] = np.nan
+                        return kept, tops, events, stopped, y
                     stopped += _change(c, r, y, t + size, drive, touch, grip, sign, m, w, b, g, fz,
-                                       force, due)  # fmt: skip
+                                       due)  # fmt: skip
     return kept, tops, events, stopped, y
