@@ -92,12 +92,12 @@ def _normal(c: Chain, r: Reading, z: float, vz: float) -> float:
 
 @numba.njit(cache=True)
 def _edge(
-    c: Chain, r: Reading, q: Array, v: Array, e: int
+    c: Chain, r: Reading, q: Array, v: Array, touch: Array, e: int
 ) -> tuple[float, float, float, float, float]:
     """Return arm x, friction's arm z, height, forward and upward speed of an edge, front first."""
     b = c.half if e == 0 else -c.half
     ax, az = np.cos(q[2]) * b, -np.sin(q[2]) * b
-    low = 0.0 if r.split == 1 else az
+    low = 0.0 if r.split == 1 and touch[0] == TOUCH and touch[1] == TOUCH else az
     return ax, low, q[1] + az, v[0] + v[2] * low, v[1] - v[2] * ax
 
 
@@ -156,7 +156,7 @@ def _kinetics(
     factor(m)
     forces(c, q, v, drive[0] + drive[1] * t, drive[1], free)
     for e in range(EDGES):
-        ax, az, z, _, vz = _edge(c, r, q, v, e)
+        ax, az, z, _, vz = _edge(c, r, q, v, touch, e)
         fz[e] = _normal(c, r, z, vz) if touch[e] == TOUCH else 0.0
         free[1] += fz[e]
         free[2] -= ax * fz[e]
@@ -165,9 +165,9 @@ def _kinetics(
         solve(m, w[e])
     solve(m, free)
     for e in range(EDGES):
-        ax, az, _, _, _ = _edge(c, r, q, v, e)
+        ax, az, _, _, _ = _edge(c, r, q, v, touch, e)
         b[e] = free[0]
-        if r.split == 0:
+        if r.split == 0 or touch[1 - e] != TOUCH:
             b[e] += az * free[2] - ax * v[2] ** 2
         for o in range(EDGES):
             g[e, o] = w[o, 0] + az * w[o, 2]
@@ -188,8 +188,8 @@ def _rates(
     dy[:n] = y[n : 2 * n]
     dy[2 * n] = 0.0
     if (touch[0] == TOUCH and grip[0] == WAIT) or (touch[1] == TOUCH and grip[1] == WAIT):
-        load = force[0] + force[1]
-        dy[2 * n] = b[0] + g[0, 0] * np.sign(load) * c.friction[0] * max(fz[0] + fz[1], 0.0)
+        load, one = force[0] + force[1], 0 if touch[0] == TOUCH else 1
+        dy[2 * n] = b[one] + g[one, one] * np.sign(load) * c.friction[0] * max(fz[0] + fz[1], 0.0)
 
 
 @numba.njit(cache=True)
@@ -215,7 +215,7 @@ def _due(
 ) -> bool:  # fmt: skip
     """Return whether an edge's state has to change."""
     n = len(c.first) + 2
-    _, _, z, vx, vz = _edge(c, r, y[:n], y[n : 2 * n], e)
+    _, _, z, vx, vz = _edge(c, r, y[:n], y[n : 2 * n], touch, e)
     if touch[e] == AIR:
         return z < 0.0
     normal = _normal(c, r, z, vz)
@@ -245,7 +245,7 @@ def _stop(c: Chain, r: Reading, y: Array, touch: Array, grip: Array, w: Array, g
     speed, impulse, held = np.zeros(EDGES), np.zeros(EDGES), np.zeros(EDGES)
     for e in range(EDGES):
         held[e] = touch[e] == TOUCH and grip[e] <= WAIT
-        speed[e] = _edge(c, r, y[:n], v, e)[3]
+        speed[e] = _edge(c, r, y[:n], v, touch, e)[3]
     _hold(r, speed, g, impulse, held)
     taken = 0.0
     for e in range(EDGES):
@@ -253,7 +253,7 @@ def _stop(c: Chain, r: Reading, y: Array, touch: Array, grip: Array, w: Array, g
         for k in range(n):
             v[k] += w[e, k] * impulse[e]
     for e in range(EDGES):
-        taken -= impulse[e] * _edge(c, r, y[:n], v, e)[3]
+        taken -= impulse[e] * _edge(c, r, y[:n], v, touch, e)[3]
     return 0.5 * taken
 
 
@@ -304,7 +304,7 @@ def _change_edges(
     for e in range(EDGES):
         if touch[e] != TOUCH:
             continue
-        vx = _edge(c, r, y[:n], y[n : 2 * n], e)[3]
+        vx = _edge(c, r, y[:n], y[n : 2 * n], touch, e)[3]
         if grip[e] == STICK or (fresh[e] and abs(vx) < _ZERO_SPEED):
             resting[e] = 1.0
         elif fresh[e]:
@@ -323,7 +323,9 @@ def _change_foot(
 ) -> None:  # fmt: skip
     """Change the friction of a foot whose edges share the load evenly and move as one."""
     n = len(c.first) + 2
-    vx, v_th, load, limit = y[n], c.friction[2], -b[0] / g[0, 0], _capacity(c, r, fz)
+    one = 0 if touch[0] == TOUCH else 1
+    vx = _edge(c, r, y[:n], y[n : 2 * n], touch, one)[3]
+    v_th, load, limit = c.friction[2], -b[one] / g[one, one], _capacity(c, r, fz)
     now, way, changes, landed = -1, 0.0, False, False
     for e in range(EDGES):
         if touch[e] == TOUCH:
@@ -331,7 +333,7 @@ def _change_foot(
             landed |= fresh[e] > 0.0
             if fresh[e] == 0.0:
                 now, way = int(grip[e]), sign[e]
-    slow, rests = abs(vx) < v_th, now == STICK or now == WAIT
+    slow, rests = abs(vx) < v_th, now in (STICK, WAIT)
     breaks, would = abs(load) > limit, y[2 * n]
     if (landed and (now < 0 or now == SLOW)) or (now == FAST and changes and slow):
         stops = slow and r.lock == 1 and (r.wait == 2 or not breaks)
@@ -363,7 +365,7 @@ def _change(
     n = len(c.first) + 2
     fresh, free = np.zeros(EDGES), np.zeros(n)
     for e in range(EDGES):
-        _, _, z, _, vz = _edge(c, r, y[:n], y[n : 2 * n], e)
+        _, _, z, _, vz = _edge(c, r, y[:n], y[n : 2 * n], touch, e)
         normal = _normal(c, r, z, vz)
         if due[e] and touch[e] != TOUCH:
             touch[e] = TOUCH if z <= 0.0 and normal > -_SLACK else (AIR if z > 0.0 else BELOW)

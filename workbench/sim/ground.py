@@ -59,17 +59,17 @@ _WIDTH = len(CORNER_FIELDS)
 
 GROUND_MAGIC = 3.1e8  # eq. 3.1
 """First number of the numeric field, which tells it from anybody else's."""
-GROUND_PARAMETERS = 17
+GROUND_PARAMETERS = 18
 """How many numbers the numeric field has."""
 GROUND_RECORD = CORNERS * _WIDTH
 """How many numbers of `userdata` the law keeps."""
 
-Beyond = Literal["depth_damping", "adhesion", "anisotropy"]
+Beyond = Literal["depth_damping", "adhesion", "anisotropy", "creeping"]
 """What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
 greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
 smaller against a backward one [1]."""
 
-_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15}
+_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "creeping": 16}
 
 
 class Stick(NamedTuple):
@@ -140,7 +140,7 @@ def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
 @numba.njit(cache=True)
 def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: float) -> float:
     """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
-    touching, stiffness, damping, step = corner[5], p[3], p[4], p[16]
+    touching, stiffness, damping, step = corner[5], p[3], p[4], p[17]
     if z <= 0.0:
         corner[5] = 1.0
     elif touching == 0.0 and z + vz * step < 0.0:  # lands within this step
@@ -156,34 +156,48 @@ def _friction(
     p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
 ) -> float:
     """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
-    mu_slide, mu_stick, v_th, stiffness, damping, step = p[7], p[8], p[9], p[10], p[11], p[16]
-    mu_slide *= 1 + p[15] * np.sign(vx)
-    speed, before = abs(vx), abs(corner[6])  # zero where it did not touch
-    corner[6] = vx if fz > 0.0 else 0.0
+    v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
+    speed, before, force_before, fz_before = abs(vx), abs(corner[6]), corner[2], corner[4]
+    corner[6] = vx if fz > 0.0 else 0.0  # zero where it did not touch
     if fz <= 0.0:
         corner[0] = UNLOCKED
         return 0.0
-    sliding = -mu_slide * fz * np.sign(vx)
+    way = np.sign(vx)
+    sliding = -way * p[7] * (1 + p[15] * way) * fz
     late = 0.0  # share of a step for which it is locked already
     if corner[0] == UNLOCKED:
-        if speed >= v_th:
+        locks = min(v_th, abs(sliding) / damping)  # there both forces are the same
+        if speed >= locks:
             return sliding
-        if before > v_th:
-            late = (v_th - speed) / (before - speed)
+        if before > locks:
+            late = (locks - speed) / (before - speed)
         corner[0] = LOCKED
         corner[1] = x - vx * late * step
+    elif corner[0] == WAIT:
+        way = np.sign(x - corner[1])  # the way that its load pushes it
+        if vx * way < 0.0:
+            corner[0] = LOCKED
+        else:
+            slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
+            if speed > v_th:
+                corner[0] = UNLOCKED
+                late = (speed - v_th) / (speed - before) if before < v_th else 0.0
+                return sliding + late * (sliding - slow)
+            corner[1] = x + slow / stiffness
+            return slow
     held = -stiffness * (x - corner[1]) - damping * vx
-    limit = mu_stick * (1 - p[15] * np.sign(held)) * fz
+    way = -np.sign(held)
+    limit = p[8] * (1 + p[15] * way) * fz
     if abs(held) <= limit:
-        corner[0] = LOCKED
         return held + late * (held - sliding)
-    grip = limit * np.sign(held)
-    if corner[0] == WAIT and speed > v_th:
-        corner[0] = UNLOCKED
-        late = (speed - v_th) / (speed - before) if before < v_th else 0.0
-        return sliding + late * (sliding - grip)
+    slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
     corner[0] = WAIT
-    return grip + late * (grip - sliding)
+    corner[1] = x + slow / stiffness
+    spare = p[8] * (1 + p[15] * way) * fz_before - abs(force_before)
+    if fz_before <= 0.0 or spare <= 0.0:
+        return slow
+    late = (abs(held) - limit) / (abs(held) - limit + spare)
+    return slow + late * (slow - force_before)
 
 
 @numba.njit(cache=True)
