@@ -105,7 +105,7 @@ def test_the_standing_robot_sinks_as_eq_3_1_says(robot: Robot) -> None:
     assert set(corners[:, 0]) == {LOCKED}
 
 
-PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0, 0, 0, 0, 0, 1e-4])
+PARAMETERS = np.array([0, 0, 0, 140, 15, 20, 8, 0.4, 0.5, 0.01, 2e4, 30.0, 0, 0, 0, 0, 0, 1e-4])
 
 
 def corner(state: float, speed: float, anchor: float = 0.0) -> np.ndarray:

@@ -7,17 +7,22 @@ Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
 Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
 Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below v_th;
                           locked:   held at an anchor, until the force needed exceeds mu_stick fz;
-                          wait:     mu_stick fz, locks again if that suffices, unlocks above v_th.
-The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
+                          wait:     broken loose: mu_slide fz, unlocks above v_th, locks when the
+                                    motion turns back.
+Static friction never brakes a motion: the thesis' Joint Stiction Actuator compares it with the load
+and moves the joint against kinetic friction alone (decision 2).
+The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
+locks where its damper's force has come down to the sliding one, and is dragged along in `wait`.
 
-A corner lands, locks and unlocks within a step, not at its end. A step in which it lands has the
+A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has the
 share of the force for which it touches; one after a change of state makes up for the part that was
 gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped by
 up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
-that depends on the direction.
+that depends on the direction; static friction that also brakes a corner which has broken loose,
+until it is faster than v_th.
 """
 
 from __future__ import annotations
@@ -64,12 +69,13 @@ GROUND_PARAMETERS = 18
 GROUND_RECORD = CORNERS * _WIDTH
 """How many numbers of `userdata` the law keeps."""
 
-Beyond = Literal["depth_damping", "adhesion", "anisotropy", "creeping"]
+Beyond = Literal["depth_damping", "adhesion", "anisotropy", "wait"]
 """What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
 greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
-smaller against a backward one [1]."""
+smaller against a backward one [1]; the share of what static friction has beyond sliding friction
+that brakes a corner in `wait` [1]."""
 
-_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "creeping": 16}
+_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "wait": 16}
 
 
 class Stick(NamedTuple):
