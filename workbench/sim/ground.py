@@ -169,10 +169,11 @@ def _friction(
         corner[0] = UNLOCKED
         return 0.0
     way = np.sign(vx)
-    sliding = -way * p[7] * (1 + p[15] * way) * fz
+    grip = p[7] * (1 + p[15] * way) * fz
+    sliding = -way * grip
     late = 0.0  # share of a step for which it is locked already
     if corner[0] == UNLOCKED:
-        locks = min(v_th, abs(sliding) / damping)  # there both forces are the same
+        locks = min(v_th, grip / damping)  # there the anchor's force is the sliding one
         if speed >= locks:
             return sliding
         if before > locks:
