@@ -17,7 +17,7 @@ from benchmarks.contact.events import AIR, BELOW, FAST, SLOW, STICK, TOUCH, Star
 from workbench.protocol import load_model, load_shape
 from workbench.sim import SAMPLE_RATE_HZ, Condition, Robot, make_robot, sample_times
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
-from workbench.sim.ground import CORNER_FIELDS, LOCKED, WAIT, corner_records
+from workbench.sim.ground import CORNER_FIELDS, LOCKED, LOOSE, WAIT, corner_records
 from workbench.sim.simulate import at_rest
 
 __all__ = ["DOWN", "State", "begin", "dropped", "hop", "reference", "thesis_chain", "thesis_robot"]
@@ -113,9 +113,9 @@ def reference(c: Chain, state: State) -> Start:
         pushes = corner[CORNER_FIELDS.index("force_z_N")] > 0.0
         touch[e] = TOUCH if pushes else (BELOW if q[1] + low < 0.0 else AIR)
         sign[e] = 1.0 if vx >= 0 else -1.0
-        if corner[0] == LOCKED:
+        if corner[0] in (LOCKED, WAIT):
             grip[e] = STICK
-        elif corner[0] == WAIT:
+        elif corner[0] == LOOSE:
             grip[e] = SLOW
             anchor = corner[CORNER_FIELDS.index("anchor_m")]
             sign[e] = np.sign(q[0] + np.cos(q[2]) * side - anchor) or sign[e]

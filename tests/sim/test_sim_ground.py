@@ -18,7 +18,7 @@ from workbench.sim import (
     settle,
     simulate_all,
 )
-from workbench.sim.ground import LOCKED, UNLOCKED, WAIT, _friction, corner_records
+from workbench.sim.ground import LOCKED, LOOSE, UNLOCKED, WAIT, _friction, corner_records
 
 CORNERS = np.array([[x, y, 0] for x in (0.1375, -0.1375) for y in (0.124, -0.124)])
 
@@ -82,9 +82,7 @@ FASTER = [pytest.param(speed, marks=pytest.mark.long) for speed in (18.0, 19.0)]
 def test_a_hop_changes_as_smoothly_as_its_robot(robot: Robot, speed: float) -> None:
     """A share of 2e-6 more stiffness moves T by about 1 um after 3 s.
 
-    Where corners land, lock and break loose at the end of a step it jumps by 76, 19 and 174 um.
-    At 19 rad/s one of the 30 jumps by 15 um: there a hair decides whether a peak of the load
-    exceeds static friction.
+    Where corners land, lock and unlock at the end of a step it jumps by 76, 19 and 174 um.
     """
     stiffness = robot.values["hinge_stiffness"] * (1 + 2e-6 * np.arange(31))
     robots = [
@@ -94,10 +92,9 @@ def test_a_hop_changes_as_smoothly_as_its_robot(robot: Robot, speed: float) -> N
     command = np.minimum(sample_times(3.0) / 0.5, 1) * speed
     done = simulate_all([(one, Condition("hop", command)) for one in robots])
     places = np.array([position(one.motion, TOP)[-1, 0] for one in done])
-    jumps = np.sort(np.abs(np.diff(places)))
-    print(f"{speed:g} rad/s: greatest jumps {1e6 * jumps[-2]:.1f} and {1e6 * jumps[-1]:.1f} um")
-    assert jumps[-1 if speed < 19 else -2] < 10e-6
-    assert jumps[-1] < 30e-6
+    jump = float(np.abs(np.diff(places)).max())
+    print(f"{speed:g} rad/s: greatest jump {1e6 * jump:.1f} um")
+    assert jump < 10e-6
 
 
 def test_the_standing_robot_sinks_as_eq_3_1_says(robot: Robot) -> None:
@@ -123,10 +120,12 @@ def corner(state: float, speed: float, anchor: float = 0.0) -> np.ndarray:
         (UNLOCKED, 0, -0.02, 1.0, 0.4, UNLOCKED),
         (UNLOCKED, 0.7, 0.005, 1.0, -0.15, LOCKED),  # below v_th it locks where it is
         (LOCKED, 1e-5, 0.0, 1.0, -0.2, LOCKED),  # held at its anchor
-        (LOCKED, 3e-5, 0.0, 1.0, -0.4 * 7 / 6, WAIT),  # broken loose a sixth of a step ago
-        (WAIT, 1e-3, 0.005, 1.0, -0.4, WAIT),  # slides, too slow to be locked when it slows down
-        (WAIT, 1e-3, 0.02, 1.0, -0.4, UNLOCKED),  # from now on it may
-        (WAIT, 1e-5, -0.001, 1.0, -0.17, LOCKED),  # turned back
+        (LOCKED, 1e-3, 0.0, 1.0, -0.5, WAIT),  # more than static friction: waits at the limit
+        (WAIT, 1e-3, 0.005, 1.0, -0.5, WAIT),  # does not move faster than it did: it may hold yet
+        (WAIT, 1e-5, 0.0, 1.0, -0.2, LOCKED),  # static friction suffices again
+        (LOOSE, 1e-3, 0.005, 1.0, -0.4, LOOSE),  # slides on, too slow to be locked when it slows
+        (LOOSE, 1e-3, 0.02, 1.0, -0.4, UNLOCKED),  # from now on it may
+        (LOOSE, 1e-5, -0.001, 1.0, -0.17, LOCKED),  # turned back
         (LOCKED, 0.5, 0.5, 0.0, 0.0, UNLOCKED),  # in the air
     ],
 )
@@ -145,20 +144,19 @@ def test_a_change_of_state_counts_from_where_it_was_in_the_step() -> None:
     assert (state[0], state[1]) == (LOCKED, pytest.approx(0.7 - 0.008 * 0.5e-4))
     held = -2e4 * 0.008 * 0.5e-4 - 30.0 * 0.008
     assert force == pytest.approx(held + 0.5 * (held - -0.4))
-    state = corner(LOCKED, 0.0)
-    state[2] = -0.45  # static friction's limit, 0.5, lies between this force and the next
-    assert _friction(PARAMETERS, state, 0.55 / 2e4, 0.0, 1.0) == pytest.approx(-0.4 + 0.5 * 0.05)
-    assert (state[0], state[1]) == (WAIT, pytest.approx((0.55 - 0.4) / 2e4))
+    state = corner(WAIT, 0.002)  # breaks loose: it slides since a step ago
+    assert _friction(PARAMETERS, state, 1e-3, 0.003, 1.0) == pytest.approx(-0.4 + (0.5 - 0.4))
+    assert (state[0], state[1]) == (LOOSE, pytest.approx(1e-3 - 0.4 / 2e4))
     state = corner(UNLOCKED, 0.012)
     assert _friction(PARAMETERS, state, 0.7, 0.012, 0.0) == 0.0  # in the air
     assert _friction(PARAMETERS, state, 0.7, 0.008, 1.0) == pytest.approx(-30.0 * 0.008)
 
 
-def test_a_corner_in_wait_may_be_braked_by_static_friction() -> None:
+def test_a_corner_that_broke_loose_may_be_braked_by_static_friction() -> None:
     braked = PARAMETERS.copy()
     braked[16] = 1.0
-    assert _friction(braked, corner(WAIT, 0.005), 1e-3, 0.006, 1.0) == pytest.approx(-0.5)
-    state = corner(WAIT, 0.005)
+    assert _friction(braked, corner(LOOSE, 0.005), 1e-3, 0.006, 1.0) == pytest.approx(-0.5)
+    state = corner(LOOSE, 0.005)
     assert _friction(braked, state, 1e-3, 0.015, 1.0) == pytest.approx(-0.4 + 0.5 * 0.1)
     assert state[0] == UNLOCKED
 
@@ -176,8 +174,8 @@ def pushed(robot: Robot, share: float, seconds: float) -> float:
 def test_sticking_holds_and_breaks_away(robot: Robot) -> None:
     stiff = replace(robot, values=dict(robot.values) | {"hinge_damping": 0.5, "root_damping": 0.5})
     assert abs(pushed(stiff, 0.5, 5.0)) < 1e-4  # 0.1 mm/s at half the breakaway force
-    # at 0.8 the swinging beam breaks it loose, and sliding friction is 0.8 of static
-    assert abs(pushed(stiff, 0.75, 5.0)) < 1e-4
+    # at 0.9 the beam, which the push swings, breaks it loose: sliding friction is 0.8 of static
+    assert abs(pushed(stiff, 0.85, 5.0)) < 1e-4
     assert pushed(stiff, 1.3, 1.0) > 0.1
 
 

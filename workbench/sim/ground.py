@@ -7,12 +7,13 @@ Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
 Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
 Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below v_th;
                           locked:   held at an anchor, until the force needed exceeds mu_stick fz;
-                          wait:     broken loose: mu_slide fz, unlocks above v_th, locks when the
-                                    motion turns back.
-Static friction never brakes a motion: the thesis' Joint Stiction Actuator compares it with the load
-and moves the joint against kinetic friction alone (decision 2).
+                          wait:     mu_stick fz; locks again if that suffices, is loose as soon as
+                                    the corner moves faster than a step ago;
+                          loose:    mu_slide fz, unlocks above v_th, locks when it turns back.
+Static friction does not brake what moves: the thesis' Joint Stiction Actuator compares it with the
+load and moves the joint against kinetic friction alone (decision 2).
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
-locks where its damper's force has come down to the sliding one, and is dragged along in `wait`.
+locks where its damper's force has come down to the sliding one, and is dragged along while loose.
 
 A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has the
 share of the force for which it touches; one after a change of state makes up for the part that was
@@ -21,8 +22,7 @@ up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
-that depends on the direction; static friction that also brakes a corner which has broken loose,
-until it is faster than v_th.
+that depends on the direction; static friction that also brakes a loose corner.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
 )  # fmt: skip
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; place and forces; 1 from
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces; 1 from
 when it touched until the floor lets go of it; its forward speed a step ago, where it touched."""
 
-UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
+UNLOCKED, LOCKED, WAIT, LOOSE = 0.0, 1.0, 2.0, 3.0
 
 _NAME = "ground"
 _WIDTH = len(CORNER_FIELDS)
@@ -73,7 +73,7 @@ Beyond = Literal["depth_damping", "adhesion", "anisotropy", "wait"]
 """What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
 greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
 smaller against a backward one [1]; the share of what static friction has beyond sliding friction
-that brakes a corner in `wait` [1]."""
+that brakes a loose corner [1]."""
 
 _BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "wait": 16}
 
@@ -163,7 +163,8 @@ def _friction(
 ) -> float:
     """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
     v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
-    speed, before, force_before, fz_before = abs(vx), abs(corner[6]), corner[2], corner[4]
+    v_before = corner[6]
+    speed, before = abs(vx), abs(v_before)
     corner[6] = vx if fz > 0.0 else 0.0  # zero where it did not touch
     if fz <= 0.0:
         corner[0] = UNLOCKED
@@ -180,7 +181,7 @@ def _friction(
             late = (locks - speed) / (before - speed)
         corner[0] = LOCKED
         corner[1] = x - vx * late * step
-    elif corner[0] == WAIT:
+    elif corner[0] == LOOSE:
         way = np.sign(x - corner[1])  # the way that its load pushes it
         if vx * way < 0.0:
             corner[0] = LOCKED
@@ -196,15 +197,15 @@ def _friction(
     way = -np.sign(held)
     limit = p[8] * (1 + p[15] * way) * fz
     if abs(held) <= limit:
+        corner[0] = LOCKED
         return held + late * (held - sliding)
-    slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
+    if corner[0] == WAIT and vx * way > max(v_before * way, 0.0):
+        slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
+        corner[0] = LOOSE
+        corner[1] = x + slow / stiffness
+        return slow + (slow + way * limit)  # it has been for a step
     corner[0] = WAIT
-    corner[1] = x + slow / stiffness
-    spare = p[8] * (1 + p[15] * way) * fz_before - abs(force_before)
-    if fz_before <= 0.0 or spare <= 0.0:
-        return slow
-    late = (abs(held) - limit) / (abs(held) - limit + spare)
-    return slow + late * (slow - force_before)
+    return -way * limit
 
 
 @numba.njit(cache=True)
