@@ -95,7 +95,7 @@ FRICTION_ANISOTROPY = Effect(
         "the sole's friction is {share:higher|lower} forward by {share:size}, and "
         "{share:lower|higher} backward by as much"
     ),
-    quantities=(Quantity("share", "1", low=-0.9, high=0.9, tolerance=0.1, step=0.001),),
+    quantities=(Quantity("share", "1", low=-0.9, high=0.9, tolerance=0.1, step=0.0005),),
     excited_by=("hop", "drop"),
     confused_with=("friction_level", "ground_slope"),
     separated_by="a slow pull on the foot both ways; the robot turned round on the same floor",
