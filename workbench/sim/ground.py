@@ -15,10 +15,10 @@ load and moves the joint against kinetic friction alone (decision 2).
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
 locks where its damper's force has come down to the sliding one, and is dragged along while loose.
 
-A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has the
-share of the force for which it touches; one after a change of state makes up for the part that was
-gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped by
-up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
+A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has
+the share of the force for which it touches; one after a change of state makes up for the part that
+was gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped
+by up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
@@ -54,8 +54,9 @@ CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
 )  # fmt: skip
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces; 1 from
-when it touched until the floor lets go of it; its forward speed a step ago, where it touched."""
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces;
+1 from when it touched until the floor lets go of it; its forward speed a step ago, where it touched.
+"""
 
 UNLOCKED, LOCKED, WAIT, LOOSE = 0.0, 1.0, 2.0, 3.0
 
