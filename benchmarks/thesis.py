@@ -96,9 +96,9 @@ def print_distances(seconds: float) -> None:
     print_rows(f"distance in {seconds:g} s [m]", [f"{w:g} rad/s" for w in SPEEDS], rows)
     print("thesis, after its optimisation: 1.2 to 1.5 m at 17 rad/s, 'almost 600 %'")
     print(
-        "ours is less of it at 18 and 19 rad/s ('pretty descent', section 7.1): the distance hangs"
-        "\non friction (next table, last row), where Appendix B contradicts itself. Readings of the"
-        "\nlaw itself, solved exactly: python -m benchmarks.contact"
+        "its search started from Appendix E. The distance hangs on friction (next table, mu 0.35),"
+        "\nwhere Appendix B contradicts itself, and on what brakes a corner that has broken loose"
+        "\n(its last row): python -m benchmarks.contact has every reading of the law, solved exactly"
     )
 
 

@@ -55,7 +55,7 @@ CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
 )  # fmt: skip
 """What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces;
-1 from when it touched until the floor lets go of it; its forward speed a step ago, where it touched.
+1 from when it touched until the floor lets go of it; its forward speed a step ago where it touched.
 """
 
 UNLOCKED, LOCKED, WAIT, LOOSE = 0.0, 1.0, 2.0, 3.0
