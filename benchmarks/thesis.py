@@ -98,7 +98,7 @@ def print_distances(seconds: float) -> None:
     print(
         "its search started from Appendix E. The distance hangs on friction (next table, mu 0.35),"
         "\nwhere Appendix B contradicts itself, and on what brakes a corner that has broken loose"
-        "\n(its last row): python -m benchmarks.contact has every reading of the law, solved exactly"
+        "\n(its last row): python -m benchmarks.contact has every reading, solved exactly"
     )
 
 
