@@ -5,7 +5,7 @@
 # make check  ruff, format, pyright, import-linter
 # make wheel  install the wheel with an extra outside the clone, and use it there
 # make feedback  time tests, CI and commands beside their bars
-# make bench  time the twin, print the thesis' results beside ours, measure cleaning and reading,
+# make bench  time the twin, print its ground law beside references, the thesis' results beside ours, measure cleaning and reading,
 #             kill clients and print how long their outputs stayed on
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
 # make fuzz   feed the reader of exports 100,000 changed files
@@ -54,6 +54,7 @@ feedback: install
 bench: install
 	$(BIN)/python benchmarks/twin.py
 	$(BIN)/python benchmarks/integrators.py
+	$(BIN)/python -m benchmarks.contact
 	$(BIN)/python benchmarks/thesis.py
 	$(BIN)/python benchmarks/cleaning.py
 	$(BIN)/python benchmarks/tracking.py

@@ -96,14 +96,17 @@ def print_distances(seconds: float) -> None:
     print_rows(f"distance in {seconds:g} s [m]", [f"{w:g} rad/s" for w in SPEEDS], rows)
     print("thesis, after its optimisation: 1.2 to 1.5 m at 17 rad/s, 'almost 600 %'")
     print(
-        "ours is half of it at 17 rad/s and less at 18 and 19 ('pretty descent', section 7.1): the"
-        "\ndistance hangs on friction (next table, last row), where Appendix B contradicts itself"
+        "its search started from Appendix E. The distance hangs on friction (next table, mu 0.35),"
+        "\nwhere Appendix B contradicts itself, and on what brakes a corner that has broken loose"
+        "\n(its last row): python -m benchmarks.contact has every reading, solved exactly"
     )
 
 
 def print_comments(seconds: float) -> None:
     """Print what the values named in the comments of Appendix B would do."""
     robots = {name: robot_of("thesis-initial", **values) for name, values in COMMENTS.items()}
+    braked = {"friction_wait": {"share": 1.0}}
+    robots["static friction in wait"] = replace(robots[next(iter(COMMENTS))], effects=braked)
     rows = dict(zip(robots, hops(robots, SPEEDS, seconds), strict=True))
     heads = [f"{w:g} rad/s" for w in SPEEDS]
     print_rows(f"distance in {seconds:g} s [m], Appendix B, unloaded", heads, rows)

@@ -126,6 +126,17 @@ def test_better_grip_backward_carries_the_robot_farther(robot: Robot) -> None:
     assert ways[0] < ways[1] < ways[2]
 
 
+@pytest.mark.parametrize(("share", "distance"), [(0.0, 0.1627), (1.0, 0.1022)])
+def test_both_readings_of_the_wait_mode_go_as_far_as_the_reference(
+    robot: Robot, share: float, distance: float
+) -> None:
+    """Ten seconds at 17 rad/s, of `benchmarks.contact`: sticking exact, events located [m]."""
+    hop = Condition("hop", np.full(1201, 17.0))
+    there = simulate(with_effect(robot, "friction_wait", share=share), hop).motion[FOOT[0]]
+    print(f"share {share:g}: {there[-1] - there[0]:.4f} m, reference {distance:.4f} m")
+    assert there[-1] - there[0] == pytest.approx(distance, rel=0.05)
+
+
 @pytest.mark.parametrize("pull", [0.0, 0.05])
 def test_a_sticking_sole_is_torn_off_by_the_weight_and_four_pulls(
     robot: Robot, pull: float

@@ -34,7 +34,7 @@ NAMES: dict[Group, str] = {
     "mass": "top_mass foot_mass foot_cg rotor_unbalance",
     "drive": "speed_scale speed_offset speed_drift motor_droop speed_ripple",
     "ground": "ground_slope ground_stiffness ground_damping ground_hunt_crossley friction_level "
-    "friction_anisotropy sole_adhesion",
+    "friction_anisotropy friction_wait sole_adhesion",
     "outside": "tether",
     "sensor": "camera_tilt time_offset length_scale marker_offset",
     "numerics": "beam_discretisation time_step",

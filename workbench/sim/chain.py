@@ -66,7 +66,7 @@ class Chain:
     Args:
         links: (n + 1, 15) as in `Link`; the first is the foot, or the world.
         motors: (nu, 13) as in `Motor`.
-        ground: (17,) numeric field of `ground`, zeros where no ground is.
+        ground: (18,) numeric field of `ground`, zeros where no ground is.
         laws: (10,) numeric field of `laws`, zeros where there is none.
         bodies: (nbody, 4) of each body its link, its place there, forward and up [m], and by what
             angle it is turned against the link [rad].

@@ -73,7 +73,7 @@ def _step_chains(
     Args:
         links: of `Chain`, as all that follows up to the step, stacked, (s, n + 1, 15).
         motors: (s, nu, 13).
-        ground: (s, 17).
+        ground: (s, 18).
         laws: (s, 10).
         top: (s, 4).
         gravity: (s, 2) [m/s^2].
@@ -407,7 +407,7 @@ def _stiffness_of_chain(
 
     Args:
         links: of `Chain`, as all that follows up to the root.
-        ground: (17,).
+        ground: (18,).
         laws: (10,).
         top: (4,).
         gravity: (2,) [m/s^2].

@@ -7,17 +7,22 @@ Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
 Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
 Forward, fig. 3.4:        unlocked: mu_slide fz against the motion, locks below v_th;
                           locked:   held at an anchor, until the force needed exceeds mu_stick fz;
-                          wait:     mu_stick fz, locks again if that suffices, unlocks above v_th.
-The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift.
+                          wait:     mu_stick fz; locks again if that suffices, is loose as soon as
+                                    the corner moves faster than a step ago;
+                          loose:    mu_slide fz, unlocks above v_th, locks when it turns back.
+Static friction does not brake what moves: the thesis' Joint Stiction Actuator compares it with the
+load and moves the joint against kinetic friction alone (decision 2).
+The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
+locks where its damper's force has come down to the sliding one, and is dragged along while loose.
 
-A corner lands, locks and unlocks within a step, not at its end. A step in which it lands has the
-share of the force for which it touches; one after a change of state makes up for the part that was
-gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped by
-up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
+A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has
+the share of the force for which it touches; one after a change of state makes up for the part that
+was gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped
+by up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
 
 Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
-that depends on the direction.
+that depends on the direction; static friction that also brakes a loose corner.
 """
 
 from __future__ import annotations
@@ -50,27 +55,29 @@ CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
 )  # fmt: skip
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait; place and forces; 1 from
-when it touched until the floor lets go of it; its forward speed a step ago, where it touched."""
+"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces;
+1 from when it touched until the floor lets go of it; its forward speed a step ago where it touched.
+"""
 
-UNLOCKED, LOCKED, WAIT = 0.0, 1.0, 2.0
+UNLOCKED, LOCKED, WAIT, LOOSE = 0.0, 1.0, 2.0, 3.0
 
 _NAME = "ground"
 _WIDTH = len(CORNER_FIELDS)
 
 GROUND_MAGIC = 3.1e8  # eq. 3.1
 """First number of the numeric field, which tells it from anybody else's."""
-GROUND_PARAMETERS = 17
+GROUND_PARAMETERS = 18
 """How many numbers the numeric field has."""
 GROUND_RECORD = CORNERS * _WIDTH
 """How many numbers of `userdata` the law keeps."""
 
-Beyond = Literal["depth_damping", "adhesion", "anisotropy"]
+Beyond = Literal["depth_damping", "adhesion", "anisotropy", "wait"]
 """What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
 greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
-smaller against a backward one [1]."""
+smaller against a backward one [1]; the share of what static friction has beyond sliding friction
+that brakes a loose corner [1]."""
 
-_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15}
+_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "wait": 16}
 
 
 class Stick(NamedTuple):
@@ -141,7 +148,7 @@ def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
 @numba.njit(cache=True)
 def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: float) -> float:
     """Return the upward force of one corner at a height (thesis, eq. 3.1 and 3.2)."""
-    touching, stiffness, damping, step = corner[5], p[3], p[4], p[16]
+    touching, stiffness, damping, step = corner[5], p[3], p[4], p[17]
     if z <= 0.0:
         corner[5] = 1.0
     elif touching == 0.0 and z + vz * step < 0.0:  # lands within this step
@@ -157,34 +164,50 @@ def _friction(
     p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
 ) -> float:
     """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
-    mu_slide, mu_stick, v_th, stiffness, damping, step = p[7], p[8], p[9], p[10], p[11], p[16]
-    mu_slide *= 1 + p[15] * np.sign(vx)
-    speed, before = abs(vx), abs(corner[6])  # zero where it did not touch
-    corner[6] = vx if fz > 0.0 else 0.0
+    v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
+    v_before = corner[6]
+    speed, before = abs(vx), abs(v_before)
+    corner[6] = vx if fz > 0.0 else 0.0  # zero where it did not touch
     if fz <= 0.0:
         corner[0] = UNLOCKED
         return 0.0
-    sliding = -mu_slide * fz * np.sign(vx)
+    way = np.sign(vx)
+    grip = p[7] * (1 + p[15] * way) * fz
+    sliding = -way * grip
     late = 0.0  # share of a step for which it is locked already
     if corner[0] == UNLOCKED:
-        if speed >= v_th:
+        locks = min(v_th, grip / damping)  # there the anchor's force is the sliding one
+        if speed >= locks:
             return sliding
-        if before > v_th:
-            late = (v_th - speed) / (before - speed)
+        if before > locks:
+            late = (locks - speed) / (before - speed)
         corner[0] = LOCKED
         corner[1] = x - vx * late * step
+    elif corner[0] == LOOSE:
+        way = np.sign(x - corner[1])  # the way that its load pushes it
+        if vx * way < 0.0:
+            corner[0] = LOCKED
+        else:
+            slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
+            if speed > v_th:
+                corner[0] = UNLOCKED
+                late = (speed - v_th) / (speed - before) if before < v_th else 0.0
+                return sliding + late * (sliding - slow)
+            corner[1] = x + slow / stiffness
+            return slow
     held = -stiffness * (x - corner[1]) - damping * vx
-    limit = mu_stick * (1 - p[15] * np.sign(held)) * fz
+    way = -np.sign(held)
+    limit = p[8] * (1 + p[15] * way) * fz
     if abs(held) <= limit:
         corner[0] = LOCKED
         return held + late * (held - sliding)
-    grip = limit * np.sign(held)
-    if corner[0] == WAIT and speed > v_th:
-        corner[0] = UNLOCKED
-        late = (speed - v_th) / (speed - before) if before < v_th else 0.0
-        return sliding + late * (sliding - grip)
+    if corner[0] == WAIT and vx * way > max(v_before * way, 0.0):
+        slow = -way * (p[7] + p[16] * (p[8] - p[7])) * (1 + p[15] * way) * fz
+        corner[0] = LOOSE
+        corner[1] = x + slow / stiffness
+        return slow + (slow + way * limit)  # it has been for a step
     corner[0] = WAIT
-    return grip + late * (grip - sliding)
+    return -way * limit
 
 
 @numba.njit(cache=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from workbench.motion import CORNER_FORCES, FOOT, PITCH, ROTOR, ROTOR_ANGLE, ROTOR_SPEED, TOP
 from workbench.motion import rotor_angle as angle_of
 from workbench.motion import rotor_speed as speed_of
-from workbench.sim.ground import CORNER_FIELDS, UNLOCKED, corner_records
+from workbench.sim.ground import CORNER_FIELDS, LOOSE, UNLOCKED, corner_records
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
@@ -136,7 +136,7 @@ def _ground(corners: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         f"ground_{axis}_N": corners[:, :, field].sum(axis=1) for axis, field in fields.items()
     }
     touching = corners[:, :, CORNER_FIELDS.index("force_z_N")] > 0
-    sliding = touching & (corners[:, :, 0] == UNLOCKED)
+    sliding = touching & np.isin(corners[:, :, 0], (UNLOCKED, LOOSE))
     return forces | {
         "corners_touching": touching.sum(axis=1).astype(float),
         "corners_sliding": sliding.sum(axis=1).astype(float),

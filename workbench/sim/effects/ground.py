@@ -82,7 +82,7 @@ FRICTION_LEVEL = Effect(
     sentence="the sole's friction is {share:higher|lower} than the model says by {share:size}",
     quantities=(Quantity("share", "1", low=-0.95, high=4.0, tolerance=0.2, step=0.002),),
     excited_by=("hop", "drop"),
-    confused_with=("friction_anisotropy", "ground_slope"),
+    confused_with=("friction_anisotropy", "friction_wait", "ground_slope"),
     separated_by="a slow pull on the foot; the slope at which the robot slides",
     alter=lambda robot, values: scaled(robot, values["share"], "friction_slide", "friction_stick"),
 )
@@ -95,7 +95,7 @@ FRICTION_ANISOTROPY = Effect(
         "the sole's friction is {share:higher|lower} forward by {share:size}, and "
         "{share:lower|higher} backward by as much"
     ),
-    quantities=(Quantity("share", "1", low=-0.9, high=0.9, tolerance=0.1, step=0.001),),
+    quantities=(Quantity("share", "1", low=-0.9, high=0.9, tolerance=0.1, step=0.0005),),
     excited_by=("hop", "drop"),
     confused_with=("friction_level", "ground_slope"),
     separated_by="a slow pull on the foot both ways; the robot turned round on the same floor",
@@ -105,6 +105,25 @@ FRICTION_ANISOTROPY = Effect(
 
 Both coefficients are 1 + share times as high against a motion forward, 1 - share times against one
 backward.
+"""
+
+FRICTION_WAIT = Effect(
+    name="friction_wait",
+    group="ground",
+    sentence=(
+        "a corner of the sole that has broken loose is braked by static friction until it is "
+        "faster than the threshold, by {share} of what that has beyond sliding friction"
+    ),
+    quantities=(Quantity("share", "1", low=0.0, high=1.0, tolerance=0.5, step=0.002),),
+    excited_by=("hop", "drop"),
+    confused_with=("friction_level",),
+    separated_by="a pull on the foot that slowly grows: how far its force drops as the foot starts",
+    build=lambda spec, _, values: extend_ground(spec, "wait", values["share"]),
+)
+"""Static friction brakes a slow corner too: another reading of figure 3.4 of the thesis.
+
+There a corner whose load exceeds static friction is in mode `wait` until it is faster than v_th.
+The model lets it slide there; with a share of 1 all of static friction brakes it.
 """
 
 SOLE_ADHESION = Effect(
@@ -131,5 +150,6 @@ EFFECTS = (
     GROUND_HUNT_CROSSLEY,
     FRICTION_LEVEL,
     FRICTION_ANISOTROPY,
+    FRICTION_WAIT,
     SOLE_ADHESION,
 )
