@@ -84,7 +84,7 @@ def test_motor_power_and_forces_are_those_of_the_engine(robot: Robot) -> None:
     ours, engine = (way(robot, CONDITIONS["hop"]).motion for way in (simulate, by_engine))
     for name in ("motor_power_W", "ground_x_N", "ground_z_N", "corners_touching"):
         assert np.ptp(engine[name]) > 0
-        assert np.abs(ours[name] - engine[name]).max() < 1e-4, name
+        assert np.abs(ours[name] - engine[name]).max() < 1e-6, name
 
 
 @pytest.mark.parametrize("keeps", ["world", "top"])
