@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -23,7 +23,7 @@ from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
 from workbench.sim import keep_engine_quiet, spread
 
-__all__ = ["Innovations", "Job", "Observation", "Start", "observe"]
+__all__ = ["Found", "Innovations", "Job", "Observation", "Start", "Together", "observe"]
 
 Array = NDArray[np.float64]
 
@@ -184,66 +184,124 @@ def observe(jobs: Sequence[Job], threads: int = 0, keep: bool = False) -> list[I
 
 def _observe(jobs: Sequence[Job], keep: bool) -> list[Innovations]:
     """Observe jobs of equal layout on the calling thread."""
-    keep_engine_quiet()
-    batch = Batch(jobs[0].model, nsim=len(jobs), nthread=1, persistent=True)
-    for row, job in enumerate(jobs):
-        batch.state[row] = job.state
-    _lead(batch, jobs)
-    batch.set_models([job.model for job in jobs])
-    batch.forward(stage=_CURRENT)
-    length, steps = max(len(job.seen) for job in jobs), jobs[0].steps
+    together = Together(jobs)
+    length = max(len(job.seen) for job in jobs)
     seen = _padded([job.seen for job in jobs], length, np.nan)
     control = _padded([job.control for job in jobs], length, 0.0)
-    bodies = jobs[0].observation.bodies
-    offsets, mix, pick, pick_rate, bias, delay = (
-        np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
-        for name in ("offsets", "mix", "pick", "rates", "bias", "delays")
-    )
-    basis, covariance, noise, memory = (
-        np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
-        for name in ("basis", "covariance", "noise", "memory")
-    )
-    coloured = np.zeros_like(memory)
-    follow = np.array(jobs[0].follow, dtype=np.int64)
-    qpos, qvel, userdata = (batch.bind(name) for name in ("qpos", "qvel", "userdata"))
-    places, axes, command = batch.bind("xpos"), batch.bind("xmat"), batch.bind("ctrl")
-    count, channels, modes = len(jobs), seen.shape[2], basis.shape[2]
-    points = np.empty((count, len(bodies), 3))
-    jacobian = np.empty((count, 3 * len(bodies), jobs[0].model.nv))
-    slopes_of = _jacobians(batch, bodies)
-    error, white = np.full((2, length, count, channels), np.nan)
-    information = np.zeros((length, count))
-    slopes = np.zeros((length, count, channels, modes))
-    kept = [np.zeros((length if keep else 0, *part.shape)) for part in (qpos, qvel)]
+    count, channels, modes = len(jobs), seen.shape[2], jobs[0].gain.basis.shape[1]
+    found = Found.of(length, count, channels, modes)
+    kept = [np.zeros((length if keep else 0, *part.shape)) for part in together.state]
     sane = np.full(count, length)
-    gate = np.ascontiguousarray([job.gates for job in jobs])
-    streak = np.zeros(gate.shape, dtype=np.int64)
     for k in range(length):
         if k:
-            command[:] = control[:, k - 1]
-            with suppress(SimulationError):  # the engine's own warnings count below
-                batch.step(nstep=steps, stage=_CURRENT)
-            broken = (batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1)
+            broken = together.step(control[:, k - 1])
             sane[broken] = np.minimum(sane[broken], k)
-        predicted(places, axes, bodies, offsets, points)
-        slopes_of(points, jacobian)
         if keep:
-            kept[0][k], kept[1][k] = qpos, qvel
-        correct(
-            seen[:, k], gate, streak, points, jacobian, mix, pick, pick_rate, bias, delay, basis,
-            covariance, noise, memory, coloured, follow, qpos, qvel, userdata, error[k], white[k],
-            information[k], slopes[k],
-        )  # fmt: skip
+            kept[0][k], kept[1][k] = together.state
+        together.correct(seen[:, k], Found(*(part[k] for part in found)))
+    rates = together.rates(found.slopes)
     return [
         Innovations(
-            *(part[: len(job.seen), row] for part in (error, white, information, slopes)),
-            rates=pick_rate[row] @ basis[row] - delay[row][:, None] * slopes[: len(job.seen), row],
+            *(part[: len(job.seen), row] for part in found),
+            rates=rates[: len(job.seen), row],
             qpos=kept[0][: len(job.seen), row],
             qvel=kept[1][: len(job.seen), row],
             sane=int(min(sane[row], len(job.seen))),
         )
         for row, job in enumerate(jobs)
     ]
+
+
+class Found(NamedTuple):
+    """What one sample, or many, (...), shows of s simulations; fields as those of `Innovations`.
+
+    Args:
+        error: (..., s, c).
+        white: (..., s, c).
+        information: (..., s).
+        slopes: (..., s, c, m).
+    """
+
+    error: Array
+    white: Array
+    information: Array
+    slopes: Array
+
+    @classmethod
+    def of(cls, *sizes: int) -> Found:
+        """Return room for (..., s, c, m), nothing seen."""
+        *samples, count, channels, modes = sizes
+        error, white = np.full((2, *samples, count, channels), np.nan)
+        return cls(error, white, np.zeros((*samples, count)), np.zeros(sizes))
+
+
+class Together:
+    """Simulations of equal layout, from one sample to the next: of a track, or of a stream.
+
+    Args:
+        jobs: where each starts and how it is corrected; what was seen comes with each sample.
+    """
+
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        keep_engine_quiet()
+        self.batch = batch = Batch(jobs[0].model, nsim=len(jobs), nthread=1, persistent=True)
+        for row, job in enumerate(jobs):
+            batch.state[row] = job.state
+        _lead(batch, jobs)
+        batch.set_models([job.model for job in jobs])
+        batch.forward(stage=_CURRENT)
+        self._steps, self._bodies = jobs[0].steps, jobs[0].observation.bodies
+        self._view = tuple(
+            np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
+            for name in ("mix", "pick", "rates", "bias", "delays")
+        )
+        self._offsets = np.ascontiguousarray([job.observation.offsets for job in jobs])
+        self._gain = tuple(
+            np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
+            for name in ("basis", "covariance", "noise", "memory")
+        )
+        self._coloured = np.zeros_like(self._gain[-1])
+        self._follow = np.array(jobs[0].follow, dtype=np.int64)
+        self.state: tuple[Array, Array] = (batch.bind("qpos"), batch.bind("qvel"))
+        self._userdata, self._command = batch.bind("userdata"), batch.bind("ctrl")
+        self._places, self._axes = batch.bind("xpos"), batch.bind("xmat")
+        self._points = np.empty((len(jobs), len(self._bodies), 3))
+        self._jacobian = np.empty((len(jobs), 3 * len(self._bodies), jobs[0].model.nv))
+        self._slopes_of = _jacobians(batch, self._bodies)
+        self._gate = np.ascontiguousarray([job.gates for job in jobs])
+        self._streak = np.zeros(self._gate.shape, dtype=np.int64)
+
+    def step(self, control: Array, samples: int = 1) -> NDArray[np.bool_]:
+        """Step to the next sample and tell which simulations blew up, (s,).
+
+        Args:
+            control: (s, nu) until then.
+            samples: to step over.
+        """
+        batch = self.batch
+        self._command[:] = control
+        with suppress(SimulationError):  # the engine's own warnings count below
+            batch.step(nstep=samples * self._steps, stage=_CURRENT)
+        return np.asarray((batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1))
+
+    def correct(self, seen: Array, found: Found) -> None:
+        """Correct all simulations by one sample.
+
+        Args:
+            seen: (s, c) measured channels, NaN where not seen.
+            found: written.
+        """
+        predicted(self._places, self._axes, self._bodies, self._offsets, self._points)
+        self._slopes_of(self._points, self._jacobian)
+        correct(
+            seen, self._gate, self._streak, self._points, self._jacobian, *self._view, *self._gain,
+            self._coloured, self._follow, *self.state, self._userdata, *found,
+        )  # fmt: skip
+
+    def rates(self, slopes: Array) -> Array:
+        """Return the derivatives of the channels by the coordinates' rates, as `slopes`."""
+        pick_rate, delay, basis = self._view[2], self._view[4], self._gain[0]
+        return pick_rate @ basis - delay[..., None] * slopes
 
 
 def _jacobians(batch: Batch, bodies: NDArray[np.int64]) -> Callable[[Array, Array], None]:
