@@ -263,6 +263,4 @@ class _Tracked:
 def _before_zero(rest: TimeSeries) -> TimeSeries:
     """Return a rest whose last sample is the one before time zero."""
     seconds = Hopper.sample_s
-    return TimeSeries(
-        seconds * np.arange(-len(rest), 0), rest.values, rest.names, rest.valid
-    )
+    return TimeSeries(seconds * np.arange(-len(rest), 0), rest.values, rest.names, rest.valid)
