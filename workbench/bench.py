@@ -47,6 +47,7 @@ from workbench.takes import CameraTime, Collector, Operator, TakeFolder
 from workbench.timeseries import TimeSeries
 
 if TYPE_CHECKING:
+    from workbench.live import LiveState  # which loads all of fit
     from workbench.tracking import Recorder
 
 __all__ = [
@@ -114,6 +115,10 @@ class Bench(ABC):
     """
 
     awaited = ""  # what a run waits for once the robot has moved, in words
+    streams = False  # whether its cameras stream while a run goes on
+    recorder: Recorder | None = None  # of that stream
+    tell_live: Callable[[LiveState], None] = staticmethod(lambda state: None)
+    viewer: int | None = None  # port on loopback of who draws the live twin
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         self.file = file
@@ -172,13 +177,9 @@ class Bench(ABC):
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
-        limits = self.file.supply.limits
-        return Limits(
-            *(
-                Decimal(repr(value))
-                for value in (limits.voltage, current, limits.over_voltage, limits.over_current)
-            )
-        )
+        own = self.file.supply.limits
+        values = (own.voltage, current, own.over_voltage, own.over_current)
+        return Limits(*(Decimal(repr(value)) for value in values))
 
 
 class RealBench(Bench):
@@ -195,10 +196,10 @@ class RealBench(Bench):
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
         self._folder: TakeFolder | None = None
-        self._recorder: Recorder | None = None
+        self.streams = file.tracking.live is not None
         self._used: dict[str, str] = {}
         where = f"in {file.tracking.takes}" if file.tracking.takes else "to be named"
-        self.awaited = "" if file.tracking.live else f"waiting for the export {where}"
+        self.awaited = "" if self.streams else f"waiting for the export {where}"
 
     @contextmanager
     def supply(self, bundle: Bundle) -> Iterator[Supply]:
@@ -261,8 +262,8 @@ class RealBench(Bench):
 
         takes, live = self.file.tracking.takes, self.file.tracking.live
         if live is not None:
-            self._recorder = Recorder(Stream(**live.model_dump()))
-            self._recorder.start()
+            self.recorder = Recorder(Stream(**live.model_dump()))
+            self.recorder.start()
             return
         self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
         operator.confirm("Start recording in the tracking software.")
@@ -276,9 +277,9 @@ class RealBench(Bench):
         from workbench.tracking import write_motive
 
         collector = self.collector(window, bundle, operator, self._used)
-        if self._recorder is not None:
+        if self.recorder is not None:
             self.clock.sleep(_TAIL_S)
-            recorded = self._recorder.stop()
+            recorded = self.recorder.stop()
             name = f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
             return collector.accept(
                 bundle.write_take(name, lambda path: write_motive(recorded, path, version="1.24"))
@@ -289,9 +290,9 @@ class RealBench(Bench):
 
     def stop_cameras(self) -> None:
         """End a recorder that still runs."""
-        if self._recorder is not None:
-            self._recorder.close()
-            self._recorder = None
+        if self.recorder is not None:
+            self.recorder.close()
+            self.recorder = None
 
 
 class SimulatedBench(Bench):

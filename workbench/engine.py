@@ -8,17 +8,28 @@ from __future__ import annotations
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
 from workbench.bench_supply import check_new_scale, made_ready
 from workbench.between import Between, Part, go_on, what_follows
-from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
+from workbench.bundle import (
+    Asked,
+    Bundle,
+    CameraWindow,
+    Event,
+    Measured,
+    SupplyIdentity,
+    events,
+    sha256,
+)
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
-from workbench.experiment import Experiment
-from workbench.hw import Reading, Supply, switch_on, watch
+from workbench.experiment import Experiment, condition_facts
+from workbench.hw import Reading, Supply, stop, switch_on, watch
+from workbench.live import LiveTask, LiveTwin, NoTwin
 from workbench.operator_name import operator_name
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
@@ -119,20 +130,6 @@ def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> No
             )
 
 
-def _condition(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
-    """Return the part of what was asked that depends on the mode; what it does not have is None."""
-    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
-    match action:
-        case PlannedDrive():
-            volts = None if action.voltage is None else float(action.voltage)
-            levels = tuple((since, float(level), speed) for since, level, speed in action.levels)
-            several = levels if len(levels) > 1 else None
-            values = (volts, action.speed, action.ramp, None, None, several)
-        case PlannedRelease():
-            values = (None, None, None, action.pull, action.height, None)
-    return dict(zip(keys, values, strict=True))
-
-
 class _Conductor:
     """One run, from the empty bundle to the finished one."""
 
@@ -151,6 +148,7 @@ class _Conductor:
         self.shape = experiment.shape_of(run)
         self.readings: list[Reading] = []
         self.signals = Signals()
+        self.twin: LiveTwin | NoTwin = NoTwin()
         self.start = bench.clock.now()
         self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._asked())
 
@@ -196,7 +194,7 @@ class _Conductor:
 
     def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
-        facts = _condition(run.action)
+        facts = condition_facts(run.action)
         facts |= {"expect": dict(run.expect)} if run.expect else {}
         return Asked(
             kind="run",
@@ -255,9 +253,12 @@ class _Conductor:
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
-        with self.signals.first_only(), self.bench.supply(self.bundle) as supply:
+        self.twin = self._live_twin()
+        with self.signals.first_only(), self.twin, self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
+            self.twin.require_ready()
             began = self._start_cameras()
+            self.twin.follow(self.bench.recorder)
             first: BaseException | None = None
             try:
                 try:
@@ -270,7 +271,17 @@ class _Conductor:
             finally:  # a signal until then raised, and holds back the next by itself
                 self._switch_off(supply, first)
         self._keep_readings()
+        self._keep_live()
         return Window(self.start, self.bench.clock.now(), began)
+
+    def _live_twin(self) -> LiveTwin | NoTwin:
+        """Return what observes the run while it goes on, where the cameras stream."""
+        files, run = self.experiment, self.run
+        if not self.bench.streams:
+            return NoTwin()
+        texts = (files.model.text, self.shape.text, files.bench.text)
+        task = LiveTask(run.mode, *texts, run.rest, run.stop_when, self.bench.viewer)
+        return LiveTwin(task, self.bench.tell_live)
 
     def _measure_release(self, release: PlannedRelease) -> Window:
         """Let the operator hold the robot and let go while the cameras run."""
@@ -346,7 +357,8 @@ class _Conductor:
         """Watch a running supply until an instant of the bench's clock."""
         clock = self.bench.clock
         while (left := end - clock.now()) > 0:
-            clock.sleep(min(_POLL_S, left))
+            if (why := self.twin.wait(clock, min(_POLL_S, left))) is not None:
+                raise stop(supply, why)
             if left > _POLL_S:
                 self._note_reading(watch(supply))
 
@@ -376,6 +388,18 @@ class _Conductor:
         columns = {name: [getattr(unique[t], name) for t in times] for name in names}
         self.bundle.series.write("supply", TimeSeries.of(times, columns), {})
 
+    def _keep_live(self) -> None:
+        """Keep what the live twin made of the run, once it has ended."""
+        twin, self.twin = self.twin, NoTwin()
+        if twin.errors:
+            times, errors = zip(*twin.errors, strict=True)
+            made_from = {"model": sha256(self.bundle.document("model"))}
+            series = {"prediction_error_mm": [float("nan") if e is None else e for e in errors]}
+            self.bundle.series.write("live", TimeSeries.of(times, series), made_from)
+        if twin.summary or twin.lost:
+            facts = {} if twin.summary is None else asdict(twin.summary)
+            self._journal(events.LiveTwin(gone=twin.lost, **facts))
+
     def _journal(self, event: Event) -> None:
         self.bundle.record.journal(event, self.bench.clock.now() - self.start)
 
@@ -386,6 +410,7 @@ class _Conductor:
             self._journal(events.Stopped(event=status, reason=reason))
             if self.readings and not self.bundle.series.has("supply"):
                 self._keep_readings()
+            self._keep_live()
             self.bundle.finish(status, error=reason)
 
     def _told(self, reason: str) -> str:

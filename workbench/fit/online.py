@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.fit.gain import Gain, stationary
+from workbench.fit.gain import Gain, Modes, stationary
 from workbench.fit.measured import MeasuredRun
 from workbench.fit.observer import Found, Innovations, Job, Together
 from workbench.fit.smoother import WINDOW, at_points, smoothed
@@ -138,7 +138,7 @@ class OnlineObserver:
             else None
         )
         self._last = deque[tuple[Array, Array, Array]](maxlen=_FORCE_SAMPLES)
-        self._smoothing: tuple[Gain, object, Array] = (gain, modes, process)
+        self._smoothing: tuple[Gain, Modes, Array] = (gain, modes, process)
 
     @property
     def model(self) -> mujoco.MjModel:

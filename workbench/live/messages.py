@@ -101,18 +101,6 @@ class LiveSummary:
     cpu_ms: float
     error_mm: tuple[float, float] | None
 
-    @property
-    def words(self) -> str:
-        """Return it in a sentence."""
-        p50, p99, most = self.latency_ms
-        error = "" if self.error_mm is None else (
-            f"; prediction error {self.error_mm[0]:.1f} mm rms, at most {self.error_mm[1]:.1f} mm"
-        )  # fmt: skip
-        return (
-            f"live twin: {self.samples} samples observed, {self.skipped} skipped, {self.lost} lost; "
-            f"latency {p50:.0f} ms median, {p99:.0f} ms at 99 %, {most:.0f} ms at most{error}"
-        )
-
 
 def line(told: Told, value: Any = None) -> bytes:
     """Return a line for the other end."""

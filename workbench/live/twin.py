@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import workbench
 from workbench.errors import WorkbenchError
@@ -38,27 +38,12 @@ _END_S = 2.0  # for what still waits in the line to be observed
 TellLive = Callable[[LiveState], None]
 
 
-class Twin(Protocol):
-    """What a run asks of its live twin."""
-
-    def require_ready(self) -> None:
-        """Return when it can take frames."""
-        ...
-
-    def follow(self, recorder: Recorder | None) -> None:
-        """Hand each frame on as it arrives."""
-        ...
-
-    def wait(self, clock: Clock, seconds: float) -> str | None:
-        """Wait, and return early why the run has to stop."""
-        ...
-
-
 class NoTwin:
     """The live twin of a run that has none."""
 
     summary: LiveSummary | None = None
     errors: Sequence[tuple[float, float | None]] = ()
+    lost = ""
 
     def __enter__(self) -> Self:
         """Do nothing."""
@@ -97,10 +82,7 @@ class LiveTwin:
     """
 
     def __init__(
-        self,
-        task: LiveTask,
-        tell: TellLive = lambda state: None,
-        command: Sequence[str] = COMMAND,
+        self, task: LiveTask, tell: TellLive = lambda state: None, command: Sequence[str] = COMMAND
     ) -> None:
         self._task, self._tell = task, tell
         self.summary: LiveSummary | None = None

@@ -276,7 +276,9 @@ class _Observation:
             lost=self._lost - self._skipped,
             latency_ms=(*np.percentile(latencies, [50, 99, 100]).tolist(),),  # type: ignore[arg-type]
             cpu_ms=1e3 * cpu_s / len(errors),
-            error_mm=(float(np.sqrt(np.mean(known**2))), float(known.max())) if len(known) else None,
+            error_mm=(float(np.sqrt(np.mean(known**2))), float(known.max()))
+            if len(known)
+            else None,
         )
         self._tell("end", {"summary": asdict(summary), "errors": self._unsent()})
 
