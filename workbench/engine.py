@@ -8,24 +8,14 @@ from __future__ import annotations
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
-from workbench.bench_supply import check_new_scale, made_ready
+from workbench.bench_supply import check_new_scale, made_ready, require_not_latched
 from workbench.between import Between, Part, go_on, what_follows
-from workbench.bundle import (
-    Asked,
-    Bundle,
-    CameraWindow,
-    Event,
-    Measured,
-    SupplyIdentity,
-    events,
-    sha256,
-)
+from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment, condition_facts
 from workbench.hw import Reading, Supply, stop, switch_on, watch
@@ -88,7 +78,8 @@ def carry_out(
         HardwareError: when the bench is not ready, likewise.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
-    _refuse_when_latched(experiment, bench, root)
+    if experiment.plan.drives:
+        require_not_latched(bench.ledgers(), bench.file.name, experiment.bench.path)
     require_room(root)
     bench.require_ready(experiment.plan.drives)
     course = course or begin(experiment.inputs(), datetime.now())
@@ -115,19 +106,6 @@ def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
     """Wait with the output off."""
     progress(Stage(f"{pause.why}: {pause.seconds:g} s", seconds=pause.seconds))
     bench.clock.sleep(pause.seconds)
-
-
-def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
-    """Refuse to drive a latched supply; its guardian does too, once it knows which it is."""
-    if not experiment.plan.drives:
-        return
-    for ledger in bench.ledgers():
-        if standing := ledger.standing():
-            raise SafetyStop(
-                f"bench {bench.file.name!r} is {standing.told}\n"
-                "nothing was switched on; find the cause, then type: workbench supply acknowledge "
-                f"--bench {experiment.bench.path} --name NAME"
-            )
 
 
 class _Conductor:
@@ -271,17 +249,15 @@ class _Conductor:
             finally:  # a signal until then raised, and holds back the next by itself
                 self._switch_off(supply, first)
         self._keep_readings()
-        self._keep_live()
+        self.twin.keep_in(self.bundle, self._journal)
         return Window(self.start, self.bench.clock.now(), began)
 
     def _live_twin(self) -> LiveTwin | NoTwin:
         """Return what observes the run while it goes on, where the cameras stream."""
-        files, run = self.experiment, self.run
         if not self.bench.streams:
             return NoTwin()
-        texts = (files.model.text, self.shape.text, files.bench.text)
-        task = LiveTask(run.mode, *texts, run.rest, run.stop_when, self.bench.viewer)
-        return LiveTwin(task, self.bench.tell_live)
+        texts = (self.experiment.model.text, self.shape.text, self.experiment.bench.text)
+        return LiveTwin(LiveTask.of(self.run, *texts, self.bench.viewer), self.bench.tell_live)
 
     def _measure_release(self, release: PlannedRelease) -> Window:
         """Let the operator hold the robot and let go while the cameras run."""
@@ -388,18 +364,6 @@ class _Conductor:
         columns = {name: [getattr(unique[t], name) for t in times] for name in names}
         self.bundle.series.write("supply", TimeSeries.of(times, columns), {})
 
-    def _keep_live(self) -> None:
-        """Keep what the live twin made of the run, once it has ended."""
-        twin, self.twin = self.twin, NoTwin()
-        if twin.errors:
-            times, errors = zip(*twin.errors, strict=True)
-            made_from = {"model": sha256(self.bundle.document("model"))}
-            series = {"prediction_error_mm": [float("nan") if e is None else e for e in errors]}
-            self.bundle.series.write("live", TimeSeries.of(times, series), made_from)
-        if twin.summary or twin.lost:
-            facts = {} if twin.summary is None else asdict(twin.summary)
-            self._journal(events.LiveTwin(gone=twin.lost, **facts))
-
     def _journal(self, event: Event) -> None:
         self.bundle.record.journal(event, self.bench.clock.now() - self.start)
 
@@ -410,7 +374,7 @@ class _Conductor:
             self._journal(events.Stopped(event=status, reason=reason))
             if self.readings and not self.bundle.series.has("supply"):
                 self._keep_readings()
-            self._keep_live()
+            self.twin.keep_in(self.bundle, self._journal)
             self.bundle.finish(status, error=reason)
 
     def _told(self, reason: str) -> str:

@@ -230,9 +230,8 @@ class Found(NamedTuple):
     @classmethod
     def of(cls, *sizes: int) -> Found:
         """Return room for (..., s, c, m), nothing seen."""
-        *samples, count, channels, modes = sizes
-        error, white = np.full((2, *samples, count, channels), np.nan)
-        return cls(error, white, np.zeros((*samples, count)), np.zeros(sizes))
+        error, white = np.full((2, *sizes[:-1]), np.nan)
+        return cls(error, white, np.zeros(sizes[:-2]), np.zeros(sizes))
 
 
 class Together:
@@ -251,12 +250,12 @@ class Together:
         batch.set_models([job.model for job in jobs])
         batch.forward(stage=_CURRENT)
         self._steps, self._bodies = jobs[0].steps, jobs[0].observation.bodies
-        self._view = tuple(
+        self._view: Any = tuple(
             np.ascontiguousarray([getattr(job.observation, name) for job in jobs])
             for name in ("mix", "pick", "rates", "bias", "delays")
         )
         self._offsets = np.ascontiguousarray([job.observation.offsets for job in jobs])
-        self._gain = tuple(
+        self._gain: Any = tuple(
             np.ascontiguousarray([getattr(job.gain, name) for job in jobs])
             for name in ("basis", "covariance", "noise", "memory")
         )
@@ -293,10 +292,11 @@ class Together:
         """
         predicted(self._places, self._axes, self._bodies, self._offsets, self._points)
         self._slopes_of(self._points, self._jacobian)
-        correct(
+        row: Any = (
             seen, self._gate, self._streak, self._points, self._jacobian, *self._view, *self._gain,
             self._coloured, self._follow, *self.state, self._userdata, *found,
         )  # fmt: skip
+        correct(*row)
 
     def rates(self, slopes: Array) -> Array:
         """Return the derivatives of the channels by the coordinates' rates, as `slopes`."""

@@ -1,17 +1,18 @@
 """The observer on a stream: each sample as it comes, nothing known of those that follow.
 
-The same compiled steps as those of a whole track (`observer.Together`). What a track's observer takes
-from the future is replaced by what is known so far:
+The same compiled steps as those of a whole track (`observer.Together`). What a track's observer
+takes from the future is replaced by what is known so far:
 
 - The rotor is an input. Its angle against T is tracked by a Kalman filter of angle, speed and
   acceleration, and the model is driven by what the filter predicts of the next sample.
 - The missing force is smoothed over the last samples alone.
 
-**The prediction error** is how far the model is off some time ahead: every third sample a simulation
-starts from the state that was corrected by then, nothing corrects it, and it is driven as the rotor
-was seen to turn. 0.1 s later, and for the two samples after that, it is compared with what is seen: the
-greater of the distances at foot and T, in the hopping plane. One-sample predictions would not do: a
-strong correction makes them good whatever the robot does.
+**The prediction error** is how far the model is off some time ahead: every third sample a
+simulation starts from the state that was corrected by then; nothing corrects it, and it is driven
+as the rotor was seen to turn. 0.1 s later, and for the two samples after that, it is compared with
+what is seen: the greater of the distances at foot and T, in the hopping plane; that of a clamped
+foot is from its rest. One-sample predictions would not do: a strong correction makes them good
+whatever the robot does.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ _EVERY = 3  # samples from one simulation that predicts to the next
 _PREDICTING = AHEAD // _EVERY + 1
 _GATE_M, _GATE_RAD = 0.02, 0.2  # beyond it a sample is a glitch, unless four in a row are
 _JERK = 20.0
-"""[rad/s^3 sqrt(s)] of the rotor against T. Its angle is the one in the world less T's estimated turn,
-which it moves: from some 100 on, what is not known of the turn is fed back and grows."""
+"""[rad/s^3 sqrt(s)] of the rotor against T. Its angle is the one in the world less T's estimated
+turn, which it moves: from some 100 on, what is not known of the turn is fed back and grows."""
 _LEAST_NOISE_RAD = 4e-3  # less would do as a greater jerk does
 _FORCE_SAMPLES = 24  # that a missing force is smoothed over
 
@@ -131,12 +132,10 @@ class OnlineObserver:
         self._rotor = _Tracked(still, sigma, system.sample_s)
         self._act = self._true_angle(still)
         self._turn = self._turn_of_top()
-        held = FOOT[0] not in self.channels
-        self._foot_at = (
-            {name: seen_median(rest[name][rest.validity(name)]) for name in (FOOT[0], FOOT[2])}
-            if held
-            else None
-        )
+        self._foot_at: dict[str, float] | None = None
+        if FOOT[0] not in self.channels:
+            at_rest = {name: rest[name][rest.validity(name)] for name in (FOOT[0], FOOT[2])}
+            self._foot_at = {name: seen_median(values) for name, values in at_rest.items()}
         self._last = deque[tuple[Array, Array, Array]](maxlen=_FORCE_SAMPLES)
         self._smoothing: tuple[Gain, Modes, Array] = (gain, modes, process)
 
@@ -192,18 +191,21 @@ class OnlineObserver:
         moving = slopes[at, : self._points]
         force, covariance = at_points(smooth.force[at], smooth.force_covariance[at], moving)
         sigma = np.sqrt(np.maximum(np.diagonal(covariance[0]), 0.0))
-        names = ["foot", "top"] if FOOT[0] in self.channels else ["top"]
+        names = ["top"] if self._foot_at is not None else ["foot", "top"]
+        pairs = ((float(a), float(b)) for a, b in (*force[0].reshape(-1, 2), *sigma.reshape(-1, 2)))
+        found = list(pairs)
         return MissingForce(
             ago,
-            {n: (float(a), float(b)) for n, (a, b) in zip(names, force[0].reshape(-1, 2))},
-            {n: (float(a), float(b)) for n, (a, b) in zip(names, sigma.reshape(-1, 2))},
+            dict(zip(names, found[: len(names)], strict=True)),
+            dict(zip(names, found[len(names) :], strict=True)),
         )
 
     def _of_held_foot(self, sample: Mapping[str, float]) -> list[float]:
         """Return how far a clamped foot is seen from its rest [m], where it is seen."""
         if self._foot_at is None:
             return []
-        apart = float(np.hypot(*(sample[name] - at for name, at in self._foot_at.items())))
+        across, up = (sample[name] - at for name, at in self._foot_at.items())
+        apart = float(np.hypot(across, up))
         return [apart] if np.isfinite(apart) else []
 
     def _begin(self, samples: int) -> None:
@@ -237,9 +239,9 @@ class _Tracked:
         t = seconds
         self._state, self._spread = np.array([angle, 0.0, 0.0]), np.diag([sigma**2, 1e-6, 1e-6])
         self._step = np.array([[1, t, t**2 / 2], [0, 1, t], [0, 0, 1]])
-        self._kick = _JERK**2 * np.array([
-            [t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t],
-        ])  # fmt: skip
+        last = [t**3 / 6, t**2 / 2, t]
+        kick = [[t**5 / 20, t**4 / 8, last[0]], [t**4 / 8, t**3 / 3, last[1]], last]
+        self._kick = _JERK**2 * np.array(kick)
         self._noise = sigma**2
 
     def predict(self, samples: int) -> float:
@@ -262,5 +264,5 @@ class _Tracked:
 
 def _before_zero(rest: TimeSeries) -> TimeSeries:
     """Return a rest whose last sample is the one before time zero."""
-    seconds = Hopper.sample_s
-    return TimeSeries(seconds * np.arange(-len(rest), 0), rest.values, rest.names, rest.valid)
+    times = np.arange(-len(rest), 0) * Hopper.sample_s
+    return TimeSeries(times.astype(np.float64), rest.values, rest.names, rest.valid)

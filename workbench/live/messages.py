@@ -1,7 +1,7 @@
 """What a run and its live twin say to each other.
 
-To the worker: one line of JSON (`LiveTask`), one with the stream's bodies, then frames of one size in
-binary, as they arrive. From it: lines of JSON, each an object with one key of `Told`.
+To the worker: one line of JSON (`LiveTask`), one with the stream's bodies, then frames of one size,
+in binary, as they arrive. From it: lines of JSON, each an object with one key of `Told`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from workbench.modes import Mode
-from workbench.protocol import StopWhen
+from workbench.protocol import PlannedRun, StopWhen
 from workbench.tracking import Body, Sample
 
 __all__ = [
@@ -57,6 +57,13 @@ class LiveTask:
     stop_when: StopWhen | None = None
     viewer: int | None = None
 
+    @classmethod
+    def of(
+        cls, run: PlannedRun, model: str, shape: str, bench: str, viewer: int | None
+    ) -> LiveTask:
+        """Return the task of a run; arguments as of the class."""
+        return cls(run.mode, model, shape, bench, run.rest, run.stop_when, viewer)
+
 
 @dataclass(frozen=True)
 class LiveState:
@@ -65,7 +72,7 @@ class LiveState:
     Args:
         time_s: of the newest sample, from the first frame by the cameras' clock [s].
         error_mm: newest prediction error; None where there is none.
-        latency_ms: 99th percentile of the last second's samples, from a frame's arrival to its state.
+        latency_ms: 99th percentile over the last second, from a frame's arrival to its state.
         samples: observed so far.
         skipped: left out so far, as the observer was behind.
         lost: frames that did not arrive so far.

@@ -17,9 +17,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import workbench
+from workbench.bundle import Bundle, Event, events, sha256
 from workbench.errors import WorkbenchError
 from workbench.live.messages import LiveState, LiveSummary, LiveTask, bodies_line, frame_bytes
 from workbench.live.verdict import Stop
+from workbench.timeseries import TimeSeries
 
 if TYPE_CHECKING:
     from workbench.hw import Clock
@@ -41,10 +43,6 @@ TellLive = Callable[[LiveState], None]
 class NoTwin:
     """The live twin of a run that has none."""
 
-    summary: LiveSummary | None = None
-    errors: Sequence[tuple[float, float | None]] = ()
-    lost = ""
-
     def __enter__(self) -> Self:
         """Do nothing."""
         return self
@@ -63,6 +61,9 @@ class NoTwin:
         clock.sleep(seconds)
         return None
 
+    def keep_in(self, bundle: Bundle, journal: Callable[[Event], None]) -> None:
+        """Keep nothing."""
+
 
 class LiveTwin:
     """A worker process for one run; use it in a `with` block, at whose end the process is gone.
@@ -77,7 +78,7 @@ class LiveTwin:
 
     Attributes:
         summary: how it went; None before the end of the block, or where the process was lost.
-        errors: (time from the first frame by the cameras' clock [s], prediction error [mm] or None).
+        errors: (time from the first frame, cameras' clock [s]; prediction error [mm] or None).
         lost: why there is none any more, in words; empty while there is.
     """
 
@@ -91,9 +92,9 @@ class LiveTwin:
         self._stop: Stop | None = None
         self._ready, self._ending = threading.Event(), threading.Event()
         self._known = 0.0  # when a prediction error was last heard of
-        self._waits = False
+        self._waits = self._kept = False
         self._feeder: threading.Thread | None = None
-        self._words = tempfile.TemporaryFile()
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the process
         folder = Path(workbench.__file__).parents[1]
         path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
         one_core = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
@@ -166,6 +167,20 @@ class LiveTwin:
             clock.sleep(min(_LOOK_S, left))
         return why
 
+    def keep_in(self, bundle: Bundle, journal: Callable[[Event], None]) -> None:
+        """Write the prediction error over time into a bundle, and journal how it went, once."""
+        if self._kept:
+            return
+        self._kept = True
+        if self.errors:
+            times, errors = zip(*self.errors, strict=True)
+            column = [float("nan") if error is None else error for error in errors]
+            made_from = {kind: sha256(bundle.document(kind)) for kind in ("model", "shape")}
+            series = TimeSeries.of(times, {"prediction_error_mm": column})
+            bundle.series.write("live", series, made_from)
+        facts = {} if self.summary is None else asdict(self.summary)
+        journal(events.LiveTwin(**facts, gone=self.lost))
+
     def _why(self) -> str | None:
         """Return why the run has to stop, in words."""
         limit = self._task.stop_when
@@ -183,8 +198,8 @@ class LiveTwin:
         blind = time.monotonic() - self._known
         if blind > BLIND_S:
             return (
-                f"no prediction error for {blind:.1f} s, allowed {BLIND_S:g} s, and the run stops on "
-                f"{limit.words}; do the cameras see all bodies?"
+                f"no prediction error for {blind:.1f} s, allowed {BLIND_S:g} s, and the run stops "
+                f"on {limit.words}; do the cameras see all bodies?"
             )
         return None
 

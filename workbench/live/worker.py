@@ -270,6 +270,8 @@ class _Observation:
         latencies = 1e3 * np.array(self._latencies)
         errors = 1e3 * np.array([error for _, error in self._errors])
         known: NDArray[np.float64] = errors[np.isfinite(errors)]
+        root = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
+        p50, p99 = np.percentile(latencies, [50, 99])
         summary = LiveSummary(
             samples=len(errors),
             skipped=self._skipped,

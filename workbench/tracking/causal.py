@@ -1,8 +1,8 @@
 """Where foot, T and rotor are in one frame of a stream, from that frame and the rest before it.
 
-A take is placed with all of its frames in hand (`placing`): markers that exchange their slots are put
-back, gaps are bridged, glitches are found from both sides. Of a stream only the rest is known, which
-says how the markers sit; a frame in which they do not fit shows nothing of that body.
+A take is placed with all of its frames in hand (`placing`): markers that exchange their slots are
+put back, gaps are bridged, glitches are found from both sides. Of a stream only the rest is known,
+which says how the markers sit; a frame in which they do not fit shows nothing of that body.
 """
 
 from __future__ import annotations
@@ -137,7 +137,9 @@ class _Placed:
         self._weights = marker_weights(rigid, cloud) if rigid is not None and self.posed else None
         self._length = float(np.nanmedian(_length(cloud)))
         self._forward = np.array([1.0, 0.0, 0.0])
-        if self.posed and places is None:  # how it stands is not known but from its rest
+        if (
+            self.posed and rigid is not None and places is None
+        ):  # how it stands is not known but from its rest
             turned = fit_poses(rigid, cloud, self._weights).matrix
             first = turned[np.flatnonzero(np.isfinite(turned[:, 0, 0]))[0]]
             self._forward = first.T @ self._forward
