@@ -117,7 +117,7 @@ class Bench(ABC):
     awaited = ""  # what a run waits for once the robot has moved, in words
     streams = False  # whether its cameras stream while a run goes on
     recorder: Recorder | None = None  # of that stream
-    tell_live: Callable[[LiveState], None] = staticmethod(lambda state: None)
+    tell_live: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
     viewer: int | None = None  # port on loopback of who draws the live twin
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:

@@ -40,6 +40,7 @@ class LiveTask:
     """What is observed.
 
     Args:
+        name: of the run, for whoever watches.
         mode: of the run.
         model: text of the model file.
         shape: text of the shape file.
@@ -49,6 +50,7 @@ class LiveTask:
         viewer: port on loopback where each shown state is sent; None where nobody watches.
     """
 
+    name: str
     mode: Mode
     model: str
     shape: str
@@ -62,7 +64,7 @@ class LiveTask:
         cls, run: PlannedRun, model: str, shape: str, bench: str, viewer: int | None
     ) -> LiveTask:
         """Return the task of a run; arguments as of the class."""
-        return cls(run.mode, model, shape, bench, run.rest, run.stop_when, viewer)
+        return cls(run.name, run.mode, model, shape, bench, run.rest, run.stop_when, viewer)
 
 
 @dataclass(frozen=True)

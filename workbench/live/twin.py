@@ -37,7 +37,7 @@ _READY_S = 60.0  # a cold computer compiles
 _LOOK_S = 0.01  # how often a waiting run looks, and frames are handed on
 _END_S = 2.0  # for what still waits in the line to be observed
 
-TellLive = Callable[[LiveState], None]
+TellLive = Callable[[LiveState | None], None]
 
 
 class NoTwin:
@@ -73,7 +73,7 @@ class LiveTwin:
 
     Args:
         task: what is observed.
-        tell: is told each state, in a thread of its own.
+        tell: is told each state in a thread of its own, and None at the end.
         command: starts the process.
 
     Attributes:
@@ -133,6 +133,7 @@ class LiveTwin:
             self._process.kill()
             self._process.wait()
         self._hearer.join(_END_S)
+        self._tell(None)
         self._words.close()
 
     def require_ready(self) -> None:

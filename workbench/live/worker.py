@@ -196,10 +196,19 @@ class _Observation:
         self._errors: list[tuple[float, float]] = []
         self._sent = 0
         self._latencies: list[float] = []
-        self._viewer = None if task.viewer is None else _Viewer(task.viewer)
+        self._viewer = None if task.viewer is None else _Viewer(task.viewer, self._scene(robot))
         self._shown = Shown(self._observer.model, robot)
         self._told = self._drawn = 0.0
         tell("observing", rest[-1].time_s - self._zero)
+
+    def _scene(self, robot: Robot) -> dict[str, Any]:
+        """Return what a viewer has to know before the first state."""
+        limit = self._task.stop_when
+        return {
+            "name": self._task.name,
+            "foot": [robot.values["foot_length"], robot.values["foot_width"]],
+            "limit_mm": None if limit is None else 1e3 * limit.above_m,
+        }
 
     def follow(self, frames: _Frames) -> None:
         """Observe until the stream ends, then tell how it went."""
@@ -276,11 +285,9 @@ class _Observation:
             samples=len(errors),
             skipped=self._skipped,
             lost=self._lost - self._skipped,
-            latency_ms=(*np.percentile(latencies, [50, 99, 100]).tolist(),),  # type: ignore[arg-type]
+            latency_ms=(float(p50), float(p99), float(latencies.max())),
             cpu_ms=1e3 * cpu_s / len(errors),
-            error_mm=(float(np.sqrt(np.mean(known**2))), float(known.max()))
-            if len(known)
-            else None,
+            error_mm=(root, float(known.max())) if len(known) else None,
         )
         self._tell("end", {"summary": asdict(summary), "errors": self._unsent()})
 
@@ -288,10 +295,11 @@ class _Observation:
 class _Viewer:
     """A line to a viewer that nobody waits for: what it does not take at once is not shown."""
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, scene: dict[str, Any]) -> None:
         self._link: socket.socket | None = None
         with suppress(OSError):
             self._link = socket.create_connection((HERE, port), timeout=1.0)
+            self._link.sendall(line("observing", scene))
             self._link.setblocking(False)
 
     def show(self, facts: dict[str, Any]) -> None:
