@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
@@ -18,7 +18,7 @@ import numpy as np
 
 from workbench.bench_supply import connection_of, found_at, ledgers_of, model_of
 from workbench.bundle import Bundle
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import HardwareError, InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
@@ -43,7 +43,7 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.takes import CameraTime, Collector, Operator, TakeFolder
+from workbench.takes import CameraTime, Collector, Operator, TakeFolder, write_stream
 from workbench.timeseries import TimeSeries
 
 if TYPE_CHECKING:
@@ -155,6 +155,9 @@ class Bench(ABC):
 
         None on a bench without cameras.
         """
+
+    def keep_recorded(self, bundle: Bundle) -> None:  # noqa: B027  most benches record nothing
+        """Keep what the cameras of a run that ended early sent so far."""
 
     def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
         """Leave nothing running, however the run ended."""
@@ -274,19 +277,19 @@ class RealBench(Bench):
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
-        from workbench.tracking import write_motive
-
         collector = self.collector(window, bundle, operator, self._used)
         if self.recorder is not None:
             self.clock.sleep(_TAIL_S)
-            recorded = self.recorder.stop()
-            name = f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
-            return collector.accept(
-                bundle.write_take(name, lambda path: write_motive(recorded, path, version="1.24"))
-            )
+            return collector.accept(write_stream(self.recorder, bundle))
         if self._folder is not None:
             return collector.wait(self._folder, self.file.tracking.takes_timeout)
         return collector.ask()
+
+    def keep_recorded(self, bundle: Bundle) -> None:
+        """Keep the stream so far: what it shows is why the run ended."""
+        if self.recorder is not None:
+            with suppress(HardwareError):  # of too few frames
+                write_stream(self.recorder, bundle)
 
     def stop_cameras(self) -> None:
         """End a recorder that still runs."""
@@ -345,9 +348,8 @@ class VirtualBench(SimulatedBench):
         from workbench.virtual import film
 
         # a resumed experiment goes on with the noise of its place in the plan
-        number = 1 if bundle.manifest.asked is None else bundle.asked.number
-        self._takes = max(self._takes + 1, number)
-        rng = np.random.default_rng([self.section.seed, self._takes])
+        self._takes = max(self._takes + 1, bundle.asked.number if bundle.manifest.asked else 1)
+        rng = np.random.default_rng([self.section.seed, self._takes])  # same seed, same takes
         filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
 
@@ -358,8 +360,9 @@ class VirtualBench(SimulatedBench):
                 write_motive(take, path, version="1.23")
 
         path = bundle.write_take(f"take {window.began:%Y-%m-%d %H.%M.%S}.csv", write)
-        # runs with the same seed have the same takes
-        return self.collector(window, bundle, operator, used={}).accept(path)
+        return self.collector(window, bundle, operator, used={}).accept(
+            path
+        )  # same seed, same take
 
     def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
@@ -368,9 +371,8 @@ class VirtualBench(SimulatedBench):
 
         robot = true_robot(subject.model, subject.shape, self.section)
         duration = window.stop - window.start + _TAIL_S
-        angle = self.section.start_angle
         if window.asked is not None:
-            zeros = Condition(subject.mode, np.zeros(0), angle)
+            zeros = Condition(subject.mode, np.zeros(0), self.section.start_angle)
             held = replace(zeros, pull=subject.pull or 0.0, height=subject.height or 0.0)
             return let_go(robot, held, window.asked - window.start, duration, rng)
         history = [(t - window.start, volts) for t, volts in self.device.history]

@@ -375,6 +375,7 @@ class _Conductor:
             if self.readings and not self.bundle.series.has("supply"):
                 self._keep_readings()
             self.twin.keep_in(self.bundle, self._journal)
+            self.bench.keep_recorded(self.bundle)
             self.bundle.finish(status, error=reason)
 
     def _told(self, reason: str) -> str:

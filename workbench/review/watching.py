@@ -1,8 +1,8 @@
 """The process that draws a live twin in the viewer: `python -m workbench.review.watching`.
 
 It opens the viewer, prints the port on which it takes shown states, a line of JSON each, and draws
-the newest: whoever sends them waits for nothing here. At the end of its standard input it prints how
-late they were drawn; the viewer stays until it is closed.
+the newest: whoever sends them waits for nothing here. At the end of its standard input it prints
+how late they were drawn; the viewer stays until it is closed.
 """
 
 from __future__ import annotations
@@ -77,10 +77,11 @@ class LiveDrawing:
         missing = curves("/plots/missing_mN", "Missing force [mN]")
         for view in (error, missing):
             view.properties["VisibleTimeRanges"] = rrb.VisibleTimeRanges(window)
+        robots = ["/real/**", "/sim/**"]
         return rrb.Blueprint(
             rrb.Horizontal(
-                scene("Robot (orange), twin (blue), missing force (violet)", "", ["/real/**", "/sim/**"],
-                      eye, -_THICKNESS_M / 2),
+                scene("Robot (orange), twin (blue), missing force (violet)", "", robots, eye,
+                      -_THICKNESS_M / 2),
                 rrb.Vertical(error, missing),
                 column_shares=[3, 2],
             ),
