@@ -78,7 +78,8 @@ def stream(seconds: float) -> None:
         twin.follow(recorder)
         begun = time.process_time()
         time.sleep(REST_S)
-        stopped = twin.wait(SystemClock(), seconds - REST_S)
+        stopped = twin.wait(SystemClock(), seconds - REST_S - 0.7)
+        time.sleep(0.9)
         own = time.process_time() - begun
         frames = recorder.since(0)
         take = recorder.stop()
@@ -98,9 +99,8 @@ def stream(seconds: float) -> None:
     print(f"{'share of a core, worker':42} {100 * found.cpu_ms * RATE_HZ / 1e3:7.0f} %")
     print(f"{'share of a core, recorder and hand-over':42} {100 * own / seconds:7.0f} %")
     assert found.error_mm is not None
-    print(
-        f"{'prediction error: rms, greatest [mm]':42} {found.error_mm[0]:8.2f} {found.error_mm[1]:8.2f}"
-    )
+    root, most = found.error_mm
+    print(f"{'prediction error: rms, greatest [mm]':42} {root:8.2f} {most:8.2f}")
     print(f"{'stopped without a fault':42} {stopped or 'no'}")
 
 

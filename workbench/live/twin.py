@@ -225,10 +225,11 @@ class LiveTwin:
 
     def _hear(self) -> None:
         assert self._process.stdout is not None
-        for text in self._process.stdout:
-            with suppress(ValueError):
-                ((told, value),) = json.loads(text).items()
-                self._take(told, value)
+        with self._process.stdout as lines:
+            for text in lines:
+                with suppress(ValueError):
+                    ((told, value),) = json.loads(text).items()
+                    self._take(told, value)
         if self.summary is None and not self.lost and not self._ending.is_set():
             self.lost = f"its process ended: {self._last_words()}"
         self._ready.set()

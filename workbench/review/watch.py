@@ -66,6 +66,8 @@ class LiveViewer:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        assert self._process.stdout is not None
+        self._process.stdout.close()
 
     def _heard(self) -> dict[str, Any]:
         assert self._process.stdout is not None
