@@ -270,17 +270,20 @@ class Together:
         self._gate = np.ascontiguousarray([job.gates for job in jobs])
         self._streak = np.zeros(self._gate.shape, dtype=np.int64)
 
-    def step(self, control: Array, samples: int = 1) -> NDArray[np.bool_]:
+    def step(
+        self, control: Array, samples: int = 1, rows: NDArray[np.int32] | None = None
+    ) -> NDArray[np.bool_]:
         """Step to the next sample and tell which simulations blew up, (s,).
 
         Args:
             control: (s, nu) until then.
             samples: to step over.
+            rows: which of them; all where left out.
         """
         batch = self.batch
         self._command[:] = control
         with suppress(SimulationError):  # the engine's own warnings count below
-            batch.step(nstep=samples * self._steps, stage=_CURRENT)
+            batch.step(ids=rows, nstep=samples * self._steps, stage=_CURRENT)
         return np.asarray((batch.status != 0) | (batch.warning[:, :, 1] != 0).any(axis=1))
 
     def correct(self, seen: Array, found: Found) -> None:

@@ -52,7 +52,8 @@ _JERK = 20.0
 """[rad/s^3 sqrt(s)] of the rotor against T. Its angle is the one in the world less T's estimated
 turn, which it moves: from some 100 on, what is not known of the turn is fed back and grows."""
 _LEAST_NOISE_RAD = 4e-3  # less would do as a greater jerk does
-_FORCE_SAMPLES = 24  # that a missing force is smoothed over
+_FORCE_SAMPLES = 12  # that a missing force is smoothed over; 48 change that of T by a tenth
+_SETTLED = 36  # samples after a long gap until the observer has forgotten it
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,9 +158,10 @@ class OnlineObserver:
         wanted = self._true_angle(self._rotor.predict(samples))
         speed = (wanted - self._act) / (samples * self._system.sample_s)
         self._act = wanted
-        if samples > AHEAD:  # none of the predictions can be judged any more
-            self._ages[:] = -1
-        together.step(np.full((len(found.error), self.model.nu), speed), samples)
+        rows = None
+        if samples > AHEAD:  # none of the predictions can be judged, and the state is a guess
+            self._ages[:], self._age, rows = -1, -_SETTLED, np.array([0], dtype=np.int32)
+        together.step(np.full((len(found.error), self.model.nu), speed), samples, rows)
         self._ages[self._ages >= 0] += samples
         together.correct(np.broadcast_to(seen, found.error.shape).copy(), found)
         qpos = together.state[0]
@@ -173,7 +175,7 @@ class OnlineObserver:
             apart = found.error[1 + old, : self._points].reshape(-1, 2)
             distances = [*np.hypot(*apart.T), *self._of_held_foot(sample)]
             error, predicted = float(np.max(distances)), qpos[1 + old].copy()
-        self._begin(samples)
+        self._begin(min(samples, AHEAD))
         return Estimate(qpos[0].copy(), predicted, error)
 
     def missing_force(self) -> MissingForce | None:

@@ -34,7 +34,8 @@ COMMAND = (sys.executable, "-m", "workbench.live")
 BLIND_S = 1.0
 """A run that stops on its prediction error stops where there was none for so long [s]."""
 _READY_S = 60.0  # a cold computer compiles
-_LOOK_S = 0.01  # how often a waiting run looks, and frames are handed on
+_LOOK_S = 0.005  # how often a waiting run looks
+_HAND_ON_S = 0.1  # longest wait for a frame that is handed on
 _END_S = 2.0  # for what still waits in the line to be observed
 
 TellLive = Callable[[LiveState | None], None]
@@ -215,13 +216,12 @@ class LiveTwin:
             self._send(bodies_line(recorder.bodies))
             while True:
                 ending = self._ending.is_set()
-                new = recorder.since(count)
+                new = recorder.since(count, 0.0 if ending else _HAND_ON_S)
                 if new:
                     count += len(new)
                     self._send(b"".join(map(frame_bytes, new)))
                 if ending:
                     return
-                self._ending.wait(_LOOK_S / 2)
 
     def _hear(self) -> None:
         assert self._process.stdout is not None

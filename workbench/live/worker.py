@@ -48,8 +48,8 @@ __all__ = ["BEHIND_S", "main", "work"]
 BEHIND_S = 0.5
 """Further behind than this the observer goes on with the newest frame [s]."""
 _STATES_S = 0.1  # between two states for the run
-_SHOWN_S = 1 / 30  # between two that are shown
-_REST_SHARE, _MOST_REST_S = 0.8, 2.0  # of the rest, how much the observer starts from
+_SHOWN_S = 1 / 20  # between two that are shown: the missing force costs as much as two samples
+_REST_SHARE, _MOST_REST_S = 0.8, 1.0  # of the rest, how much the observer starts from
 _RATE_WITHIN = 0.01
 
 Tell = Callable[[Told, Any], None]
@@ -115,9 +115,9 @@ def _warm_up(robot: Robot, task: LiveTask) -> None:
     still += 1e-5 * np.sin(np.arange(still.size)).reshape(still.shape)
     times = np.arange(LEAST_REST, dtype=float)
     observer = OnlineObserver(robot, task.mode, TimeSeries(times, still, names, still == still))
-    for _ in range(2 * LEAST_REST):
+    for _ in range(LEAST_REST // 2):
         observer.advance(dict(zip(names, still[0].tolist(), strict=True)))
-        observer.missing_force()
+    observer.missing_force()
     gc.collect()
     gc.freeze()
 

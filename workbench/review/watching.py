@@ -31,7 +31,8 @@ from workbench.review.viewer import start_viewer
 
 __all__ = ["LiveDrawing", "main"]
 
-FORCE_M_PER_N = 0.1  # length of an arrow of missing force
+_FORCE_M_PER_N = 20.0  # length of an arrow of missing force at first: 5 mN are 0.1 m
+_LONGEST_M = 0.2  # an arrow; the scale is halved until they are shorter
 _THICKNESS_M = 0.008
 _ROBOTS = {"robot": ("real", palette.REAL), "twin": ("sim", palette.TWIN)}
 
@@ -49,6 +50,7 @@ class LiveDrawing:
         self, stream: rr.RecordingStream, foot: tuple[float, float], limit_mm: float | None
     ) -> None:
         self._stream, self._limit_mm = stream, limit_mm
+        self._reach = _FORCE_M_PER_N
         self._half = [foot[0] / 2, foot[1] / 2, _THICKNESS_M / 2]
         styles = {"error": (palette.REAL, "prediction error"), "limit": ("#c2413c", "limit")}
         for name, (color, said) in styles.items():
@@ -129,13 +131,15 @@ class LiveDrawing:
         if forces is None:
             return
         drawn = {point: force for point, force in forces.items() if facts["robot"][point]}
+        while any(self._reach * np.linalg.norm(force) > _LONGEST_M for force in drawn.values()):
+            self._reach /= 2
         arrows = rr.Arrows3D(
             origins=[facts["robot"][point] for point in drawn],
-            vectors=[[FORCE_M_PER_N * part for part in force] for force in drawn.values()],
+            vectors=[[self._reach * part for part in force] for force in drawn.values()],
             colors=ink,
             radii=0.003,
         )
-        self._stream.log("real/missing", arrows)
+        self._stream.log("real/missing", arrows, rr.AnyValues(metres_per_newton=self._reach))
         for point in ("top", "foot"):
             size = 1e3 * float(np.linalg.norm(forces.get(point, [0.0])))
             self._stream.log(f"plots/missing_mN/{point}", rr.Scalars(size))

@@ -93,6 +93,7 @@ class Recorder:
         self._stopping = threading.Event()
         self._layout: Layout | None = None
         self._samples: list[Sample] = []
+        self._news = threading.Condition()
         self._began = datetime.min
         self._last = 0.0
         self._damaged = 0
@@ -135,8 +136,15 @@ class Recorder:
         """Return the stream's bodies, none before it was started."""
         return () if self._layout is None else self._layout.bodies
 
-    def since(self, count: int) -> list[Sample]:
-        """Return the frames after the first `count`, so far; safe in any thread, waits for none."""
+    def since(self, count: int, wait_s: float = 0.0) -> list[Sample]:
+        """Return the frames after the first `count`, so far; safe in any thread.
+
+        Args:
+            count: of frames that are known.
+            wait_s: for how long to wait for the next one [s].
+        """
+        with self._news:
+            self._news.wait_for(lambda: len(self._samples) > count, wait_s)
         return self._samples[count:]
 
     def stop(self) -> Take:
@@ -266,7 +274,9 @@ class Recorder:
         sample = self._layout.sample(frame)
         if not self._samples:
             self._began = datetime.now()
-        self._samples.append(sample)
+        with self._news:
+            self._samples.append(sample)
+            self._news.notify_all()
         self._last = time.monotonic()
 
 
