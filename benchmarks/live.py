@@ -161,7 +161,7 @@ def reaction(film: Take, mode: str, speed: float) -> float:
         try:
             list(carry_out(experiment, bench, folder / "runs", QuietOperator(), lambda text: None))
         except SafetyStop as error:
-            if "prediction error" not in str(error):
+            if ": prediction error" not in str(error):
                 raise
         off = [at for at, volts in device.history if volts == 0][-1]
         return off - server.sent_s[round(FAULT_S * RATE_HZ)]

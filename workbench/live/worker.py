@@ -222,9 +222,9 @@ class _Observation:
             if gap <= 0 or gap % self._every:  # played in a loop, or between two samples
                 continue
             self._observe(frame, gap // self._every)
-            behind = len(frames) > 0
-            if not behind:
-                self._show(frame)
+            self._tell_state()
+            if not len(frames):  # nothing is drawn while it is behind
+                self._draw(frame)
         self._report(time.process_time() - begun)
 
     def _observe(self, frame: Sample, samples: int) -> None:
@@ -242,11 +242,14 @@ class _Observation:
                 self._verdict = None
                 self._tell("stop", asdict(stop))
 
-    def _show(self, frame: Sample) -> None:
+    def _tell_state(self) -> None:
         now = time.monotonic()
         if now - self._told > _STATES_S:
             self._told = now
             self._tell("state", {"state": asdict(self._state()), "errors": self._unsent()})
+
+    def _draw(self, frame: Sample) -> None:
+        now = time.monotonic()
         if self._viewer is not None and now - self._drawn > _SHOWN_S:
             self._drawn = now
             seen, estimate = self._newest
