@@ -44,7 +44,7 @@ def test_sample_by_sample_it_finds_what_it_finds_of_the_whole_track(course: Cour
         observer.advance(sample)
         driven.append((observer._act - before) * 120)
         found.append(observer._found.error[0].copy())
-    start = observer._system.start(0, {}, coarse=False)
+    start = observer._system.start(0, {}, coarse=True)
     seen = np.array([[sample[name] for name in observer.channels] for sample in samples])
     seen = np.vstack([np.full_like(seen[:1], np.nan), seen])  # the start itself is not corrected
     control = np.repeat(np.array([*driven, 0.0])[:, None], start.model.nu, axis=1)

@@ -118,7 +118,7 @@ class OnlineObserver:
         self.channels = system.channels_of(0)
         modes, process = system.modes(0), system.process(0, system.strong)
         gain = stationary(modes, process, system.sigma(0), system.sample_s)
-        start = system.start(0, {}, coarse=False)
+        start = system.start(0, {}, coarse=True)
         none = np.zeros((0, len(self.channels)))
         gate = np.array([_GATE_RAD if name == PITCH else _GATE_M for name in self.channels])
         free = replace(gain, covariance=np.zeros_like(gain.covariance))

@@ -59,7 +59,7 @@ class FramePoints:
         axes: Axes,
         markers: MarkerPlaces | None = None,
     ) -> None:
-        self._axes, self._origin, self._pitch = axes, np.zeros(3), 0.0
+        self._origin, self._pitch = np.zeros(3), 0.0
         streamed = {body.name: (row, body) for row, body in enumerate(layout)}
         self._bodies: dict[str, _Placed] = {}
         for role, name in asdict(names).items():
@@ -81,7 +81,7 @@ class FramePoints:
         """
         found: dict[str, float] = {}
         for role, body in self._bodies.items():
-            place, pitch = body.of(frame, self._axes)
+            place, pitch = body.of(frame)
             found |= dict(zip(_POINTS[role], (place - self._origin).tolist(), strict=True))
             if role == "foot":
                 found[PITCH] = pitch - self._pitch
@@ -120,8 +120,9 @@ class _Placed:
         upright: bool,
     ) -> None:
         self._row, self._body = row, body
+        self._to_bench = axes.points_to_bench(np.eye(3))  # rows of places are multiplied by it
         self._measured = any(np.isfinite(one.markers[self._slots]).any() for one in rest)
-        cloud = np.array([self._cloud(one, axes) for one in rest])
+        cloud = np.array([self._cloud(one) for one in rest])
         if not np.isfinite(cloud).any():
             raise InputError(f"body {body.name!r} is never seen at rest")
         if places is not None:
@@ -148,19 +149,19 @@ class _Placed:
     def _slots(self) -> slice:
         return slice(self._body.first, self._body.first + len(self._body.places))
 
-    def _cloud(self, frame: Sample, axes: Axes) -> Array:
+    def _cloud(self, frame: Sample) -> Array:
         """Return the markers as seen, or as the streamed pose has them, (m, 3) in bench axes."""
         if self._measured:
             seen = frame.markers[self._slots]
-            return axes.points_to_bench(np.where((seen == 0).all(axis=1)[:, None], np.nan, seen))
+            return np.where((seen == 0).all(axis=1)[:, None], np.nan, seen) @ self._to_bench
         place, (x, y, z, w) = frame.poses[self._row, :3], frame.poses[self._row, 3:7]
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
-        return axes.points_to_bench(place + self._body.places @ turn.T)
+        return np.asarray((place + self._body.places @ turn.T) @ self._to_bench)
 
-    def of(self, frame: Sample, axes: Axes) -> tuple[Array, float]:
+    def of(self, frame: Sample) -> tuple[Array, float]:
         """Return the body's point, (3,) [m], and its rotation about +y [rad], NaN where unknown."""
-        cloud = self._cloud(frame, axes)[None]
+        cloud = self._cloud(frame)[None]
         if self.posed and self._rigid is not None:
             poses = fit_poses(self._rigid, cloud, self._weights)
             if not poses.rmsd[0] <= POOR_FIT_M:
