@@ -71,10 +71,9 @@ def stream(seconds: float) -> None:
         StubServer(sent, pause_s=1 / RATE_HZ) as server,
         rerun_server() as port,
         LiveViewer(port) as viewer,
-        LiveTwin(task(rest=REST_S, stop_when=LIMIT, viewer=viewer.port)) as twin,
+        ready(LiveTwin(task(rest=REST_S, stop_when=LIMIT, viewer=viewer.port))) as twin,
         Recorder(Stream(command_port=server.port)) as recorder,
     ):
-        twin.require_ready()
         twin.follow(recorder)
         begun = time.process_time()
         time.sleep(REST_S)
@@ -102,6 +101,14 @@ def stream(seconds: float) -> None:
     root, most = found.error_mm
     print(f"{'prediction error: rms, greatest [mm]':42} {root:8.2f} {most:8.2f}")
     print(f"{'stopped without a fault':42} {stopped or 'no'}")
+
+
+@contextmanager
+def ready(twin: LiveTwin) -> Iterator[LiveTwin]:
+    """Start a live twin and yield it when it takes frames, as a run does before its cameras."""
+    with twin:
+        twin.require_ready()
+        yield twin
 
 
 def row(name: str, p50: float, p99: float, most: float, bar: float | None = None) -> None:

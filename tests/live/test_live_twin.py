@@ -58,11 +58,11 @@ def followed(
     with (
         StubServer(sent(take), pause_s=FRAME_S) as server,
         LiveTwin(task(**given), states.append, command) as twin,  # type: ignore[arg-type]
-        Recorder(Stream(command_port=server.port)) as recorder,
     ):
         twin.require_ready()
-        twin.follow(recorder)
-        yield twin, recorder, states
+        with Recorder(Stream(command_port=server.port)) as recorder:
+            twin.follow(recorder)
+            yield twin, recorder, states
 
 
 def test_a_body_that_slips_ends_the_run_by_itself(
