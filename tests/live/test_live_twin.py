@@ -92,7 +92,7 @@ def test_a_body_that_slips_ends_the_run_by_itself(
         next(one for one in journal_of(bundle) if one["event"] == name)
         for name in ("safety-stop", "live_twin")
     )
-    assert "the run stops on prediction error above 5 mm for 0.2 s" in stop["reason"]
+    assert "(stop_when: prediction error above 5 mm for 0.2 s)" in stop["reason"]
     assert twin["gone"] == ""
     errors = bundle.series.read("live")
     before = errors.between(1.2, fault_s - 0.02)

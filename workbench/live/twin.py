@@ -190,20 +190,20 @@ class LiveTwin:
             return None
         if self._stop is not None:
             stop = self._stop
-            return (
+            why = (
                 f"prediction error {1e3 * stop.error_m:.1f} mm {stop.time_s:.2f} s after the first "
-                f"frame, above {1e3 * limit.above_m:g} mm for {stop.since_s:.2f} s; the run stops "
-                f"on {limit.words}"
+                f"frame, above {1e3 * limit.above_m:g} mm for {stop.since_s:.2f} s"
             )
-        if self.lost:
-            return f"its live twin is gone ({self.lost}), and the run stops on {limit.words}"
-        blind = time.monotonic() - self._known
-        if blind > BLIND_S:
-            return (
-                f"no prediction error for {blind:.1f} s, allowed {BLIND_S:g} s, and the run stops "
-                f"on {limit.words}; do the cameras see all bodies?"
+        elif self.lost:
+            why = f"its live twin is gone ({self.lost})"
+        elif (blind := time.monotonic() - self._known) > BLIND_S:
+            why = (
+                f"no prediction error for {blind:.1f} s, allowed {BLIND_S:g} s; do the cameras see "
+                "all bodies, and does the computer keep up"
             )
-        return None
+        else:
+            return None
+        return f"{why} (stop_when: {limit.words})"
 
     def _send(self, data: bytes) -> None:
         assert self._process.stdin is not None

@@ -51,6 +51,9 @@ class HeadlessViewer:
         width: of the window that would be [px].
         height: of the window that would be [px].
 
+    Attributes:
+        port: on loopback, where recordings can be sent.
+
     Raises:
         WorkbenchError: when the viewer does not start, for example without a Vulkan driver.
     """
@@ -61,7 +64,7 @@ class HeadlessViewer:
 
     def __enter__(self) -> Self:
         """Start the process and wait until it has painted its first picture."""
-        port = _free_port()
+        self.port = port = _free_port()
         self._output = tempfile.TemporaryFile()
         self._process = _start(
             ["--headless", "--hide-welcome-screen", "--window-size", self._size, "--port", port],

@@ -50,7 +50,7 @@ class LiveDrawing:
         self, stream: rr.RecordingStream, foot: tuple[float, float], limit_mm: float | None
     ) -> None:
         self._stream, self._limit_mm = stream, limit_mm
-        self._reach = _FORCE_M_PER_N
+        self._reach = dict.fromkeys(("top", "foot"), _FORCE_M_PER_N)
         self._half = [foot[0] / 2, foot[1] / 2, _THICKNESS_M / 2]
         styles = {"error": (palette.REAL, "prediction error"), "limit": ("#c2413c", "limit")}
         for name, (color, said) in styles.items():
@@ -131,15 +131,17 @@ class LiveDrawing:
         if forces is None:
             return
         drawn = {point: force for point, force in forces.items() if facts["robot"][point]}
-        while any(self._reach * np.linalg.norm(force) > _LONGEST_M for force in drawn.values()):
-            self._reach /= 2
+        for point, force in drawn.items():
+            while self._reach[point] * np.linalg.norm(force) > _LONGEST_M:
+                self._reach[point] /= 2
         arrows = rr.Arrows3D(
             origins=[facts["robot"][point] for point in drawn],
-            vectors=[[self._reach * part for part in force] for force in drawn.values()],
+            vectors=[[self._reach[at] * part for part in force] for at, force in drawn.items()],
             colors=ink,
             radii=0.003,
         )
-        self._stream.log("real/missing", arrows, rr.AnyValues(metres_per_newton=self._reach))
+        scale = {f"metres_per_newton_{point}": reach for point, reach in self._reach.items()}
+        self._stream.log("real/missing", arrows, rr.AnyValues(**scale))
         for point in ("top", "foot"):
             size = 1e3 * float(np.linalg.norm(forces.get(point, [0.0])))
             self._stream.log(f"plots/missing_mN/{point}", rr.Scalars(size))
