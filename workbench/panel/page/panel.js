@@ -327,7 +327,7 @@ function showTwin() {
   show("twin", Boolean(twin));
   if (!twin) return;
   put("twin-error", digits(twin.error_mm, 1));
-  put("twin-limit", twin.limit_mm ? `of ${twin.limit_mm} mm, where the run stops` : "");
+  put("twin-limit", twin.limit_mm ? `, limit ${twin.limit_mm} mm` : "");
   put("twin-latency", digits(twin.latency_ms, 0));
   put("twin-skipped", String(twin.skipped));
   put("twin-samples", String(twin.samples + twin.skipped));
