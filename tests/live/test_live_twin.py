@@ -21,7 +21,6 @@ from workbench.errors import WorkbenchError
 from workbench.hw import SystemClock
 from workbench.hw.simulated import SimulatedRiden, serve
 from workbench.live import LiveState, LiveTwin
-from workbench.live.twin import COMMAND
 from workbench.protocol import StopWhen
 from workbench.tracking import Recorder, Stream, Take, read_take
 
