@@ -140,8 +140,9 @@ class LiveDrawing:
             colors=ink,
             radii=0.003,
         )
-        scale = {f"metres_per_newton_{point}": reach for point, reach in self._reach.items()}
-        self._stream.log("real/missing", arrows, rr.AnyValues(**scale))
+        top, foot = self._reach["top"], self._reach["foot"]
+        scale = rr.AnyValues(top_metres_per_newton=top, foot_metres_per_newton=foot)
+        self._stream.log("real/missing", arrows, scale)
         for point in ("top", "foot"):
             size = 1e3 * float(np.linalg.norm(forces.get(point, [0.0])))
             self._stream.log(f"plots/missing_mN/{point}", rr.Scalars(size))
