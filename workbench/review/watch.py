@@ -43,7 +43,8 @@ class LiveViewer:
             self._process.wait()
             raise WorkbenchError(said.get("failed", "the live twin cannot be drawn"))
         self.port: int = said["port"]
-        self.shown, self.latency_ms = 0, None
+        self.shown = 0
+        self.latency_ms: tuple[float, float, float] | None = None
 
     def __enter__(self) -> Self:
         """Draw."""
@@ -60,7 +61,9 @@ class LiveViewer:
         with suppress(OSError):
             self._process.stdin.close()
         said = self._heard()
-        self.shown, self.latency_ms = said.get("shown", 0), said.get("latency_ms")
+        if "shown" in said:
+            self.shown, (p50, p99, most) = said["shown"], said["latency_ms"]
+            self.latency_ms = p50, p99, most
         try:
             self._process.wait(_END_S)
         except subprocess.TimeoutExpired:
