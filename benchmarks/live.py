@@ -25,7 +25,7 @@ import numpy as np
 import rerun_cli
 
 from tests.streaming import RATE_HZ, fallen, filmed, lab, slipped, task
-from tests.tracking.natnet_stub import StubServer, packets, recording
+from tests.tracking.natnet_stub import StubServer, frames, models, server_info
 from workbench.bench import load_bench, make_bench
 from workbench.engine import carry_out
 from workbench.errors import SafetyStop
@@ -61,12 +61,13 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
     stream(10.0 if asked.quick else 60.0 * asked.minutes)
-    stops(1 if asked.quick else asked.faults)
+    if faults := 1 if asked.quick else asked.faults:
+        stops(faults)
 
 
 def stream(seconds: float) -> None:
     """Observe and draw a hop as it comes, and print how late and how complete."""
-    sent = packets(recording(filmed(seconds - REST_S - 0.5, REST_S), (4, 1)))
+    sent = streamed(filmed(seconds - REST_S - 0.5, REST_S))
     with (
         StubServer(sent, pause_s=1 / RATE_HZ) as server,
         rerun_server() as port,
@@ -80,12 +81,12 @@ def stream(seconds: float) -> None:
         stopped = twin.wait(SystemClock(), seconds - REST_S - 0.7)
         time.sleep(0.9)
         own = time.process_time() - begun
-        frames = recorder.since(0)
+        came = recorder.since(0)
         take = recorder.stop()
     assert twin.summary is not None, twin.lost
     found, count = twin.summary, len(sent) - 2
     on_the_way = 1e3 * np.array(
-        [frame.arrived_s - server.sent_s[frame.number - frames[0].number] for frame in frames]
+        [one.arrived_s - server.sent_s[one.number - came[0].number] for one in came]
     )
     print(f"{count} frames at {RATE_HZ} Hz, {seconds:.0f} s")
     print(f"{'raw stream: frames lost':42} {count - len(take):8d}      bar 0")
@@ -102,6 +103,12 @@ def stream(seconds: float) -> None:
     root, most = found.error_mm
     print(f"{'prediction error: rms, greatest [mm]':42} {root:8.2f} {most:8.2f}")
     print(f"{'stopped without a fault':42} {stopped or 'no'}")
+
+
+def streamed(take: Take) -> list[bytes]:
+    """Return the packets that a stub sends of a take."""
+    version = (4, 1)
+    return [server_info(version), models(take, version), *frames(take, version)]
 
 
 @contextmanager
@@ -152,7 +159,7 @@ def stops(count: int) -> None:
 
 def reaction(film: Take, mode: str, speed: float) -> float:
     """Return how long after the faulty frame was sent the terminals lost their voltage [s]."""
-    sent = packets(recording(film, (4, 1)))
+    sent = streamed(film)
     device = SimulatedRiden(clock=SystemClock())
     with (
         tempfile.TemporaryDirectory() as name,
