@@ -152,21 +152,22 @@ class _Newest:
     """The newest line of a link; what was not taken in time is gone."""
 
     def __init__(self, link: socket.socket) -> None:
-        self._lines, self._news = link.makefile("rb"), threading.Condition()
+        self._link, self._news = link, threading.Condition()
         self._first: dict[str, Any] | None = None
         self._state: dict[str, Any] | None = None
         self._ended = False
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
-        for text in self._lines:
-            ((told, value),) = json.loads(text).items()
-            with self._news:
-                if told == "observing":
-                    self._first = value
-                else:
-                    self._state = value
-                self._news.notify()
+        with self._link, self._link.makefile("rb") as lines:
+            for text in lines:
+                ((told, value),) = json.loads(text).items()
+                with self._news:
+                    if told == "observing":
+                        self._first = value
+                    else:
+                        self._state = value
+                    self._news.notify()
         with self._news:
             self._ended = True
             self._news.notify()
