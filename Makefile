@@ -68,6 +68,7 @@ bench: install
 	$(BIN)/python benchmarks/wire.py
 	$(BIN)/python benchmarks/photo.py
 	$(BIN)/python benchmarks/catalogue.py
+	$(BIN)/python -m benchmarks.live
 
 SEED ?= 1
 CASES ?= 40

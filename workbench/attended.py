@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,7 @@ def carry_out_at_desk(
     course = course or begin(experiment.inputs(), now)
     with open_desk(runs, course.id, _facts(experiment, course, now)) as desk:
         operator = operator_at(bench.file, desk)
+        bench.tell_live = lambda state: desk.show_live(None if state is None else asdict(state))
 
         def show(text: str) -> None:
             desk.show_phase(text)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from decimal import Decimal
@@ -18,7 +18,7 @@ import numpy as np
 
 from workbench.bench_supply import connection_of, found_at, ledgers_of, model_of
 from workbench.bundle import Bundle
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import HardwareError, InputError, did_you_mean
 from workbench.hw import (
     Clock,
     Connection,
@@ -43,10 +43,11 @@ from workbench.protocol import (
     load,
     with_calibration,
 )
-from workbench.takes import CameraTime, Collector, Operator, TakeFolder
+from workbench.takes import CameraTime, Collector, Operator, TakeFolder, write_stream
 from workbench.timeseries import TimeSeries
 
 if TYPE_CHECKING:
+    from workbench.live import LiveState  # which loads all of fit
     from workbench.tracking import Recorder
 
 __all__ = [
@@ -114,6 +115,10 @@ class Bench(ABC):
     """
 
     awaited = ""  # what a run waits for once the robot has moved, in words
+    streams = False  # whether its cameras stream while a run goes on
+    recorder: Recorder | None = None  # of that stream
+    tell_live: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
+    viewer: int | None = None  # port on loopback of who draws the live twin
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         self.file = file
@@ -151,6 +156,9 @@ class Bench(ABC):
         None on a bench without cameras.
         """
 
+    def keep_recorded(self, bundle: Bundle) -> None:  # noqa: B027  most benches record nothing
+        """Keep what the cameras of a run that ended early sent so far."""
+
     def stop_cameras(self) -> None:  # noqa: B027  most benches have nothing to stop
         """Leave nothing running, however the run ended."""
 
@@ -172,13 +180,9 @@ class Bench(ABC):
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
-        limits = self.file.supply.limits
-        return Limits(
-            *(
-                Decimal(repr(value))
-                for value in (limits.voltage, current, limits.over_voltage, limits.over_current)
-            )
-        )
+        own = self.file.supply.limits
+        values = (own.voltage, current, own.over_voltage, own.over_current)
+        return Limits(*(Decimal(repr(value)) for value in values))
 
 
 class RealBench(Bench):
@@ -195,10 +199,10 @@ class RealBench(Bench):
     def __init__(self, file: BenchFile, clock: Clock) -> None:
         super().__init__(file, clock)
         self._folder: TakeFolder | None = None
-        self._recorder: Recorder | None = None
+        self.streams = file.tracking.live is not None
         self._used: dict[str, str] = {}
         where = f"in {file.tracking.takes}" if file.tracking.takes else "to be named"
-        self.awaited = "" if file.tracking.live else f"waiting for the export {where}"
+        self.awaited = "" if self.streams else f"waiting for the export {where}"
 
     @contextmanager
     def supply(self, bundle: Bundle) -> Iterator[Supply]:
@@ -261,8 +265,8 @@ class RealBench(Bench):
 
         takes, live = self.file.tracking.takes, self.file.tracking.live
         if live is not None:
-            self._recorder = Recorder(Stream(**live.model_dump()))
-            self._recorder.start()
+            self.recorder = Recorder(Stream(**live.model_dump()))
+            self.recorder.start()
             return
         self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
         operator.confirm("Start recording in the tracking software.")
@@ -273,25 +277,25 @@ class RealBench(Bench):
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
-        from workbench.tracking import write_motive
-
         collector = self.collector(window, bundle, operator, self._used)
-        if self._recorder is not None:
+        if self.recorder is not None:
             self.clock.sleep(_TAIL_S)
-            recorded = self._recorder.stop()
-            name = f"live {window.began:%Y-%m-%d %H.%M.%S}.csv"
-            return collector.accept(
-                bundle.write_take(name, lambda path: write_motive(recorded, path, version="1.24"))
-            )
+            return collector.accept(write_stream(self.recorder, bundle))
         if self._folder is not None:
             return collector.wait(self._folder, self.file.tracking.takes_timeout)
         return collector.ask()
 
+    def keep_recorded(self, bundle: Bundle) -> None:
+        """Keep the stream so far: what it shows is why the run ended."""
+        if self.recorder is not None:
+            with suppress(HardwareError):  # of too few frames
+                write_stream(self.recorder, bundle)
+
     def stop_cameras(self) -> None:
         """End a recorder that still runs."""
-        if self._recorder is not None:
-            self._recorder.close()
-            self._recorder = None
+        if self.recorder is not None:
+            self.recorder.close()
+            self.recorder = None
 
 
 class SimulatedBench(Bench):
@@ -317,11 +321,9 @@ class SimulatedBench(Bench):
         """
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
-            kind = "rtu-over-tcp" if modbus else "tcp"
-            connection = Connection(kind, address, channel=self.file.supply.connection.channel)
-            with open_supply(
-                connection, clock=self.clock, wire_log=bundle.record.wire, family=family
-            ) as supply:
+            kind, channel = "rtu-over-tcp" if modbus else "tcp", self.file.supply.connection.channel
+            place, log = Connection(kind, address, channel=channel), bundle.record.wire
+            with open_supply(place, clock=self.clock, wire_log=log, family=family) as supply:
                 yield supply
 
 
@@ -344,9 +346,8 @@ class VirtualBench(SimulatedBench):
         from workbench.virtual import film
 
         # a resumed experiment goes on with the noise of its place in the plan
-        number = 1 if bundle.manifest.asked is None else bundle.asked.number
-        self._takes = max(self._takes + 1, number)
-        rng = np.random.default_rng([self.section.seed, self._takes])
+        self._takes = max(self._takes + 1, bundle.asked.number if bundle.manifest.asked else 1)
+        rng = np.random.default_rng([self.section.seed, self._takes])  # same seed, same takes
         filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
         take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
 
@@ -357,8 +358,9 @@ class VirtualBench(SimulatedBench):
                 write_motive(take, path, version="1.23")
 
         path = bundle.write_take(f"take {window.began:%Y-%m-%d %H.%M.%S}.csv", write)
-        # runs with the same seed have the same takes
-        return self.collector(window, bundle, operator, used={}).accept(path)
+        return self.collector(window, bundle, operator, used={}).accept(
+            path
+        )  # same seed, same take
 
     def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
@@ -367,9 +369,8 @@ class VirtualBench(SimulatedBench):
 
         robot = true_robot(subject.model, subject.shape, self.section)
         duration = window.stop - window.start + _TAIL_S
-        angle = self.section.start_angle
         if window.asked is not None:
-            zeros = Condition(subject.mode, np.zeros(0), angle)
+            zeros = Condition(subject.mode, np.zeros(0), self.section.start_angle)
             held = replace(zeros, pull=subject.pull or 0.0, height=subject.height or 0.0)
             return let_go(robot, held, window.asked - window.start, duration, rng)
         history = [(t - window.start, volts) for t, volts in self.device.history]

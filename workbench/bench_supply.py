@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from workbench.errors import InputError
+from collections.abc import Iterable
+from pathlib import Path
+
+from workbench.errors import InputError, SafetyStop
 from workbench.hw import (
     Connection,
     Limits,
@@ -20,7 +23,15 @@ from workbench.output import Ledger, ledgers
 from workbench.progress import Progress
 from workbench.protocol import BenchFile
 
-__all__ = ["check_new_scale", "connection_of", "found_at", "ledgers_of", "made_ready", "model_of"]
+__all__ = [
+    "check_new_scale",
+    "connection_of",
+    "found_at",
+    "ledgers_of",
+    "made_ready",
+    "model_of",
+    "require_not_latched",
+]
 
 
 def model_of(file: BenchFile) -> Model:
@@ -116,3 +127,23 @@ def check_new_scale(
     seen = check_scale(supply)
     ledger.write("scale", firmware=firmware, voltage_V=seen.voltage_V)
     return seen
+
+
+def require_not_latched(ledgers: Iterable[Ledger], name: str, path: Path) -> None:
+    """Refuse to drive a latched supply; its guardian does too, once it knows which it is.
+
+    Args:
+        ledgers: that may be of it.
+        name: of its bench.
+        path: of that bench's file.
+
+    Raises:
+        SafetyStop: when nobody acknowledged a safety stop of an earlier run.
+    """
+    for ledger in ledgers:
+        if standing := ledger.standing():
+            raise SafetyStop(
+                f"bench {name!r} is {standing.told}\n"
+                "nothing was switched on; find the cause, then type: workbench supply acknowledge "
+                f"--bench {path} --name NAME"
+            )

@@ -10,15 +10,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
-from workbench.bench_supply import check_new_scale, made_ready
+from workbench.bench_supply import check_new_scale, made_ready, require_not_latched
 from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
 from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchError
-from workbench.experiment import Experiment
-from workbench.hw import Reading, Supply, switch_on, watch
+from workbench.experiment import Experiment, condition_facts
+from workbench.hw import Reading, Supply, stop, switch_on, watch
+from workbench.live import LiveTask, LiveTwin, NoTwin
 from workbench.operator_name import operator_name
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
@@ -77,7 +78,8 @@ def carry_out(
         HardwareError: when the bench is not ready, likewise.
         WorkbenchError: when a run failed; its bundle holds what there is, and why.
     """
-    _refuse_when_latched(experiment, bench, root)
+    if experiment.plan.drives:
+        require_not_latched(bench.ledgers(), bench.file.name, experiment.bench.path)
     require_room(root)
     bench.require_ready(experiment.plan.drives)
     course = course or begin(experiment.inputs(), datetime.now())
@@ -106,33 +108,6 @@ def _wait(bench: Bench, pause: PlannedPause, progress: Progress) -> None:
     bench.clock.sleep(pause.seconds)
 
 
-def _refuse_when_latched(experiment: Experiment, bench: Bench, root: Path) -> None:
-    """Refuse to drive a latched supply; its guardian does too, once it knows which it is."""
-    if not experiment.plan.drives:
-        return
-    for ledger in bench.ledgers():
-        if standing := ledger.standing():
-            raise SafetyStop(
-                f"bench {bench.file.name!r} is {standing.told}\n"
-                "nothing was switched on; find the cause, then type: workbench supply acknowledge "
-                f"--bench {experiment.bench.path} --name NAME"
-            )
-
-
-def _condition(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
-    """Return the part of what was asked that depends on the mode; what it does not have is None."""
-    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
-    match action:
-        case PlannedDrive():
-            volts = None if action.voltage is None else float(action.voltage)
-            levels = tuple((since, float(level), speed) for since, level, speed in action.levels)
-            several = levels if len(levels) > 1 else None
-            values = (volts, action.speed, action.ramp, None, None, several)
-        case PlannedRelease():
-            values = (None, None, None, action.pull, action.height, None)
-    return dict(zip(keys, values, strict=True))
-
-
 class _Conductor:
     """One run, from the empty bundle to the finished one."""
 
@@ -151,6 +126,7 @@ class _Conductor:
         self.shape = experiment.shape_of(run)
         self.readings: list[Reading] = []
         self.signals = Signals()
+        self.twin: LiveTwin | NoTwin = NoTwin()
         self.start = bench.clock.now()
         self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._asked())
 
@@ -196,7 +172,7 @@ class _Conductor:
 
     def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
-        facts = _condition(run.action)
+        facts = condition_facts(run.action)
         facts |= {"expect": dict(run.expect)} if run.expect else {}
         return Asked(
             kind="run",
@@ -255,9 +231,12 @@ class _Conductor:
 
     def _measure_drive(self, drive: PlannedDrive) -> Window:
         """Drive the robot while the cameras run."""
-        with self.signals.first_only(), self.bench.supply(self.bundle) as supply:
+        self.twin = self._live_twin()
+        with self.signals.first_only(), self.twin, self.bench.supply(self.bundle) as supply:
             self._prepare(supply)
+            self.twin.require_ready()
             began = self._start_cameras()
+            self.twin.follow(self.bench.recorder)
             first: BaseException | None = None
             try:
                 try:
@@ -270,7 +249,15 @@ class _Conductor:
             finally:  # a signal until then raised, and holds back the next by itself
                 self._switch_off(supply, first)
         self._keep_readings()
+        self.twin.keep_in(self.bundle, self._journal)
         return Window(self.start, self.bench.clock.now(), began)
+
+    def _live_twin(self) -> LiveTwin | NoTwin:
+        """Return what observes the run while it goes on, where the cameras stream."""
+        if not self.bench.streams:
+            return NoTwin()
+        texts = (self.experiment.model.text, self.shape.text, self.experiment.bench.text)
+        return LiveTwin(LiveTask.of(self.run, *texts, self.bench.viewer), self.bench.tell_live)
 
     def _measure_release(self, release: PlannedRelease) -> Window:
         """Let the operator hold the robot and let go while the cameras run."""
@@ -346,7 +333,8 @@ class _Conductor:
         """Watch a running supply until an instant of the bench's clock."""
         clock = self.bench.clock
         while (left := end - clock.now()) > 0:
-            clock.sleep(min(_POLL_S, left))
+            if (why := self.twin.wait(clock, min(_POLL_S, left))) is not None:
+                raise stop(supply, why)
             if left > _POLL_S:
                 self._note_reading(watch(supply))
 
@@ -386,6 +374,8 @@ class _Conductor:
             self._journal(events.Stopped(event=status, reason=reason))
             if self.readings and not self.bundle.series.has("supply"):
                 self._keep_readings()
+            self.twin.keep_in(self.bundle, self._journal)
+            self.bench.keep_recorded(self.bundle)
             self.bundle.finish(status, error=reason)
 
     def _told(self, reason: str) -> str:

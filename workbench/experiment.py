@@ -19,6 +19,8 @@ from workbench.protocol import (
     Named,
     Parts,
     Plan,
+    PlannedDrive,
+    PlannedRelease,
     PlannedRun,
     Protocol,
     ShapeFile,
@@ -29,7 +31,7 @@ from workbench.protocol import (
 )
 from workbench.resume import digest
 
-__all__ = ["Experiment", "read_experiment", "require_takes"]
+__all__ = ["Experiment", "condition_facts", "read_experiment", "require_takes"]
 
 T = TypeVar("T")
 
@@ -117,6 +119,20 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
         modes: list[Mode] = [run.mode for run in plan.runs if made.shape_of(run) is beam]
         check_twin(model.content, beam.content, modes)
     return made
+
+
+def condition_facts(action: PlannedDrive | PlannedRelease) -> dict[str, Any]:
+    """Return the part of what was asked that depends on the mode; what it does not have is None."""
+    keys = ("voltage_V", "speed_rad_s", "ramp_s", "pull_N", "height_m", "levels")
+    match action:
+        case PlannedDrive():
+            volts = None if action.voltage is None else float(action.voltage)
+            levels = tuple((since, float(level), speed) for since, level, speed in action.levels)
+            several = levels if len(levels) > 1 else None
+            values = (volts, action.speed, action.ramp, None, None, several)
+        case PlannedRelease():
+            values = (None, None, None, action.pull, action.height, None)
+    return dict(zip(keys, values, strict=True))
 
 
 def _meaning(document: Document[Any]) -> str:

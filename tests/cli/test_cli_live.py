@@ -45,6 +45,15 @@ def test_people_get_the_quality_of_the_stream(workbench: Command, sent: list[byt
     assert "Rotor" in answer.out
 
 
+def test_a_bench_whose_cameras_do_not_stream_has_nothing_to_watch(
+    workbench: Command, root: Path, tmp_path: Path
+) -> None:
+    protocol = root / "protocols" / "hop-17.yaml"
+    answer = workbench("run", protocol, "--watch", "--runs", tmp_path / "runs")
+    assert answer.code == 2
+    assert "--watch needs cameras that stream, and bench 'virtual' has no" in answer.err
+
+
 def test_no_server_ends_with_3(workbench: Command) -> None:
     answer = workbench("live", "--local", "192.0.2.1", "--seconds", 1)
     assert answer.code == 3

@@ -163,3 +163,9 @@ def test_a_supply_that_does_not_answer_is_an_alarm_while_its_run_goes_on(bundle:
     assert shown["banner"]["title"] == "OUTPUT MAY BE ON"
     assert shown["banner"]["text"].startswith("no answer. Use the switch")
     assert shown["output"] == {"level": "alarm", "text": "MAY BE ON"}
+
+
+def test_the_live_twin_is_shown_while_its_run_is_heard_of() -> None:
+    shown = {"live": {"error_mm": 1.2, "limit_mm": 5.0}}
+    assert view(Controller("alive", shown=shown), None)["live"] == shown["live"]
+    assert view(Controller("gone", shown=shown), None)["live"] is None

@@ -143,6 +143,9 @@ class StubServer:
         sent: the packets of a recording, in order; the first is the server's answer.
         pause_s: between frames.
         mute: kinds of packets that it keeps to itself.
+
+    Attributes:
+        sent_s: when each frame was sent, by `time.monotonic()`.
     """
 
     def __init__(
@@ -153,6 +156,7 @@ class StubServer:
         self._frames = [] if FRAME in mute else list(sent[2:])
         self._pause_s, self._mute = pause_s, mute
         self._stop = threading.Event()
+        self.sent_s: list[float] = []
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.settimeout(0.05)
@@ -186,9 +190,13 @@ class StubServer:
             self._socket.sendto(self._answers[kind], client)
 
     def _stream(self, client: tuple[str, int]) -> None:
-        for packet in self._frames:
+        begun = time.monotonic()
+        for k, packet in enumerate(self._frames):
+            time.sleep(max(begun + k * self._pause_s - time.monotonic(), 0.0))
+            if self._stop.is_set():
+                break
+            self.sent_s.append(time.monotonic())
             self._socket.sendto(packet, client)
-            time.sleep(self._pause_s)
         self._frames = []
 
 

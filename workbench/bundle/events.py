@@ -22,6 +22,7 @@ __all__ = [
     "Cameras",
     "Complete",
     "Event",
+    "LiveTwin",
     "Logged",
     "NoDrive",
     "Other",
@@ -140,6 +141,25 @@ class OutputOff(_Event):
     confirmed: bool
 
 
+class LiveTwin(_Event):
+    """How the observer on the stream went."""
+
+    event: Literal["live_twin"] = "live_twin"
+    samples: int = 0
+    skipped: int = 0
+    """Left out, as it was behind."""
+    lost: int = 0
+    """Frames that did not arrive."""
+    latency_ms: tuple[float, float, float] | None = None
+    """Median, 99th percentile and greatest, from a frame's arrival to its state."""
+    cpu_ms: float | None = None
+    """Processor time of a sample."""
+    error_mm: tuple[float, float] | None = None
+    """Prediction error: root mean square and greatest."""
+    gone: str = ""
+    """Why it ended before the run did."""
+
+
 class TakeWanted(_Event):
     """The export is waited for."""
 
@@ -199,7 +219,7 @@ class Other(_Event):
 
 KnownEvent = (
     Asked | NoDrive | Prompt | Prepared | Scale | Cameras
-    | OutputOn | Voltage | Reading | OutputOff | TakeWanted
+    | OutputOn | Voltage | Reading | OutputOff | LiveTwin | TakeWanted
     | TakeAccepted | TakeRefused | TakeForced | TakeAdded | Complete
     | Stopped
 )  # fmt: skip

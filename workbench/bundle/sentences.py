@@ -34,6 +34,10 @@ def sentence(event: Event) -> str:
             return f"output on at {volts} V"
         case events.Voltage(read_back=volts):
             return f"{volts} V set and read back"
+        case events.LiveTwin(gone=str(gone)) if gone:
+            return f"live twin gone: {gone}"
+        case events.LiveTwin():
+            return _observed(event)
         case events.TakeWanted(folder=folder):
             return "waiting for the export" + (f" in {folder}" if folder else " to be named")
         case events.TakeRefused(file=file, reasons=reasons):
@@ -50,6 +54,15 @@ def sentence(event: Event) -> str:
         case events.OutputOff(confirmed=confirmed):
             return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
     return ", ".join(f"{key} {value}" for key, value in event.as_json().items())
+
+
+def _observed(twin: events.LiveTwin) -> str:
+    delay = "" if twin.latency_ms is None else f", latency {twin.latency_ms[1]:.0f} ms at 99 %"
+    error = "" if twin.error_mm is None else (
+        f"; prediction error {twin.error_mm[0]:.1f} mm rms, at most {twin.error_mm[1]:.1f} mm"
+    )  # fmt: skip
+    counts = f"{twin.samples} samples, {twin.skipped} skipped, {twin.lost} lost"
+    return f"live twin: {counts}{delay}{error}"
 
 
 def _where(prompt: events.Prompt) -> str:

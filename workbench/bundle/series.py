@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Series", "SeriesFiles", "read_series", "write_series"]
 
-Series = Literal["supply", "raw", "track", "twin", "state"]
+Series = Literal["supply", "raw", "track", "twin", "state", "live"]
 
 _TIME = "time_s"
 _VALID = "valid:"

@@ -146,7 +146,7 @@ def _row(run: PlannedRun) -> list[str]:
 
 
 def _between_runs(plan: Plan) -> Iterator[str]:
-    """Yield prompts and pauses, each text once, with the runs that it belongs to."""
+    """Yield prompts, pauses and what stops a run, each text once, with the runs it belongs to."""
     found: dict[tuple[str, str], list[int]] = {}
     for items, run in plan.by_run():
         release = run.action if isinstance(run.action, PlannedRelease) else None
@@ -154,6 +154,7 @@ def _between_runs(plan: Plan) -> Iterator[str]:
             *(("before", _text(item)) for item in (*items, *run.before)),
             *(("in", text) for text in ((release.ready, release.now) if release else ())),
             *(("after", item.text) for item in run.after),
+            *((("stops", run.stop_when.words),) if run.stop_when is not None else ()),
         ]
         for key in asked:
             found.setdefault(key, []).append(run.number)

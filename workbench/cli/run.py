@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,9 +21,11 @@ from workbench.cli.output import (
     show_table,
     tell,
 )
+from workbench.errors import InputError
 from workbench.quantities import QUANTITIES, leading
 
 if TYPE_CHECKING:
+    from workbench.bench import Bench
     from workbench.bundle import Bundle, Judgement
 
 __all__ = ["run"]
@@ -49,6 +52,9 @@ def run(
     pause: Annotated[
         bool, typer.Option("--pause", help="Ask after each run: go on, skip, repeat or end.")
     ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Draw robot, live twin and missing force meanwhile.")
+    ] = False,
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
@@ -61,6 +67,10 @@ def run(
     An experiment that was cut off goes on with `--resume` and any of its runs: what is complete is
     skipped, the run that broke off is repeated, and what it holds stays. With `--dry-run` that is
     told and not done.
+
+    Where the cameras stream (`live` of the bench file), each driven run is observed while it goes
+    on: the panel shows the prediction error, `--watch` opens a window with robot and twin, and a
+    run with `stop_when:` ends by itself, with exit code 4.
 
     A run whose result lies outside of what the protocol expects (`expect:`) fails: exit code 1.
 
@@ -96,13 +106,14 @@ def run(
     done: list[Bundle] = []
     failed = 0
     objects: list[dict[str, Any]] = []
-    for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
-        done.append(bundle)
-        objects.append(described(bundle, undrawn))
-        judged = judgements(bundle.manifest)
-        failed += passed(judged) is False
-        if not as_json:
-            _print_bundle(bundle, judged)
+    with _watching(device, watch):
+        for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
+            done.append(bundle)
+            objects.append(described(bundle, undrawn))
+            judged = judgements(bundle.manifest)
+            failed += passed(judged) is False
+            if not as_json:
+                _print_bundle(bundle, judged)
     if as_json:
         # a single run needs no list to be read
         emit((objects[0] if len(objects) == 1 else {}) | {"runs": objects})
@@ -112,6 +123,29 @@ def run(
     if failed:
         tell(f"{failed} of {len(done)} runs are not as the protocol expects")
         raise typer.Exit(1)
+
+
+@contextmanager
+def _watching(bench: Bench, wanted: bool) -> Iterator[None]:
+    """Draw the live twins of a bench while the block lasts, if that is wanted.
+
+    Raises:
+        InputError: when its cameras do not stream.
+        WorkbenchError: when there is no display for a window.
+    """
+    if not wanted:
+        yield
+        return
+    if not bench.streams:
+        raise InputError(
+            f"--watch needs cameras that stream, and bench {bench.file.name!r} has no "
+            "`tracking: live:`; name the stream there, or leave --watch out"
+        )
+    from workbench.review import LiveViewer
+
+    with LiveViewer() as viewer:
+        bench.viewer = viewer.port
+        yield
 
 
 def _print_all(done: Sequence[Bundle], name: str) -> None:

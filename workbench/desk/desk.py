@@ -92,6 +92,7 @@ class Shown:
             `choices`.
         stops: how often STOP was pressed.
         pausing: whether somebody wants to be asked after this run.
+        live: how the live twin goes, in JSON's terms; None without one.
         ended: how it ended, `kind` and `text`; None while it goes on.
     """
 
@@ -101,6 +102,7 @@ class Shown:
     question: Mapping[str, Any] | None = None
     stops: int = 0
     pausing: bool = False
+    live: Mapping[str, Any] | None = None
     ended: Mapping[str, str] | None = None
 
     def message(self) -> Message:
@@ -157,6 +159,10 @@ class Desk:
     def show_notice(self, text: str) -> None:
         """Show what the operator is told."""
         self._show(notice=text)
+
+    def show_live(self, facts: Mapping[str, Any] | None) -> None:
+        """Show how the live twin goes; safe in any thread."""
+        self._show(live=facts)
 
     @contextmanager
     def ask(

@@ -283,6 +283,7 @@ class Together:
             rows: which of them; all where left out.
         """
         self._command[:] = control
+        self._stepper.broken[:] = False  # corrected, it may go on
         self._stepper.step(samples * self._steps, rows)
         return self._stepper.broken
 

@@ -20,7 +20,7 @@ from workbench.hw.clock import Clock, SimulatedClock, SystemClock
 from workbench.hw.connect import open_supply
 from workbench.hw.connection import Connection, require_reachable
 from workbench.hw.models import MODELS, Model, model_named
-from workbench.hw.safety import Prepared, check_scale, prepare, switch_on, watch
+from workbench.hw.safety import Prepared, check_scale, prepare, stop, switch_on, watch
 from workbench.hw.supply import DEAD_V, Identity, Limits, Reading, Supply
 from workbench.hw.wirelog import WireLog
 from workbench.hw.words import written
@@ -44,6 +44,7 @@ __all__ = [
     "open_supply",
     "prepare",
     "require_reachable",
+    "stop",
     "switch_on",
     "watch",
     "written",

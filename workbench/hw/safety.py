@@ -13,7 +13,7 @@ from workbench.hw.models import model_named
 from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
 from workbench.output import BY_HAND, MAY_BE_ON
 
-__all__ = ["Prepared", "check_scale", "prepare", "switch_on", "watch"]
+__all__ = ["Prepared", "check_scale", "prepare", "stop", "switch_on", "watch"]
 
 HARMLESS_V = Decimal("0.5")  # the motor turns from 0.66 V on: 4.4 U - 2.9 rad/s
 RISE_S, POLL_S = 1.0, 0.05
@@ -82,7 +82,7 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
     try:
         supply.set_output(True)
     except HardwareError as error:  # it tripped at once, or nobody knows
-        raise _stop(supply, f"it did not come on and stay on ({error})") from error
+        raise stop(supply, f"it did not come on and stay on ({error})") from error
     began = supply.clock.now()
     while True:
         reading = _running(supply)
@@ -90,7 +90,7 @@ def switch_on(supply: Supply, volts: Decimal) -> Reading:
             return reading
         waited = supply.clock.now() - began
         if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, applied)):
-            raise _stop(supply, _wrong_voltage(applied, reading))
+            raise stop(supply, _wrong_voltage(applied, reading))
         supply.clock.sleep(POLL_S)
 
 
@@ -125,7 +125,7 @@ def watch(supply: Supply) -> Reading:
         return reading
     waited = supply.clock.now() - told.time_s
     if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, float(told.volts))):
-        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
+        raise stop(supply, _wrong_voltage(float(told.volts), reading))
     return reading
 
 
@@ -133,38 +133,38 @@ def _running(supply: Supply) -> Reading:
     """Measure, and stop on whatever needs no waiting."""
     limits, reading, told = supply.limits, supply.measure(), supply.setpoint
     if reading.protection != "none":
-        raise _stop(supply, _tripped(reading, limits))
+        raise stop(supply, _tripped(reading, limits))
     if not reading.output:
-        raise _stop(supply, "its output went off, not by this program")
+        raise stop(supply, "its output went off, not by this program")
     if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
-        raise _stop(supply, _wrong_voltage(float(told.volts), reading))
+        raise stop(supply, _wrong_voltage(float(told.volts), reading))
     held = reading.current_limit_A
     if held is not None and held > float(limits.current_max_A) + SAME_A:
-        raise _stop(
+        raise stop(
             supply,
             f"its current limit is {held:g} A, allowed {limits.current_max_A} A; somebody changed "
             "it at the panel, or its current range",
         )
     if reading.mode == "CC":
-        raise _stop(
+        raise stop(
             supply,
             f"current limiting (CC) at {reading.current_A:g} A, allowed {limits.current_max_A} A; "
             f"the voltage fell to {reading.voltage_V:g} V of {reading.set_voltage_V:g} V",
         )
     if told is not None and abs(reading.set_voltage_V - float(told.volts)) > SAME_V:
-        raise _stop(
+        raise stop(
             supply,
             f"its setpoint is {reading.set_voltage_V:g} V, this program set "
             f"{float(told.volts):g} V; somebody changed it at the panel, or it lost its power",
         )
     if reading.voltage_V > float(limits.over_voltage_V) + TOLERANCE_V:
-        raise _stop(
+        raise stop(
             supply,
             f"measures {reading.voltage_V:g} V, above its trip level {limits.over_voltage_V} V, "
             "and did not trip",
         )
     if reading.current_A > float(limits.over_current_A) * (1 + TOLERANCE_SHARE):
-        raise _stop(
+        raise stop(
             supply,
             f"measures {reading.current_A:g} A, above its trip level {limits.over_current_A} A, "
             "and did not trip",
@@ -235,8 +235,8 @@ def _wrong_voltage(applied: float, reading: Reading) -> str:
     return f"{text}, allowed {TOLERANCE_V} V + {TOLERANCE_SHARE:.0%} within {RISE_S:g} s"
 
 
-def _stop(supply: Supply, text: str) -> SafetyStop:
-    """Switch off first, then say what happened and whether it is off."""
+def stop(supply: Supply, text: str) -> SafetyStop:
+    """Switch off first, then return what happened and whether it is off, to be raised."""
     if not supply.off():
         return SafetyStop(f"{supply.name}: {text}; {MAY_BE_ON}, {BY_HAND}")
     if not supply.terminals_dead():

@@ -60,6 +60,7 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
         "notice": shown.get("notice", "") if alive else "",
         "question": _question(controller),
         "stops": shown.get("stops", 0),
+        "live": shown.get("live") if alive else None,
         "pausing": bool(shown.get("pausing")) and alive,
         "run": _run(controller, following),
         "output": _output(controller, known),

@@ -43,6 +43,7 @@ from workbench.protocol.rig import (
 from workbench.protocol.section import Section
 from workbench.protocol.shape import ShapeFile
 from workbench.protocol.sheet import Sheet, SheetRun
+from workbench.protocol.stop import StopWhen
 
 SCHEMAS: dict[str, type[Section]] = {
     "protocol": Protocol,
@@ -99,6 +100,7 @@ __all__ = [
     "ShapeFile",
     "Sheet",
     "SheetRun",
+    "StopWhen",
     "VirtualSection",
     "builtin_names",
     "calibration_text",

@@ -13,6 +13,7 @@ from workbench.protocol.levels import Heights, Pulls, Speeds, Voltages
 from workbench.protocol.prompt import PromptOrText
 from workbench.protocol.quantity import Quantity
 from workbench.protocol.section import Section
+from workbench.protocol.stop import StopLimit
 
 __all__ = [
     "Condition",
@@ -68,6 +69,8 @@ class Condition(Section):
     repeats: Annotated[int, Field(ge=1, le=1000)] = 1
     expect: Expected | None = None
     """What these runs should come to: a run outside of a range fails."""
+    stop_when: StopLimit | None = None
+    """What ends such a run by itself, on a bench whose cameras stream; see `live` of a bench."""
     before: tuple[PromptOrText, ...] = ()
     """Prompts before each of these runs, with the output off."""
     after: tuple[PromptOrText, ...] = ()
@@ -86,8 +89,10 @@ class Condition(Section):
         unfit = None if self.expect is None else self.expect.wrong_for(self.mode)
         if unfit is not None:
             raise ValueError(unfit)
-        if self.mode not in DRIVEN and "ramp" in self.model_fields_set:
-            raise ValueError(f"mode {self.mode} has no drive; remove ramp")
+        if self.mode not in DRIVEN:
+            for key in ("ramp", "stop_when"):
+                if key in self.model_fields_set:
+                    raise ValueError(f"mode {self.mode} has no drive; remove {key}")
 
     def _require_drive(self, first: str, second: str) -> None:
         """Require one of two keys in the modes with a drive, and neither in the others."""

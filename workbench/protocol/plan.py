@@ -12,6 +12,7 @@ from workbench.protocol.expect import Range
 from workbench.protocol.experiment import Mode, Role
 from workbench.protocol.prompt import Question
 from workbench.protocol.release import PlannedRelease
+from workbench.protocol.stop import StopWhen
 
 __all__ = [
     "Item",
@@ -140,6 +141,7 @@ class PlannedRun:
         expect: (name of a result, the range that it must lie in).
         before: prompts before it.
         after: prompts after it.
+        stop_when: prediction error that ends it.
     """
 
     number: int
@@ -153,6 +155,7 @@ class PlannedRun:
     expect: tuple[tuple[str, Range], ...] = ()
     before: tuple[PlannedPrompt, ...] = ()
     after: tuple[PlannedPrompt, ...] = ()
+    stop_when: StopWhen | None = None
 
     @property
     def name(self) -> str:

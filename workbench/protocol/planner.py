@@ -365,6 +365,12 @@ class _Planner:
         repeat: int,
         place: _Place,
     ) -> PlannedRun:
+        if condition.stop_when is not None and self.bench.tracking.live is None:
+            text = (
+                f"stop_when needs cameras that stream, and bench {self.bench.name!r} has no "
+                "`tracking: live:`; name the stream there, or remove stop_when"
+            )
+            self._fault(place.to("stop_when"), text)
         beside = place.document.path.parent
         before = enumerate(condition.before)
         after = enumerate(condition.after)
@@ -380,6 +386,7 @@ class _Planner:
             expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
             before=tuple(self._prompt(one, place.to("before", i)) for i, one in before),
             after=tuple(self._prompt(one, place.to("after", i)) for i, one in after),
+            stop_when=condition.stop_when,
         )
 
     def _fault(self, place: _Place, text: str) -> None:

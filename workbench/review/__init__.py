@@ -25,6 +25,7 @@ from workbench.review.comparison import (
 )
 from workbench.review.experiment_page import ExperimentPage, write_experiment_page
 from workbench.review.report import write_report
+from workbench.review.watch import LiveViewer
 
 if TYPE_CHECKING:
     from workbench.review.picture import as_jpeg, picture_recording
@@ -38,6 +39,7 @@ __all__ = [
     "Extended",
     "Figure",
     "HeadlessViewer",
+    "LiveViewer",
     "Phase",
     "Predicted",
     "Proof",

@@ -26,7 +26,7 @@ from rerun.experimental import LogEntry, ViewerClient, ViewerState
 from workbench.errors import InputError, WorkbenchError
 from workbench.progress import Progress
 
-__all__ = ["HeadlessViewer", "open_viewer", "viewer_version"]
+__all__ = ["HeadlessViewer", "open_viewer", "start_viewer", "viewer_version"]
 
 _T = TypeVar("_T")
 
@@ -51,6 +51,9 @@ class HeadlessViewer:
         width: of the window that would be [px].
         height: of the window that would be [px].
 
+    Attributes:
+        port: on loopback, where recordings can be sent.
+
     Raises:
         WorkbenchError: when the viewer does not start, for example without a Vulkan driver.
     """
@@ -61,7 +64,7 @@ class HeadlessViewer:
 
     def __enter__(self) -> Self:
         """Start the process and wait until it has painted its first picture."""
-        port = _free_port()
+        self.port = port = _free_port()
         self._output = tempfile.TemporaryFile()
         self._process = _start(
             ["--headless", "--hide-welcome-screen", "--window-size", self._size, "--port", port],
@@ -166,17 +169,7 @@ def open_viewer(path: Path, web: bool = False, tell: Progress = lambda text: Non
         WorkbenchError: when the viewer ends with an error, or has no display for its window.
     """
     _existing(path)
-    if not web and sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
-        raise WorkbenchError(f"there is no display here to open a window on; {_OTHERWISE}")
-    # A port of its own, or a viewer that is open already would be asked to show the recording.
-    port = _free_port()
-    options = ["--port", port]
-    if web:
-        page = _free_port()
-        options += ["--web-viewer", "--web-viewer-port", page]
-        source = quote(f"rerun+http://{_LOCAL}:{port}/proxy", safe="")
-        tell(f"in the browser: http://{_LOCAL}:{page}/?url={source}\nCtrl-C ends it")
-    process = _start([str(path), *options, "--hide-welcome-screen"])
+    process = _start([str(path), *_window(web, tell)[1]])
     try:
         code = process.wait()
     except KeyboardInterrupt:
@@ -187,14 +180,48 @@ def open_viewer(path: Path, web: bool = False, tell: Progress = lambda text: Non
         raise WorkbenchError(f"rerun's viewer ended with an error (exit code {code}); {_OTHERWISE}")
 
 
+def start_viewer() -> str:
+    """Open a window that shows what is sent to it and return its port; it stays when we end.
+
+    Raises:
+        WorkbenchError: when there is no display for it.
+    """
+    port, options = _window(False, lambda text: None)
+    _start(options, subprocess.DEVNULL, apart=True)
+    return port
+
+
+def _window(web: bool, tell: Progress) -> tuple[str, list[str]]:
+    """Return the port of a new viewer and the options that open its window, or page."""
+    if not web and sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
+        raise WorkbenchError(f"there is no display here to open a window on; {_OTHERWISE}")
+    # A port of its own, or a viewer that is open already would be asked to show the recording.
+    port = _free_port()
+    options = ["--port", port, "--hide-welcome-screen"]
+    if web:
+        page = _free_port()
+        options += ["--web-viewer", "--web-viewer-port", page]
+        source = quote(f"rerun+http://{_LOCAL}:{port}/proxy", safe="")
+        tell(f"in the browser: http://{_LOCAL}:{page}/?url={source}\nCtrl-C ends it")
+    return port, options
+
+
 def _existing(path: Path) -> Path:
     if not path.is_file():
         raise InputError(f"no recording at {path}; make it again from the run's bundle")
     return path
 
 
-def _start(arguments: list[str], output: int | None = None) -> subprocess.Popen[bytes]:
-    """Start the viewer's own program, not the script around it, so that one process is all."""
+def _start(
+    arguments: list[str], output: int | None = None, *, apart: bool = False
+) -> subprocess.Popen[bytes]:
+    """Start the viewer's own program, not the script around it, so that one process is all.
+
+    Args:
+        arguments: of the program.
+        output: where it writes; None where we do.
+        apart: out of reach of this terminal's Ctrl-C.
+    """
     quiet = (
         {"RUST_LOG": "error"}
         | os.environ
@@ -204,7 +231,11 @@ def _start(arguments: list[str], output: int | None = None) -> subprocess.Popen[
         }
     )
     return subprocess.Popen(
-        [_program(), "--bind", _LOCAL, *arguments], env=quiet, stdout=output, stderr=output
+        [_program(), "--bind", _LOCAL, *arguments],
+        env=quiet,
+        stdout=output,
+        stderr=output,
+        start_new_session=apart,
     )
 
 

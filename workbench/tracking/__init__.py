@@ -18,6 +18,7 @@ from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces, RawBody, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames, guess_bodies
+from workbench.tracking.causal import FramePoints
 from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.exchanges import Exchange
 from workbench.tracking.floor import Floor, fit_floor
@@ -32,12 +33,14 @@ from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, 
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
 from workbench.tracking.stated import Stated, as_stated
+from workbench.tracking.streamed import Body, Sample
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
 from workbench.tracking.track import Track, make_track
 
 __all__ = [
     "CLEANING",
     "Axes",
+    "Body",
     "BodyNames",
     "BodyReport",
     "BodyTake",
@@ -49,6 +52,7 @@ __all__ = [
     "Delay",
     "Exchange",
     "Floor",
+    "FramePoints",
     "Harmonics",
     "MarkerPlaces",
     "Missing",
@@ -58,6 +62,7 @@ __all__ = [
     "Recorder",
     "RotorAngle",
     "RotorSpeed",
+    "Sample",
     "Stated",
     "Stream",
     "Take",

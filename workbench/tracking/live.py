@@ -17,7 +17,7 @@ from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Self
 
 from workbench.errors import HardwareError, InputError
-from workbench.tracking.streamed import Layout, Sample, make_take
+from workbench.tracking.streamed import Body, Layout, Sample, make_take
 from workbench.tracking.take import Take
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ __all__ = ["Recorder", "Stream", "record"]
 ANSWER_S = 5.0
 """How long a server may take to answer, and to send its first frame [s]."""
 
-_POLL_S = 0.01
+_POLL_S = 0.005
 _REPEAT_S = 0.5
 _SILENT_S = 1.0
 _OLDEST, _NEWEST = 3, 4  # major versions of the bitstream
@@ -93,6 +93,7 @@ class Recorder:
         self._stopping = threading.Event()
         self._layout: Layout | None = None
         self._samples: list[Sample] = []
+        self._news = threading.Condition()
         self._began = datetime.min
         self._last = 0.0
         self._damaged = 0
@@ -129,6 +130,22 @@ class Recorder:
             raise
         self._thread = threading.Thread(target=self._run, name="natnet recorder", daemon=True)
         self._thread.start()
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """Return the stream's bodies, none before it was started."""
+        return () if self._layout is None else self._layout.bodies
+
+    def since(self, count: int, wait_s: float = 0.0) -> list[Sample]:
+        """Return the frames after the first `count`, so far; safe in any thread.
+
+        Args:
+            count: of frames that are known.
+            wait_s: for how long to wait for the next one [s].
+        """
+        with self._news:
+            self._news.wait_for(lambda: len(self._samples) > count, wait_s)
+        return self._samples[count:]
 
     def stop(self) -> Take:
         """Stop recording and return the take: format "natnet", nothing written.
@@ -257,7 +274,9 @@ class Recorder:
         sample = self._layout.sample(frame)
         if not self._samples:
             self._began = datetime.now()
-        self._samples.append(sample)
+        with self._news:
+            self._samples.append(sample)
+            self._news.notify_all()
         self._last = time.monotonic()
 
 

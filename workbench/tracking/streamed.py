@@ -6,6 +6,7 @@ markers sit on the bodies. Lengths are metres, axes are those of the stream.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -26,7 +27,7 @@ from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 if TYPE_CHECKING:
     from natnet import DataFrame, LabeledMarker, RigidBodyDescription
 
-__all__ = ["Layout", "Sample", "make_take"]
+__all__ = ["Body", "Layout", "Sample", "make_take"]
 
 _SNAP = 1e-3  # a rate this near to a whole number is that number
 _UNIT_WITHIN = 0.01
@@ -44,6 +45,7 @@ class Sample(NamedTuple):
         markers: (k, 3) of all bodies, as the cameras saw them [m], NaN where not seen.
         loose: number and place [m] of each marker that belongs to no body.
         timecode: as streamed, 0 without a timecode generator.
+        arrived_s: when it came to this computer, by `time.monotonic()` [s].
     """
 
     number: int
@@ -52,6 +54,7 @@ class Sample(NamedTuple):
     markers: NDArray[np.float64]
     loose: Mapping[int, tuple[float, float, float]]
     timecode: int = 0
+    arrived_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -124,6 +127,7 @@ class Layout:
             markers=markers,
             loose=loose,
             timecode=suffix.timecode,
+            arrived_s=time.monotonic(),
         )
 
     def _slot(self, marker: LabeledMarker) -> int | None:

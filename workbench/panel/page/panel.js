@@ -257,6 +257,7 @@ function showState() {
   put("pause", state.pausing ? "Pauses after this run; press to go on" : "Pause after this run");
   at("pause").setAttribute("aria-pressed", String(Boolean(state.pausing)));
   showReadouts();
+  showTwin();
   showPrompt();
   callIfNew(named, banner);
 }
@@ -319,6 +320,24 @@ function showReadouts() {
   put("set", digits(readings.set_V[last], 2));
   put("volts", digits(readings.volts[last], 2));
   put("amps", digits(readings.amps[last], 3));
+}
+
+function showTwin() {
+  const twin = isLive() ? state.live : null;
+  show("twin", Boolean(twin));
+  if (!twin) return;
+  put("twin-error", digits(twin.error_mm, 1));
+  put("twin-limit", twin.limit_mm ? `, limit ${twin.limit_mm} mm` : "");
+  put("twin-latency", digits(twin.latency_ms, 0));
+  put("twin-skipped", String(twin.skipped));
+  put("twin-samples", String(twin.samples + twin.skipped));
+  put("twin-lost", String(twin.lost));
+  const meter = at("twin-meter");
+  show("twin-meter", Boolean(twin.limit_mm));
+  meter.max = 2 * (twin.limit_mm || 1);
+  meter.high = twin.limit_mm || 1;
+  meter.optimum = 0;
+  meter.value = twin.error_mm || 0;
 }
 
 function listen() {

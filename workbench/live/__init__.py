@@ -1,0 +1,15 @@
+"""The live twin: the observer on the cameras' stream, in a process of its own, while a run goes on.
+
+What lives here: the process (`worker.py`), a run's hold on it (`twin.py`), what the two say to each
+other (`messages.py`), and when a prediction error stops a run (`verdict.py`). What does not: the
+observer itself (`fit.online`), where the points are in a frame (`tracking.causal`), the recording
+(`tracking.live`), which is upstream and waits for nobody, the viewer (`review`), and what stops the
+supply (`engine`).
+
+To show one more number: one field of `LiveState`, filled in `worker.py`.
+"""
+
+from workbench.live.messages import LiveState, LiveSummary, LiveTask
+from workbench.live.twin import LiveTwin, NoTwin
+
+__all__ = ["LiveState", "LiveSummary", "LiveTask", "LiveTwin", "NoTwin"]
