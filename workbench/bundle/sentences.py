@@ -15,7 +15,7 @@ def sentence(event: Event) -> str:
     match event:
         case events.Asked(run=run, rest_s=rest, steps=steps) if rest is not None:
             drive = f", then {steps[0][1]} V to {steps[-1][1]} V" if len(steps) > 1 else ""
-            return f"asked for {run}: {rest} s rest{drive}"
+            return f"asked for {run}: {rest} s rest{drive}{_started(event)}"
         case events.NoDrive():
             return "this mode has no drive: the supply was not opened"
         case events.Prompt(where="nobody", name=name, text=text):
@@ -50,6 +50,14 @@ def sentence(event: Event) -> str:
         case events.OutputOff(confirmed=confirmed):
             return "output off, confirmed" if confirmed else "OUTPUT MAY BE ON, not confirmed"
     return ", ".join(f"{key} {value}" for key, value in event.as_json().items())
+
+
+def _started(asked: events.Asked) -> str:
+    """Return who started a run; bundles of before do not say."""
+    if asked.operator is None:
+        return ""
+    where = "in the panel" if asked.where == "panel" else "at the terminal"
+    return f"; started by {asked.operator} {where}"
 
 
 def _where(prompt: events.Prompt) -> str:

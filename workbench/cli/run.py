@@ -20,6 +20,7 @@ from workbench.cli.output import (
     show_table,
     tell,
 )
+from workbench.errors import InputError
 from workbench.quantities import QUANTITIES, leading
 
 if TYPE_CHECKING:
@@ -39,6 +40,12 @@ def run(
     registers: Annotated[
         bool, typer.Option("--registers", help="With --dry-run: also what the supply is written.")
     ] = False,
+    plan_id: Annotated[
+        str | None,
+        typer.Option(
+            help="Only as in the dry run whose --json has this `plan_id`; refused if a file changed."
+        ),
+    ] = None,
     resume: Annotated[
         Path | None,
         typer.Option(
@@ -78,6 +85,11 @@ def run(
     experiment = read_experiment(protocol, lab, device.voltage_step)
     for warning in experiment.plan.warnings:
         people.print(f"warning: {warning}", markup=False)
+    if plan_id not in (None, experiment.digest):
+        raise InputError(
+            f"{protocol}: protocol, bench, model or shape changed since the dry run that was "
+            "confirmed; nothing was started. Look at the dry run again"
+        )
     find = foresee if dry_run else go_on
     course = None if resume is None else find(resume, runs, experiment.inputs(), experiment.texts())
     if dry_run:

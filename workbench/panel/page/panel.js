@@ -227,13 +227,14 @@ for (const touch of ["pointerdown", "keydown"]) {
 function showState() {
   const lost = isLost();
   const named = lost ? "lost" : replaced ? "replaced" : state.controller;
-  put("state", STATES[named] + (state.others ? `, and ${state.others} more; STOP stops them all` : ""));
+  put("state", (!lost && !replaced && isStarting() ? "Starting" : STATES[named]) + (state.others ? `, and ${state.others} more; STOP stops them all` : ""));
   document.body.classList.toggle("past", named !== "alive");
   at("lamp").className = "lamp" + (ALARMS.includes(named) ? " alarm" : named === "alive" ? " alive" : "");
   put("title", state.title || "Workbench panel");
-  put("place", state.title ? `${state.protocol} on bench ${state.bench}, process ${state.pid}` :
-    "Start a run in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
-  const banner = lost ? LOST : replaced ? REPLACED : state.banner;
+  put("place", state.title ? `${state.protocol} on bench ${state.bench}, ${state.operator ? `${state.operator}, ` : ""}process ${state.pid}` :
+    "Start a run below, or in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
+  const begun = !["alive", "silent"].includes(state.controller) && state.start;
+  const banner = lost ? LOST : replaced ? REPLACED : begun || state.banner;
   const asks = isLive() && state.question;
   const head = asks ? "Answer needed" : banner && named !== "alive" ? banner.title : STATES[named];
   document.title = `${head}${state.title ? ` – ${state.title}` : ""}`;
@@ -253,11 +254,14 @@ function showState() {
   at("output").className = `value ${output.level}`;
   show("notice", isLive() && Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
+  document.body.classList.toggle("no-run", isLive() && (!state.title || isStarting()));
   show("pause", isLive() && state.controller === "alive");
   put("pause", state.pausing ? "Pauses after this run; press to go on" : "Pause after this run");
   at("pause").setAttribute("aria-pressed", String(Boolean(state.pausing)));
   showReadouts();
   showPrompt();
+  showStart();
+  showResult();
   callIfNew(named, banner);
 }
 
@@ -301,7 +305,8 @@ function showRuns() {
       [run.name], [run.title], run.name === current ? status :
         [run.status, run.status === "complete" ? "" : "bad"],
       [digits(run.real_m, 3), "number"], [digits(run.twin_m, 3), "number"],
-      [digits(run.error_mm, 1), "number"], [report],
+      [digits(run.error_mm, 1), "number"],
+      run.passed === null ? ["–"] : run.passed ? ["pass", "pass"] : ["FAIL", "bad"], [report],
     ]);
   }));
 }
@@ -481,6 +486,7 @@ function tick() {
   if (isLost() !== wasLost) { wasLost = isLost(); showState(); showRuns(); }
 }
 
+prepareStart();
 listen();
 showState();
 tick();
