@@ -71,7 +71,8 @@ class Protocols:
             }
 
         shown = {"bench": lab.content.name, "supply": lab.content.supply.model}
-        return head | shown | {"rows": [row(path) for path in self._files()]}
+        rows = sorted(map(row, self._files()), key=lambda one: bool(one["error"]))
+        return head | shown | {"rows": rows}
 
     def _files(self) -> Iterator[Path]:
         """Yield the YAML files of the folder that do not say that they are something else."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 import subprocess
 import sys
@@ -282,7 +283,7 @@ def _environment(more: Mapping[str, str]) -> dict[str, str]:
 
 
 def _readable(data: bytes) -> str:
-    text = data.decode("utf-8", "replace").strip()
+    text = re.sub(r"^workbench: ", "", data.decode("utf-8", "replace").strip(), flags=re.MULTILINE)
     return text if len(text) <= MOST_TEXT else f"...{text[-MOST_TEXT:]}"
 
 

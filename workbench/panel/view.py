@@ -64,6 +64,7 @@ def view(
         "bench": fact.get("bench", ""),
         "pid": fact.get("pid"),
         "operator": fact.get("operator", ""),
+        "started_here": fact.get("start") is not None,
         "others": controller.others,
         "banner": None if banner is None else banner._asdict(),
         "phase": shown.get("phase", "") if alive else "",
@@ -189,12 +190,11 @@ def _banner(
 
 def _judged(level: str, title: str, judged: int, failed: int) -> _Banner:
     """Say of an experiment that ended whether its runs are as the protocol expects."""
-    runs = f"{judged} run{'s' * (judged != 1)}"
     if failed:
-        told = f"FAIL: {failed} of {runs} {'is' if failed == 1 else 'are'} not as the protocol expects."
-        return _Banner("bad", title, told)
-    told = f"Pass: {runs} as the protocol expects." if judged else ""
-    return _Banner(level, title, told)
+        told = "FAIL" if judged == 1 else f"{failed} of {judged} runs FAIL"
+        return _Banner("bad", f"{title}: {told}", "Not as the protocol expects.")
+    told = {0: "", 1: ": pass"}.get(judged, f": all {judged} runs pass")
+    return _Banner(level, f"{title}{told}", "")
 
 
 def _doubt(known: OutputState | None) -> _Banner | None:

@@ -14,7 +14,8 @@ const ALARMS = ["silent", "gone", "lost", "replaced"];
 const LOST = {
   level: "alarm", title: "Panel lost",
   text: "The panel's own process does not answer, so this page shows the past and its STOP may reach " +
-    "nobody. A run goes on without it: use Ctrl-C in its terminal, or the switch on the supply's front.",
+    "nobody. A run goes on without it: use Ctrl-C in its terminal, start the panel again, or use the switch on " +
+    "the supply's front.",
 };
 const REPLACED = {
   level: "alarm", title: "Not live any more",
@@ -89,6 +90,7 @@ function showPrompt() {
   if (question.picture) at("prompt-picture").src = `picture/${question.number}`;
   const input = at("prompt-input");
   const choices = question.choices || [];
+  show("prompt-where", !state.started_here);
   show("prompt-choices", choices.length > 0);
   show("prompt-reply", choices.length === 0);
   at("prompt-choices").replaceChildren(...choices.map((choice) => {
@@ -132,7 +134,7 @@ async function answer(text) {
     const said = await answer.json();
     if (!said.taken) refuse(said.text || "The answer was not taken.");
   } catch {
-    refuse("The answer was not received. Answer in the run's terminal.");
+    refuse("The answer was not received. Try again, or answer in the run's terminal.");
   }
   if (asked === question) allowAnswers(true);
 }
@@ -290,7 +292,7 @@ function showRuns() {
   const going = ["alive", "silent"].includes(state.controller) && state.run && !state.run.ended;
   const current = going ? state.run.name : null;
   const status = isLive() && state.controller === "alive" ? ["running", "live"] : ["not known", "bad"];
-  put("runs-count", runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
+  put("runs-count", !runs.all ? "none yet" : runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
   at("runs").replaceChildren(...runs.rows.map((run) => {
     let report = "–";
     if (run.report) {
