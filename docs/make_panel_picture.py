@@ -17,7 +17,7 @@ from pathlib import Path
 from PIL import Image
 
 from tests.panel.chromium import Page, browser
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Protocols, Starter, Watcher
 
 MOMENT_S = 7.0
 STARTS_S = 90.0
@@ -35,7 +35,7 @@ def main() -> None:
         runs = Path(folder) / "runs"
         subprocess.run([*MAIN, PROTOCOL, "--runs", str(runs)], check=True, capture_output=True)
         with Watcher(runs) as watcher, browser() as found:
-            panel = Panel(watcher)
+            panel = Panel(watcher, Starter(Protocols(Path("protocols"), BENCH), runs))
             serving = threading.Thread(target=panel.serve)
             serving.start()
             picture(found.open(panel.url, height=1000), runs, out / "panel.png")

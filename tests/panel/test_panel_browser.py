@@ -24,7 +24,7 @@ from tests.panel.chromium import Browser, Page
 from workbench.bundle import Bundle
 from workbench.hw.simulated import Fault
 from workbench.loopback import HERE
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Starter, Watcher
 
 pytestmark = [
     pytest.mark.xdist_group("alone"),
@@ -377,8 +377,10 @@ def test_a_panel_that_is_gone_says_so(browser: Browser, panel: Panel) -> None:
     page.close()
 
 
-def test_a_panel_that_looks_no_more_says_so(tmp_path: Path, browser: Browser) -> None:
-    served = Panel(Watcher(tmp_path / "runs"))  # its watcher was never started
+def test_a_panel_that_looks_no_more_says_so(
+    tmp_path: Path, browser: Browser, starter: Starter
+) -> None:
+    served = Panel(Watcher(tmp_path / "runs"), starter)  # its watcher was never started
     thread = threading.Thread(target=served.serve)
     thread.start()
     page = browser.open(served.url)

@@ -43,7 +43,7 @@ def run(
     plan_id: Annotated[
         str | None,
         typer.Option(
-            help="Only as in the dry run whose --json has this `plan_id`; refused if a file changed."
+            help="Of a dry run, in its --json: refuse to run if a file has changed since."
         ),
     ] = None,
     resume: Annotated[

@@ -4,8 +4,9 @@ What lives here: who carries out a run (`controller.py`), what its bundle tells 
 (`following.py`), the list of runs (`listing.py`), all of them with comparison and trends
 (`runs.py`, `charts.py`), what may be started and how (`protocols.py`, `starting.py`), the times
 (`estimate.py`), what came of a run (`result.py`), what the page shows (`view.py`, kept up to date
-by `watcher.py`), the web server (`server.py`, `guard.py`) and the page itself (`page/`). What does not: anything that drives; the panel is a process of its own, reads what
-the run writes, and speaks to it at its `desk`. It is no safety device.
+by `watcher.py`), the web server (`server.py`, `guard.py`) and the page itself (`page/`). What does
+not: anything that drives. A run is a process of its own, also where it was started here: the panel
+reads what it writes, and speaks to it at its `desk`. It is no safety device.
 
 To show one more thing: one key in `view.py`, one line in `page/panel.js`, one test.
 """

@@ -44,4 +44,4 @@ def experiment_verdict(bundles: Sequence[Bundle]) -> tuple[int, int]:
 
 
 def _number(value: float, digits: int, sign: str = "") -> str:
-    return f"{value:{sign}.{digits}f}" if math.isfinite(value) else "–"
+    return f"{value:{sign}.{digits}f}" if math.isfinite(value) else "-"

@@ -1,4 +1,4 @@
-"""The web server of the panel: the page, its events, STOP, pause, answers, and the start of runs."""
+"""The web server of the panel: the page, its events, STOP, pause, answers, start of runs."""
 
 from __future__ import annotations
 

@@ -43,6 +43,9 @@ MOST_CONFIRMATIONS = 16
 MOST_TEXT = 6000
 """Characters of an error that the page shows."""
 LONGEST_NAME = 80
+_FLAGS = 0  # with a new session: out of reach of the panel's terminal
+if sys.platform == "win32":
+    _FLAGS = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
 
 
 @dataclass(frozen=True)
@@ -103,9 +106,7 @@ class Starter:
         command: that carries a protocol out; its arguments follow.
     """
 
-    def __init__(
-        self, protocols: Protocols, runs: Path, command: Sequence[str] = COMMAND
-    ) -> None:
+    def __init__(self, protocols: Protocols, runs: Path, command: Sequence[str] = COMMAND) -> None:
         self.protocols = protocols
         self._runs, self._command = runs, command
         self._starting, self._rehearsing = threading.Lock(), threading.Lock()
@@ -129,7 +130,8 @@ class Starter:
                 env=_environment({}),
                 timeout=DRY_RUN_S,
                 check=False,
-                **_apart(),
+                start_new_session=True,
+                creationflags=_FLAGS,
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             return _no(f"The dry run was not made: {error}")
@@ -203,7 +205,7 @@ class Starter:
         if mine is None or not mine.alive or self._card(mine) is not None:
             return None
         mine.stopped = True
-        mine.process.terminate()  # ends as Ctrl-C does; on Windows at once, and it holds nothing yet
+        mine.process.terminate()  # as Ctrl-C; on Windows at once, where it holds nothing yet
         return mine.title
 
     @property
@@ -238,14 +240,16 @@ class Starter:
 
     def _launched(self, shown: _Confirmation, operator: str) -> _Started:
         identity = secrets.token_hex(8)
-        output = tempfile.TemporaryFile()  # a pipe would break with the panel, and the run with it
+        # a pipe would break with the panel, and the run with it
+        output = tempfile.TemporaryFile()  # noqa: SIM115  it is read when the run has ended
         process = subprocess.Popen(
             [*self._command, "--plan-id", shown.plan_id, *self._arguments(shown.path)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=output,
             env=_environment({VARIABLE: operator, START: identity}),
-            **_apart(),
+            start_new_session=True,
+            creationflags=_FLAGS,
         )
         return _Started(identity, shown.title, operator, process, output)
 
@@ -266,15 +270,6 @@ class Starter:
         if mine is not None and mine.alive:
             return f"“{mine.title}”, started by {mine.operator}, is being started or ends just now."
         return None
-
-
-def _apart() -> dict[str, Any]:
-    """Return how a process is started out of reach of the panel's terminal."""
-    if sys.platform == "win32":
-        return {
-            "creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP
-        }
-    return {"start_new_session": True}
 
 
 def _environment(more: Mapping[str, str]) -> dict[str, str]:

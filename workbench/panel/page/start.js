@@ -180,7 +180,7 @@ function showResult() {
   put("verdict", words);
   at("verdict").className = `verdict ${style}`;
   at("judged").replaceChildren(...found.judged.map(([mark, passed, name, came, expected]) => {
-    const item = made("li", ` ${name} ${came}, expected ${expected}`);
+    const item = made("li", `${name} ${came}, expected ${expected}`);
     item.prepend(made("b", mark, passed ? "pass" : "fail"));
     return item;
   }));
