@@ -132,8 +132,8 @@ def test_a_folder_or_a_bench_that_is_missing_is_said(tmp_path: Path, folder: Pat
 
 @pytest.mark.parametrize(
     "name",
-    ["", ".", "..", "../hop.yaml", "../protocols/hop.yaml", "/etc/passwd", "parts/inner.yaml", "hop",
-     "hop.yaml\0", "..\\hop.yaml", "link.yaml"],
+    ["", ".", "..", "../hop.yaml", "../protocols/hop.yaml", "/etc/passwd", "parts/inner.yaml",
+     "hop", "hop.yaml\0", "..\\hop.yaml", "link.yaml"],
 )  # fmt: skip
 def test_only_names_that_are_listed_are_taken(
     tmp_path: Path, folder: Path, panel: Panel, name: str

@@ -122,7 +122,8 @@ class Panel:
         self._server.should_exit = True
 
     def _ends(self) -> bool:
-        return self._server.should_exit
+        """Tell whether nobody is let in any more; a page is not cut off while STOP is still served."""
+        return not all(server.is_serving() for server in self._server.servers)
 
 
 def _app(pages: _Pages, starter: Starter) -> FastAPI:

@@ -32,7 +32,8 @@ from workbench.panel.protocols import Protocols
 
 __all__ = ["Starter"]
 
-COMMAND = (sys.executable, "-P", "-m", "workbench.cli", "run", "--quiet")
+_MAIN = "from workbench.cli import main; main()"
+COMMAND = (sys.executable, "-P", "-c", _MAIN, "run", "--quiet")
 """A file of the working folder must not stand in for a module."""
 DRY_RUN_S = 120.0
 """Longest time of a dry run [s]."""
