@@ -370,6 +370,7 @@ def test_with_many_pages_open_stop_still_gets_through(browser: Browser, panel: P
 def test_a_panel_that_is_gone_says_so(browser: Browser, panel: Panel) -> None:
     page = browser.open(panel.url)
     page.wait_for(has("#state", "No run"))
+    page.wait_for(has("#start-fault", "no such folder"))  # nothing is on its way any more
     panel.stop()
     page.wait_for(has("#banner-title", "Panel lost"), 6)
     page.click("#stop")

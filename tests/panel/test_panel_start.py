@@ -205,7 +205,7 @@ def test_one_run_at_a_time_and_it_says_whose(
     another = {"token": starter.dry_run("hop.yaml")["token"], "operator": "Cy"}
     assert post(panel, "start", confirmed)["started"]  # the refusal did not use it up
     found = post(panel, "start", another)
-    assert found["text"] == "“One hop”, started by Anna, is being started or ends just now."
+    assert found["text"] == "“One hop” is being started by Anna."
     assert len([one for one in calls(folder) if "--plan-id" in one[0]]) <= 1
 
 

@@ -122,7 +122,7 @@ class Panel:
         self._server.should_exit = True
 
     def _ends(self) -> bool:
-        """Tell whether nobody is let in any more; a page is not cut off while STOP is still served."""
+        """Tell whether nobody is let in any more: as long as STOP is served, pages are."""
         return not all(server.is_serving() for server in self._server.servers)
 
 

@@ -39,6 +39,8 @@ DRY_RUN_S = 120.0
 """Longest time of a dry run [s]."""
 CLOSE_S = 20.0
 """How long a panel that is closed waits for the run that it stops [s]."""
+ENDS_S = 5.0
+"""Longest time that a process takes to end after its session [s]."""
 MOST_CONFIRMATIONS = 16
 """Dry runs that wait to be confirmed; the oldest makes way."""
 MOST_TEXT = 6000
@@ -203,7 +205,7 @@ class Starter:
     def stop_before_session(self) -> str | None:
         """End a run that has no session yet, where STOP would reach nobody; return its title."""
         mine = self._started
-        if mine is None or not mine.alive or self._card(mine) is not None:
+        if mine is None or not mine.alive or mine.seen or self._card(mine) is not None:
             return None
         mine.stopped = True
         mine.process.terminate()  # as Ctrl-C; on Windows at once, where it holds nothing yet
@@ -232,8 +234,10 @@ class Starter:
         self._forget()
 
     def _forget(self) -> None:
-        """Let go of what the last run printed."""
+        """Let go of the last run, whose session has ended."""
         if self._started is not None:
+            with suppress(subprocess.TimeoutExpired):
+                self._started.process.wait(ENDS_S)
             self._started.output.close()
 
     def _arguments(self, path: Path) -> list[str]:
@@ -268,8 +272,8 @@ class Starter:
                     "wait for its end, or press STOP."
                 )
         mine = self._started
-        if mine is not None and mine.alive:
-            return f"“{mine.title}”, started by {mine.operator}, is being started or ends just now."
+        if mine is not None and mine.alive and not mine.seen:
+            return f"“{mine.title}” is being started by {mine.operator}."
         return None
 
 
