@@ -188,10 +188,12 @@ def test_a_run_that_is_not_as_expected_is_shown_in_words_and_colour(
 CLI = [sys.executable, "-c", "from workbench.cli import main; main()"]
 
 
-def start_by_hand(tmp_path: Path) -> tuple[subprocess.Popen[str], int]:
+def start_by_hand(tmp_path: Path, terminal: int) -> tuple[subprocess.Popen[str], int]:
     """Start a panel as a command and a run from it; return it when the output is on."""
     words = ["panel", "protocols", "--bench", str(PRACTICE), "--runs", "runs", "--json"]
-    panel = subprocess.Popen([*CLI, *words], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    panel = subprocess.Popen(
+        [*CLI, *words], stdout=subprocess.PIPE, stderr=terminal, text=True, cwd=tmp_path
+    )
     assert panel.stdout is not None
     url = json.loads("".join(iter(panel.stdout.readline, "}\n")) + "}")["url"]
 
@@ -221,12 +223,15 @@ def wait_until_on(tmp_path: Path) -> int:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGKILL"])
+@pytest.mark.parametrize("how", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
 def test_what_becomes_of_a_run_when_its_panel_ends(
     tmp_path: Path, protocol: Path, how: str
 ) -> None:
     protocol.write_text(PROTOCOL.replace("  - prompt: Stand the robot on the start line.\n", ""))
-    panel, run = start_by_hand(tmp_path)
+    keyboard, terminal = os.openpty()
+    panel, run = start_by_hand(tmp_path, terminal)
+    os.close(terminal)
+    os.close(keyboard)  # nothing can be written to it any more
     panel.send_signal(getattr(signal, how))
     panel.communicate(timeout=STARTS_S)
     deadline = time.monotonic() + STARTS_S

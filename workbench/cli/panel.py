@@ -56,8 +56,8 @@ def panel(
         try:
             served.serve()
         except KeyboardInterrupt:
-            if starter.alive:
-                tell("panel closed; stopping the run that was started from it")
+            goes_on = "stopping the run that was started from it"
+            try:
+                tell(f"panel closed; {goes_on if starter.alive else 'a run goes on without it'}")
+            finally:  # also where the terminal is closed, and nothing can be told
                 starter.close()
-            else:
-                tell("panel closed; a run goes on without it")
