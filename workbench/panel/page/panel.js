@@ -233,7 +233,7 @@ function showState() {
   document.body.classList.toggle("past", named !== "alive");
   at("lamp").className = "lamp" + (ALARMS.includes(named) ? " alarm" : named === "alive" ? " alive" : "");
   put("title", state.title || "Workbench panel");
-  put("place", state.title ? `${state.protocol} on bench ${state.bench}, ${state.operator ? `${state.operator}, ` : ""}process ${state.pid}` :
+  put("place", state.title ? `${state.protocol} on bench ${state.bench}, ${state.operator ? `operator ${state.operator}, ` : ""}process ${state.pid}` :
     "Start a run below, or in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
   const begun = !["alive", "silent"].includes(state.controller) && state.start;
   const banner = lost ? LOST : replaced ? REPLACED : begun || state.banner;
