@@ -53,16 +53,16 @@ class Protocols:
         def row(path: Path) -> dict[str, Any]:
             from workbench.protocol import load_protocol, make_plan
 
-            told: dict[str, Any] = {"name": path.name, "title": path.name, "error": ""}
+            entry: dict[str, Any] = {"name": path.name, "title": path.name, "error": ""}
             if (what := foreign(path)) is not None:
-                return told | {"error": f"{path}: is {what}; only files of the folder are served"}
+                return entry | {"error": f"{path}: is {what}; only files of the folder are served"}
             try:
                 asked, parts = load_protocol(path)
                 plan = make_plan(asked, lab.content, step, parts)
             except InputError as error:
-                return told | {"error": str(error)}
+                return entry | {"error": str(error)}
             modes = list(dict.fromkeys(run.mode for run in plan.runs))
-            return told | {
+            return entry | {
                 "title": plan.title,
                 "modes": modes,
                 "runs": len(plan.runs),

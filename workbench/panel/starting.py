@@ -1,9 +1,8 @@
 """Start a run from the page: dry run, confirmation, and the very command of the terminal.
 
 A dry run and a run are `workbench run` in a process of its own, with the checks, journal, lock and
-guardian that it has at a terminal. A confirmation holds for one start of what the dry run showed:
-the command is given the digest of its files and refuses others. Nothing starts twice, and nothing
-starts by loading a page.
+guardian that it has at a terminal. A confirmation is valid once, for what the dry run showed: the
+command is given the digest of its files and refuses others. Nothing starts by loading a page.
 """
 
 from __future__ import annotations
@@ -136,7 +135,12 @@ class Starter:
                 start_new_session=True,
                 creationflags=_FLAGS,
             )
-        except (OSError, subprocess.TimeoutExpired) as error:
+        except subprocess.TimeoutExpired:
+            return _no(
+                f"The dry run took longer than {DRY_RUN_S:g} s and was ended. In a terminal: "
+                f"workbench run {path} --dry-run"
+            )
+        except OSError as error:
             return _no(f"The dry run was not made: {error}")
         finally:
             self._rehearsing.release()
@@ -196,8 +200,8 @@ class Starter:
         if code == 0:
             return None
         if mine.stopped:
-            told = f"{who}, was stopped before it began; nothing was driven."
-            return {"level": "plain", "title": "Stopped", "text": told}
+            text = f"{who}, was stopped before it began; nothing was driven."
+            return {"level": "plain", "title": "Stopped", "text": text}
         said = mine.text or f"exit code {code}"
         level = "alarm" if MAY_BE_ON in said else "bad"
         return {"level": level, "title": "Not started", "text": f"{who}:\n{said}"}

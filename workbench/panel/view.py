@@ -191,10 +191,10 @@ def _banner(
 def _judged(level: str, title: str, judged: int, failed: int) -> _Banner:
     """Say of an experiment that ended whether its runs are as the protocol expects."""
     if failed:
-        told = "FAIL" if judged == 1 else f"{failed} of {judged} runs FAIL"
-        return _Banner("bad", f"{title}: {told}", "Not as the protocol expects.")
-    told = {0: "", 1: ": pass"}.get(judged, f": all {judged} runs pass")
-    return _Banner(level, f"{title}{told}", "")
+        words = "FAIL" if judged == 1 else f"{failed} of {judged} runs FAIL"
+        return _Banner("bad", f"{title}: {words}", "Not as the protocol expects.")
+    words = {0: "", 1: ": pass"}.get(judged, f": all {judged} runs pass")
+    return _Banner(level, f"{title}{words}", "")
 
 
 def _doubt(known: OutputState | None) -> _Banner | None:

@@ -105,7 +105,8 @@ class Watcher:
         if following is not None:
             following.read_on()
         state = view(controller, following, self._verdict)
-        state |= {"start": self._start_shown(controller.fact)}
+        shown = {} if controller.state == "gone" else controller.fact  # nobody may have heard it
+        state |= {"start": self._start_shown(shown)}
         self.picture = Picture(state, clocks(controller, following), runs, following)
 
     def _list(self, experiment: str | None) -> dict[str, Any]:
