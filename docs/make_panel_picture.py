@@ -1,8 +1,9 @@
-"""Make the picture of the panel beside a run.
+"""Make the pictures of the panel: before a run, and beside it.
 
     python -m docs.make_panel_picture OUT
 
-Writes `panel.png`: the page 7 s into a run on the practice bench. Needs chromium.
+Writes `panel-start.png`, the dry run that is confirmed, and `panel.png`, 7 s into that run on the
+practice bench. Needs chromium.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 from PIL import Image
 
 from tests.panel.chromium import Page, browser
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Protocols, Starter, Watcher
 
 MOMENT_S = 7.0
 STARTS_S = 90.0
@@ -34,26 +35,36 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         runs = Path(folder) / "runs"
         subprocess.run([*MAIN, PROTOCOL, "--runs", str(runs)], check=True, capture_output=True)
-        with Watcher(runs) as watcher, browser() as found:
-            panel = Panel(watcher)
+        starter = Starter(Protocols(Path("protocols"), BENCH), runs)
+        with Watcher(runs, starter.shown) as watcher, browser() as found:
+            panel = Panel(watcher, starter)
             serving = threading.Thread(target=panel.serve)
             serving.start()
-            picture(found.open(panel.url, height=1000), runs, out / "panel.png")
+            pictures(found.open(panel.url), out)
+            starter.close()
             panel.stop()
             serving.join()
-    with Image.open(out / "panel.png") as picture_of:
-        picture_of.convert("RGB").save(out / "panel.png", optimize=True)
+    for name in ("panel-start.png", "panel.png"):
+        with Image.open(out / name) as picture:
+            picture.convert("RGB").save(out / name, optimize=True)
 
 
-def picture(page: Page, runs: Path, png: Path) -> None:
-    """Start a run, answer its prompt, and take the picture while it drives."""
-    command = [*MAIN, PROTOCOL, "--bench", BENCH, "--runs", str(runs)]
-    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
-        page.wait_for("!document.querySelector('#prompt').hidden", STARTS_S)
-        page.click("#prompt-send")
-        page.wait_for(f"now().run > {MOMENT_S}", STARTS_S)
-        page.picture(png)
-        run.terminate()
+def pictures(page: Page, out: Path) -> None:
+    """Start a run, answer its prompt, and take the pictures before and while it drives."""
+    name = f"[data-name='{Path(PROTOCOL).name}']"
+    page.wait_for(f'document.querySelector("{name}") !== null', STARTS_S)
+    page.click(name)
+    page.wait_for("!document.querySelector('#plan-shown').hidden", STARTS_S)
+    page.click("#operator")
+    page.type("Ada")
+    page.resize(1280, 760)
+    page.picture(out / "panel-start.png")
+    page.resize(1280, 1000)
+    page.click("#confirm-start")
+    page.wait_for("!document.querySelector('#prompt').hidden", STARTS_S)
+    page.click("#prompt-send")
+    page.wait_for(f"now().run > {MOMENT_S}", STARTS_S)
+    page.picture(out / "panel.png")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from workbench.bundle import Bundle, add_remark
 from workbench.desk import Desk, open_desk
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
-from workbench.operator_name import operator_name
+from workbench.operator_name import operator_name, start_id
 from workbench.progress import Progress
 from workbench.protocol import BenchFile, Item, PlannedPause, PlannedRun
 from workbench.resume import Course, begin
@@ -134,6 +134,8 @@ def _facts(experiment: Experiment, course: Course, now: datetime) -> dict[str, A
         "title": experiment.plan.title,
         "protocol": str(experiment.protocol.path),
         "bench": experiment.bench.content.name,
+        "operator": operator_name(),
+        "start": start_id(),
         "began": now.astimezone().isoformat(timespec="milliseconds"),
         "runs": len(experiment.plan.runs),
         "items": [fact for item in plan.items if (fact := _item(item))],

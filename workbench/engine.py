@@ -20,7 +20,7 @@ from workbench.errors import Interrupted, RecordError, SafetyStop, WorkbenchErro
 from workbench.experiment import Experiment, condition_facts
 from workbench.hw import Reading, Supply, stop, switch_on, watch
 from workbench.live import LiveTask, LiveTwin, NoTwin
-from workbench.operator_name import operator_name
+from workbench.operator_name import operator_name, started
 from workbench.output import BY_HAND, MAY_BE_ON
 from workbench.pairing import pair
 from workbench.progress import Progress, Stage, within
@@ -209,9 +209,9 @@ class _Conductor:
         resolved = experiment.protocol.content.model_dump(by_alias=True)
         self.bundle.write_resolved("protocol", resolved | ({"parts": parts} if parts else {}))
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
-        action = self.run.action
+        run, action = self.run, self.run.action
         steps = tuple(action.steps) if isinstance(action, PlannedDrive) else ()
-        self._journal(events.Asked(run=self.run.name, rest_s=self.run.rest, steps=steps))
+        self._journal(events.Asked(run=run.name, rest_s=run.rest, steps=steps, **started()))
 
     def _measure(self) -> Path | None:
         """Let the robot move while the cameras run and return the export."""

@@ -79,6 +79,11 @@ class Experiment:
         which = {"connection": reached} if number is None else {"serial": number}
         return told | {"supply": json.dumps(which, sort_keys=True)}
 
+    @property
+    def digest(self) -> str:
+        """Return the sha256 over all that the plan was made from, comments included."""
+        return digest(json.dumps([self.inputs(), self.texts()], sort_keys=True))
+
     def texts(self) -> dict[str, str]:
         """Return the name of each file -> sha256 of its text, by which runs went until 2026."""
         return {name: digest(one.text) for name, one in self._files().items()}

@@ -1,13 +1,16 @@
-"""Who stands at the bench: written into each run, and beside each remark."""
+"""Who stands at the bench, and where a run was started: written into each run."""
 
 from __future__ import annotations
 
 import getpass
 import os
+from typing import Any
 
-__all__ = ["VARIABLE", "operator_name"]
+__all__ = ["START", "VARIABLE", "operator_name", "start_id", "started"]
 
 VARIABLE = "WORKBENCH_OPERATOR"
+START = "WORKBENCH_PANEL_START"
+"""By this the panel recognises a run that it has started."""
 
 
 def operator_name() -> str:
@@ -19,3 +22,13 @@ def operator_name() -> str:
         return getpass.getuser()
     except (KeyError, ImportError, OSError):  # an account without a name, as in a container
         return "unknown"
+
+
+def start_id() -> str | None:
+    """Return how the panel calls the start of this process; None where it did not start it."""
+    return os.environ.get(START)
+
+
+def started() -> dict[str, Any]:
+    """Return who started this process, and where, for the journal of its runs."""
+    return {"operator": operator_name(), "where": "terminal" if start_id() is None else "panel"}

@@ -8,10 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import ROOT
 from tests.hw.guardian_rig import Device, DeviceProcess, device_process
 from tests.panel.chromium import Browser
 from tests.panel.chromium import browser as start_browser
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Protocols, Starter, Watcher
+
+PRACTICE = ROOT / "docs" / "examples" / "practice-bench.yaml"
 
 
 @pytest.fixture(scope="session")
@@ -32,9 +35,17 @@ def device(devices: DeviceProcess) -> Device:
 
 
 @pytest.fixture
-def panel(tmp_path: Path) -> Iterator[Panel]:
-    with Watcher(tmp_path / "runs") as watcher:
-        served = Panel(watcher)
+def starter(tmp_path: Path) -> Iterator[Starter]:
+    """What starts the protocols of `tmp_path / "protocols"` on the practice bench."""
+    made = Starter(Protocols(tmp_path / "protocols", str(PRACTICE)), tmp_path / "runs")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def panel(tmp_path: Path, starter: Starter) -> Iterator[Panel]:
+    with Watcher(tmp_path / "runs", starter.shown) as watcher:
+        served = Panel(watcher, starter)
         thread = threading.Thread(target=served.serve)
         thread.start()
         yield served

@@ -24,7 +24,7 @@ from tests.panel.chromium import Browser, Page
 from workbench.bundle import Bundle
 from workbench.hw.simulated import Fault
 from workbench.loopback import HERE
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Starter, Watcher
 
 pytestmark = [
     pytest.mark.xdist_group("alone"),
@@ -370,6 +370,7 @@ def test_with_many_pages_open_stop_still_gets_through(browser: Browser, panel: P
 def test_a_panel_that_is_gone_says_so(browser: Browser, panel: Panel) -> None:
     page = browser.open(panel.url)
     page.wait_for(has("#state", "No run"))
+    page.wait_for(has("#start-fault", "no such folder"))  # nothing is on its way any more
     panel.stop()
     page.wait_for(has("#banner-title", "Panel lost"), 6)
     page.click("#stop")
@@ -377,8 +378,10 @@ def test_a_panel_that_is_gone_says_so(browser: Browser, panel: Panel) -> None:
     page.close()
 
 
-def test_a_panel_that_looks_no_more_says_so(tmp_path: Path, browser: Browser) -> None:
-    served = Panel(Watcher(tmp_path / "runs"))  # its watcher was never started
+def test_a_panel_that_looks_no_more_says_so(
+    tmp_path: Path, browser: Browser, starter: Starter
+) -> None:
+    served = Panel(Watcher(tmp_path / "runs"), starter)  # its watcher was never started
     thread = threading.Thread(target=served.serve)
     thread.start()
     page = browser.open(served.url)

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.bundles import asked_for
+from tests.bundles import NOW, asked_for, note
 from workbench.bundle import Bundle, SupplyIdentity, events
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
 from workbench.panel.following import Following
+from workbench.panel.result import experiment_verdict, result
 from workbench.panel.view import clocks, view
 
 RUNS = [
@@ -169,3 +170,43 @@ def test_the_live_twin_is_shown_while_its_run_is_heard_of() -> None:
     shown = {"live": {"error_mm": 1.2, "limit_mm": 5.0}}
     assert view(Controller("alive", shown=shown), None)["live"] == shown["live"]
     assert view(Controller("gone", shown=shown), None)["live"] is None
+
+
+@pytest.mark.parametrize(
+    ("verdict", "level", "title"),
+    [
+        ((0, 0), "good", "Complete"),
+        ((1, 0), "good", "Complete: pass"),
+        ((1, 1), "bad", "Complete: FAIL"),
+        ((3, 0), "good", "Complete: all 3 runs pass"),
+        ((3, 1), "bad", "Complete: 1 of 3 runs FAIL"),
+    ],
+)
+def test_an_experiment_that_ended_has_its_verdict(
+    verdict: tuple[int, int], level: str, title: str
+) -> None:
+    controller = Controller("ended", shown={"ended": {"kind": "complete", "text": ""}})
+    banner = view(controller, None, verdict)["banner"]
+    assert (banner["level"], banner["title"]) == (level, title)
+
+
+def test_a_result_stands_beside_what_was_expected(tmp_path: Path) -> None:
+    expect = {"distance_m": (0.2, None), "hop_height_m": (0.0, 0.03)}
+    bundle = Bundle.create(tmp_path / "runs", "hop", NOW, asked_for(expect=expect))
+    assert result(bundle) is None
+    facts = {"distance_m": 0.1, "hop_height_m": 0.02}
+    note(bundle, real=facts, twin=facts | {"distance_m": 0.12}, error_mm=3.0)
+    bundle.finish("complete")
+    found = result(Bundle.open(bundle.path))
+    assert found is not None
+    assert found["passed"] is False
+    assert found["judged"] == [
+        ["FAIL", False, "Distance", "0.100 m", "at least 0.200 m"],
+        ["pass", True, "Hop height", "20.0 mm", "0.0 to 30.0 mm"],
+    ]
+    assert found["rows"][:2] == [
+        ["Distance [m]", "0.100", "0.120", "+0.020"],
+        ["Hop height [mm]", "20.0", "20.0", "+0.0"],
+    ]
+    assert (found["error"], found["report"]) == ("3.0 mm", False)
+    assert experiment_verdict([Bundle.open(bundle.path)]) == (1, 1)

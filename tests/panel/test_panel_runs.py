@@ -19,7 +19,7 @@ from workbench.catalogue import Query, search
 from workbench.catalogue.entry import COLUMNS, as_row
 from workbench.catalogue.index import _STAMPED, INDEX, _changed, _insert, _opened
 from workbench.errors import InputError
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Protocols, Starter, Watcher
 from workbench.panel.runs import compare_page, trend_page
 
 MANY = 10_000
@@ -30,7 +30,7 @@ def served(root: Path, empty: Path) -> Iterator[Panel]:
     """Serve the pages of a folder without the panel's own watching of it."""
     watcher = Watcher(empty)
     watcher.runs = root
-    panel = Panel(watcher)
+    panel = Panel(watcher, Starter(Protocols(empty, "virtual"), root))
     thread = threading.Thread(target=panel.serve)
     thread.start()
     yield panel

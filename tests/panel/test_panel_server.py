@@ -23,7 +23,7 @@ from tests.bundles import asked_for, note
 from workbench.bundle import Bundle
 from workbench.errors import InputError
 from workbench.loopback import HERE
-from workbench.panel import Panel, Watcher
+from workbench.panel import Panel, Starter, Watcher
 from workbench.panel.listing import MOST_ROWS, Listing
 
 PAGE = Path(__file__).resolve().parents[2] / "workbench" / "panel" / "page"
@@ -262,7 +262,7 @@ def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path, report: Path) 
     listing = Listing(tmp_path / "runs")
     listing.refresh()
     assert [row["name"] for row in listing.rows()["rows"]] == ["x"]
-    assert listing.report_of("x") is None
+    assert listing.view_of("x", "report") is None
 
 
 def test_the_list_is_of_the_newest_and_follows_the_folder(tmp_path: Path) -> None:
@@ -288,20 +288,20 @@ def test_the_list_is_of_the_newest_and_follows_the_folder(tmp_path: Path) -> Non
 
 def test_nothing_of_the_page_comes_from_elsewhere() -> None:
     names = {path.name for path in PAGE.iterdir()}
-    own = {"index.html", "panel.css", "panel.js", "icon.svg"}
+    own = {"index.html", "panel.css", "panel.js", "start.js", "icon.svg"}
     assert names == own | {"list.html", "list.js", "runs.css"}
     for name in names:
         text = (PAGE / name).read_text(encoding="utf-8").replace(NOWHERE, "")
         assert not re.search(r"(https?:)?//[\w.]+\.\w|@import|url\(|innerHTML|eval\(", text), name
 
 
-def test_it_listens_on_this_computer_alone(panel: Panel) -> None:
+def test_it_listens_on_this_computer_alone(panel: Panel, starter: Starter) -> None:
     assert panel._socket.getsockname()[0] == "127.0.0.1"
     with (
         Watcher(Path("nowhere")) as watcher,
         pytest.raises(InputError, match=rf"port {panel.port} cannot be used \(.*\); try --port 0"),
     ):
-        Panel(watcher, panel.port)
+        Panel(watcher, starter, panel.port)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")

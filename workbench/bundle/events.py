@@ -65,6 +65,9 @@ class Asked(_Event):
     rest_s: float | None = None
     steps: tuple[tuple[float, Volts], ...] = ()
     """(time after the output goes on [s], voltage [V])."""
+    operator: str | None = None
+    """Who started it. None in bundles of before."""
+    where: Literal["terminal", "panel"] | None = None
 
 
 class NoDrive(_Event):

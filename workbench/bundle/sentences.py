@@ -15,7 +15,7 @@ def sentence(event: Event) -> str:
     match event:
         case events.Asked(run=run, rest_s=rest, steps=steps) if rest is not None:
             drive = f", then {steps[0][1]} V to {steps[-1][1]} V" if len(steps) > 1 else ""
-            return f"asked for {run}: {rest} s rest{drive}"
+            return f"asked for {run}: {rest} s rest{drive}{_started(event)}"
         case events.NoDrive():
             return "this mode has no drive: the supply was not opened"
         case events.Prompt(where="nobody", name=name, text=text):
@@ -63,6 +63,14 @@ def _observed(twin: events.LiveTwin) -> str:
     )  # fmt: skip
     counts = f"{twin.samples} samples, {twin.skipped} skipped, {twin.lost} lost"
     return f"live twin: {counts}{delay}{error}"
+
+
+def _started(asked: events.Asked) -> str:
+    """Return who started a run; bundles of before do not say."""
+    if asked.operator is None:
+        return ""
+    where = "in the panel" if asked.where == "panel" else "at the terminal"
+    return f"; started by {asked.operator} {where}"
 
 
 def _where(prompt: events.Prompt) -> str:

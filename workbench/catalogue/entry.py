@@ -37,6 +37,7 @@ class Entry:
         rotor: mean speed of the rotor as measured [rad/s].
         noise: white noise of T along x [mm].
         verdict: `good`, `bad` or `none`.
+        passed: `pass` or `FAIL` where the protocol says what it expects.
         tags: with a space before and behind each.
         notes: what people wrote, a line each.
         facts: what `--json` prints of the manifest, as JSON.
@@ -59,6 +60,7 @@ class Entry:
     rotor: float | None
     noise: float | None
     verdict: str
+    passed: str
     tags: str
     notes: str
     facts: str
@@ -120,6 +122,7 @@ def read_entry(folder: Path, closed: bool) -> Entry:
         rotor=_rotor(manifest),
         noise=_noise(manifest),
         verdict=said.verdict,
+        passed={True: "pass", False: "FAIL", None: ""}[passed(judgements(manifest))],
         tags="".join(f" {tag} " for tag in said.tags),
         notes="\n".join(" ".join(note.text.split()) for note in said.notes),
         facts=json.dumps(_described(manifest), default=str),

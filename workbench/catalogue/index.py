@@ -28,7 +28,7 @@ _T = TypeVar("_T")
 INDEX = ".catalogue.sqlite"
 """Name of the file; hidden, so that `runs/*` stands for bundles alone."""
 
-_VERSION = 2
+_VERSION = 3
 _WAIT_S = 10.0  # for another program that writes
 _MEMORY = ":memory:"
 _STAMPED = ("name", "changed_ns", "size", "file", "remarks_ns", "remarks_size", "closed")

@@ -61,7 +61,8 @@ VERBS = {
         "thesis", "Do an experiment of the thesis again and print it beside the thesis' numbers."
     ),
     "panel": Verb(
-        "panel", "Serve a page that shows the run of this folder, answers its prompts and stops it."
+        "panel",
+        "Serve a page that starts runs of a folder of protocols, shows, answers and stops them.",
     ),
     "review": Verb(
         "review",

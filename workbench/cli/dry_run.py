@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from textwrap import fill
 from typing import Any
 
+from workbench.bundle import Judgement
 from workbench.cli.output import emit, show_table, tell
 from workbench.cli.plain import width
 from workbench.experiment import Experiment
@@ -172,19 +174,28 @@ def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, An
     plan = experiment.plan
     return {
         "title": plan.title,
+        "plan_id": experiment.digest,
         "seconds": _seconds(experiment, told),
         "prompts": plan.prompts,
         "warnings": plan.warnings,
         "current_limit_A": plan.current_limit,
         "limits": dict(_limits(experiment)),
+        "operator": list(_between_runs(plan)),
         "runs": [
             {
                 "number": one.run.number,
                 "mode": one.run.mode,
+                "asked": one.run.action.asked,
                 "rest_s": one.run.rest,
+                "ramp_s": one.run.action.ramp if isinstance(one.run.action, PlannedDrive) else None,
                 "duration_s": one.run.duration,
                 "role": one.run.role,
                 "shape": None if one.run.shape is None else one.run.shape.name,
+                "expected": [
+                    f"{shown.quantity.spoken} {shown.words[-1]}"
+                    for name, ends in one.run.expect
+                    for shown in [Judgement(name, math.nan, *ends)]
+                ],
                 **_action(one.run.action),
                 "instants": [
                     {"time_s": i.time, "events": i.events, "written": i.words} for i in one.instants

@@ -9,32 +9,44 @@ from typing import Annotated
 
 import typer
 
+from workbench.cli.completing import bench_names
 from workbench.cli.output import JsonFlag, RunsFolder, emit, people, tell
 
 __all__ = ["panel"]
 
 
 def panel(
-    folder: RunsFolder = Path("runs"),
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of the protocols that may be started from the page.")
+    ] = Path("protocols"),
+    bench: Annotated[
+        str,
+        typer.Option(
+            help="Bench file that they are started on, or `virtual`.", autocompletion=bench_names
+        ),
+    ] = "virtual",
+    runs: RunsFolder = Path("runs"),
     port: Annotated[
         int, typer.Option(help="Port on 127.0.0.1; 0 takes a free one.", min=0, max=65535)
     ] = 0,
     as_json: JsonFlag = False,
 ) -> None:
-    """Serve a page that shows the run of this folder, answers its prompts and stops it.
+    """Serve a page that starts runs of a folder of protocols, shows, answers and stops them.
 
-    Open the address that is printed, in a browser on this computer; whoever knows it can stop runs.
-    It is a program of its own: start it before a run or during one, close it at any time with
-    Ctrl-C. It is no safety device: keep a switch within reach.
+    Open the address that is printed, in a browser on this computer; whoever knows it can start and
+    stop runs. A run of a terminal is shown too: start the panel before it or during it, and close
+    it at any time with Ctrl-C. Ctrl-C also stops a run that was started from the page, as it would
+    in that run's terminal. The panel is no safety device: keep a switch within reach.
 
-    Example: workbench panel
+    Example: workbench panel --bench lab.yaml
 
-    Example: workbench panel --runs runs --port 8100
+    Example: workbench panel protocols --runs runs --port 8100
     """
-    from workbench.panel import Panel, Watcher  # with the web server, which help needs not
+    from workbench.panel import Panel, Protocols, Starter, Watcher  # which help needs not
 
-    with Watcher(folder) as watcher:
-        served = Panel(watcher, port)
+    starter = Starter(Protocols(folder, bench), runs)
+    with Watcher(runs, starter.shown) as watcher:
+        served = Panel(watcher, starter, port)
         if as_json:
             emit({"url": served.url, "port": served.port, "pid": os.getpid()})
             sys.stdout.flush()  # whoever started it in a pipe waits for the address
@@ -44,4 +56,8 @@ def panel(
         try:
             served.serve()
         except KeyboardInterrupt:
-            tell("panel closed; a run goes on without it")
+            goes_on = "stopping the run that was started from it"
+            try:
+                tell(f"panel closed; {goes_on if starter.alive else 'a run goes on without it'}")
+            finally:  # also where the terminal is closed, and nothing can be told
+                starter.close()

@@ -42,6 +42,12 @@ def run(
     registers: Annotated[
         bool, typer.Option("--registers", help="With --dry-run: also what the supply is written.")
     ] = False,
+    plan_id: Annotated[
+        str | None,
+        typer.Option(
+            help="Of a dry run, in its --json: refuse to run if a file has changed since."
+        ),
+    ] = None,
     resume: Annotated[
         Path | None,
         typer.Option(
@@ -88,6 +94,11 @@ def run(
     experiment = read_experiment(protocol, lab, device.voltage_step)
     for warning in experiment.plan.warnings:
         people.print(f"warning: {warning}", markup=False)
+    if plan_id not in (None, experiment.digest):
+        raise InputError(
+            f"{protocol}: protocol, bench, model or shape changed since the dry run that was "
+            "confirmed; nothing was started. Look at the dry run again"
+        )
     find = foresee if dry_run else go_on
     course = None if resume is None else find(resume, runs, experiment.inputs(), experiment.texts())
     if dry_run:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from workbench.bundle import Bundle, foreign
+from workbench.bundle import Bundle, View, foreign, judgements, passed
 from workbench.errors import InputError
 
 __all__ = ["MOST_ROWS", "Listing"]
@@ -33,20 +33,24 @@ class Listing:
 
     def newest_of(self, experiment: str) -> Bundle | None:
         """Return the newest run of an experiment."""
-        mine = [b for _, b in self._found.values() if b.experiment == experiment]
+        mine = self.of(experiment)
         return mine[-1] if mine else None
 
-    def report_of(self, name: str) -> Path | None:
-        """Return a run's report by the run's name; None when there is none in this folder.
+    def of(self, experiment: str) -> list[Bundle]:
+        """Return the runs of an experiment, oldest first."""
+        return [b for _, b in self._found.values() if b.experiment == experiment]
+
+    def view_of(self, name: str, kind: View) -> Path | None:
+        """Return a run's report or recording by the run's name; None when this folder has none.
 
         A name is looked up among those listed, never joined to a path, so it leads nowhere else.
         """
         _, bundle = self._found.get(name, (0, None))
         if bundle is None:
             return None
-        report = bundle.view("report")
-        plain = foreign(bundle.path) is None and foreign(report) is None  # no way out by a link
-        return report if plain and report.is_file() else None
+        view = bundle.view(kind)
+        plain = foreign(bundle.path) is None and foreign(view) is None  # no way out by a link
+        return view if plain and view.is_file() else None
 
     def rows(self) -> dict[str, Any]:
         """Return the newest runs, newest first, and how many there are."""
@@ -64,7 +68,8 @@ class Listing:
             "real_m": None if compared is None else compared.real.travel_m,
             "twin_m": None if compared is None else compared.twin.travel_m,
             "error_mm": None if compared is None else compared.error_mm,
-            "report": self.report_of(bundle.path.name) is not None,
+            "passed": passed(judgements(bundle.manifest)),
+            "report": self.view_of(bundle.path.name, "report") is not None,
         }
 
     def _known(self, name: str) -> tuple[int, Bundle] | None:

@@ -22,7 +22,7 @@ __all__ = ["MOST_COMPARED", "compare_page", "rows_json", "trend_page"]
 MOST_COMPARED = 6
 _FIELDS = (
     "name", "created", "title", "protocol", "mode", "fastest", "rotor", "distance", "twin_distance",
-    "error", "noise", "status", "verdict", "tags", "operator", "model", "shape",
+    "error", "noise", "status", "passed", "verdict", "tags", "operator", "model", "shape",
 )  # fmt: skip
 _CHANNELS = {
     "foot_x_m": "Foot forward", "foot_z_m": "Foot upward", "top_x_m": "T forward",

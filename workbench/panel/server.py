@@ -1,4 +1,4 @@
-"""The web server of the panel: the page, its stream of events, STOP, pause and answers."""
+"""The web server of the panel: the page, its events, STOP, pause, answers, start of runs."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
 from workbench.panel.runs import compare_page, rows_json, trend_page
+from workbench.panel.starting import Starter
 from workbench.panel.view import NOTHING_TO_STOP, OWN_SWITCH
 from workbench.panel.watcher import TICK_S, Watcher
 
@@ -41,6 +42,7 @@ PAGE = {
     "": ("index.html", "text/html; charset=utf-8"),
     "panel.css": ("panel.css", "text/css; charset=utf-8"),
     "panel.js": ("panel.js", "text/javascript; charset=utf-8"),
+    "start.js": ("start.js", "text/javascript; charset=utf-8"),
     "list": ("list.html", "text/html; charset=utf-8"),
     "list.js": ("list.js", "text/javascript; charset=utf-8"),
     "runs.css": ("runs.css", "text/css; charset=utf-8"),
@@ -55,6 +57,19 @@ class Answer(BaseModel):
     text: Annotated[str, Field(max_length=2000)] = ""
 
 
+class Wanted(BaseModel):
+    """What a page sends to have the dry run of a protocol made."""
+
+    name: Annotated[str, Field(max_length=255)]
+
+
+class Confirmed(BaseModel):
+    """What a page sends to start what a dry run showed."""
+
+    token: Annotated[str, Field(max_length=100)]
+    operator: Annotated[str, Field(max_length=1000)]
+
+
 class Pause(BaseModel):
     """What a page sends to have it asked after the run what is done next, or not."""
 
@@ -66,6 +81,7 @@ class Panel:
 
     Args:
         watcher: of the folder.
+        starter: starts runs.
         port: to serve at; 0 takes a free one.
 
     Attributes:
@@ -75,7 +91,7 @@ class Panel:
         InputError: when the port is taken.
     """
 
-    def __init__(self, watcher: Watcher, port: int = 0) -> None:
+    def __init__(self, watcher: Watcher, starter: Starter, port: int = 0) -> None:
         try:
             self._socket = socket.create_server((HERE, port))
         except OSError as error:
@@ -86,7 +102,7 @@ class Panel:
         self.port: int = self._socket.getsockname()[1]
         self.url = f"http://{HERE}:{self.port}/{token}/"
         config = uvicorn.Config(
-            Guard(_app(_Pages(watcher, self._ends)), token, self.port),
+            Guard(_app(_Pages(watcher, self._ends), starter), token, self.port),
             log_level="warning",
             access_log=False,  # it would hold the token
             server_header=False,
@@ -106,11 +122,12 @@ class Panel:
         self._server.should_exit = True
 
     def _ends(self) -> bool:
-        return self._server.should_exit
+        """Tell whether nobody is let in any more: as long as STOP is served, pages are."""
+        return not all(server.is_serving() for server in self._server.servers)
 
 
-def _app(pages: _Pages) -> FastAPI:
-    """Return what the guard lets through: the stream, STOP, pause, answers, and files."""
+def _app(pages: _Pages, starter: Starter) -> FastAPI:
+    """Return what the guard lets through: the stream, STOP, pause, answers, starts, and files."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     watcher = pages.watcher
 
@@ -120,7 +137,7 @@ def _app(pages: _Pages) -> FastAPI:
 
     @app.post("/stop")
     async def stop() -> dict[str, Any]:
-        return await _in_own_thread(lambda: _stop(watcher))
+        return await _in_own_thread(lambda: _stop(watcher, starter))
 
     @app.post("/pause")
     async def pause_after(wanted: Pause) -> dict[str, Any]:
@@ -129,6 +146,18 @@ def _app(pages: _Pages) -> FastAPI:
     @app.post("/answer")
     async def give_answer(given: Answer) -> dict[str, Any]:
         return await _in_own_thread(lambda: _answer(watcher, given))
+
+    @app.get("/protocols.json")
+    def protocols() -> dict[str, Any]:
+        return starter.protocols.rows()
+
+    @app.post("/dry-run")
+    async def dry_run(wanted: Wanted) -> dict[str, Any]:
+        return await _in_own_thread(lambda: starter.dry_run(wanted.name))
+
+    @app.post("/start")
+    async def start(confirmed: Confirmed) -> dict[str, Any]:
+        return await _in_own_thread(lambda: starter.start(confirmed.token, confirmed.operator))
 
     _add_runs(app, watcher.runs)
     _add_files(app, watcher)  # last, as any name is looked up there
@@ -171,11 +200,18 @@ def _add_files(app: FastAPI, watcher: Watcher) -> None:
 
     @app.get("/runs/{name}/report.html")
     async def report(name: str) -> Response:
-        found = watcher.listing.report_of(name)
+        found = watcher.listing.view_of(name, "report")
         if found is None:
             raise HTTPException(404, "no such report")
         headers = {"content-security-policy": REPORT_POLICY}
         return FileResponse(found, media_type="text/html; charset=utf-8", headers=headers)
+
+    @app.get("/runs/{name}/recording")
+    async def recording(name: str) -> Response:
+        found = watcher.listing.view_of(name, "recording")
+        if found is None:
+            raise HTTPException(404, "no such recording")
+        return FileResponse(found, filename=f"{name}{found.suffix}")
 
     @app.get("/")
     @app.get("/{name}")
@@ -202,8 +238,9 @@ async def _in_own_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     return await asyncio.wrap_future(done)
 
 
-def _stop(watcher: Watcher) -> dict[str, Any]:
+def _stop(watcher: Watcher, starter: Starter) -> dict[str, Any]:
     """Stop whatever runs in this folder, all at once, and tell what was reached."""
+    begun = starter.stop_before_session()
     found = cards(watcher.runs)
     with ThreadPoolExecutor(max(len(found), 1)) as pool:  # one that hangs delays no other
         reached = list(pool.map(_press_stop, found))
@@ -215,6 +252,8 @@ def _stop(watcher: Watcher) -> dict[str, Any]:
         text = f"{names} does not answer. Use {OWN_SWITCH} now."
     elif stopped:
         text = f"Stopping: {', '.join(map(_title, stopped))}."
+    elif begun is not None:
+        text = f"Stopping: {begun}, which had not begun."
     else:
         text = NOTHING_TO_STOP
     return {"stopped": len(stopped), "hanging": len(hanging), "text": text}

@@ -11,6 +11,7 @@ from workbench.output import FOUND, MAY_BE_ON, OutputState
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
 from workbench.panel.following import Following
+from workbench.panel.result import result
 
 __all__ = ["NOTHING_TO_STOP", "OWN_SWITCH", "clocks", "view"]
 
@@ -32,7 +33,7 @@ class _Banner(NamedTuple):
     """What stands over everything else.
 
     Args:
-        level: `alarm`, `plain` or `good`.
+        level: `alarm`, `bad`, `plain` or `good`.
         title: a few words.
         text: what it means, and what to do.
     """
@@ -42,18 +43,28 @@ class _Banner(NamedTuple):
     text: str
 
 
-def view(controller: Controller, following: Following | None) -> dict[str, Any]:
-    """Return everything that is shown, but for times and readings."""
+def view(
+    controller: Controller, following: Following | None, verdict: tuple[int, int] = (0, 0)
+) -> dict[str, Any]:
+    """Return everything that is shown, but for times and readings.
+
+    Args:
+        controller: who carries out the run.
+        following: the run.
+        verdict: how many runs of the experiment were judged, and how many of them failed.
+    """
     fact, shown = controller.fact, controller.shown
     alive = controller.state in ("alive", "silent")
     known = None if following is None else following.output  # reads the run's files, so once
-    banner = _banner(controller, following, known)
+    banner = _banner(controller, following, known, verdict)
     return {
         "controller": controller.state,
         "title": fact.get("title", ""),
         "protocol": Path(fact.get("protocol", "")).name,
         "bench": fact.get("bench", ""),
         "pid": fact.get("pid"),
+        "operator": fact.get("operator", ""),
+        "started_here": fact.get("start") is not None,
         "others": controller.others,
         "banner": None if banner is None else banner._asdict(),
         "phase": shown.get("phase", "") if alive else "",
@@ -63,6 +74,7 @@ def view(controller: Controller, following: Following | None) -> dict[str, Any]:
         "live": shown.get("live") if alive else None,
         "pausing": bool(shown.get("pausing")) and alive,
         "run": _run(controller, following),
+        "result": None if following is None else result(following.bundle),
         "output": _output(controller, known),
         "log": [] if following is None else following.told[-LOG_LINES:],
     }
@@ -145,7 +157,10 @@ def _output(controller: Controller, known: OutputState | None) -> dict[str, str]
 
 
 def _banner(
-    controller: Controller, following: Following | None, known: OutputState | None
+    controller: Controller,
+    following: Following | None,
+    known: OutputState | None,
+    verdict: tuple[int, int],
 ) -> _Banner | None:
     match controller.state:
         case "gone":
@@ -167,10 +182,20 @@ def _banner(
             level, title = _ENDED.get(ended["kind"], ("alarm", "Failed"))
             if "OUTPUT MAY BE ON" in ended["text"]:
                 level = "alarm"
-            said = "" if ended["kind"] in ("complete", "ended") else ended["text"]
-            return _Banner(level, title, said)
+            if ended["kind"] not in ("complete", "ended"):
+                return _Banner(level, title, ended["text"])
+            return _judged(level, title, *verdict)
         case _:
             return _doubt(known)
+
+
+def _judged(level: str, title: str, judged: int, failed: int) -> _Banner:
+    """Say of an experiment that ended whether its runs are as the protocol expects."""
+    if failed:
+        words = "FAIL" if judged == 1 else f"{failed} of {judged} runs FAIL"
+        return _Banner("bad", f"{title}: {words}", "Not as the protocol expects.")
+    words = {0: "", 1: ": pass"}.get(judged, f": all {judged} runs pass")
+    return _Banner(level, f"{title}{words}", "")
 
 
 def _doubt(known: OutputState | None) -> _Banner | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import traceback
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,12 @@ from typing import Any
 from workbench.panel.controller import Controller, ControllerWatch
 from workbench.panel.following import Following
 from workbench.panel.listing import Listing
+from workbench.panel.result import experiment_verdict
 from workbench.panel.view import clocks, view
 
 __all__ = ["Picture", "Watcher"]
+
+StartShown = Callable[[Mapping[str, Any]], Mapping[str, str] | None]
 
 TICK_S = 0.1
 """How often the journal is looked at [s]."""
@@ -46,6 +50,8 @@ class Watcher:
 
     Args:
         runs: folder of all bundles.
+        start_shown: returns what is shown of a run that was started here and has no session yet, by
+            the facts of the session that is shown.
 
     Attributes:
         picture: the newest; replaced, never changed.
@@ -53,14 +59,16 @@ class Watcher:
         pages: how many pages are open now.
     """
 
-    def __init__(self, runs: Path) -> None:
+    def __init__(self, runs: Path, start_shown: StartShown = lambda fact: None) -> None:
         self.runs = runs
+        self._start_shown = start_shown
         self.pages = 0
         self.listing = Listing(runs)
         self.picture = Picture()
         self._controller = ControllerWatch(runs, lambda: self.pages)
         self._following: Following | None = None
         self._listed = (0.0, 0)
+        self._verdict = (0, 0)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="watcher", daemon=True)
 
@@ -90,16 +98,18 @@ class Watcher:
                 traceback.print_exc()
 
     def _tick(self) -> None:
-        controller, runs = self._controller.now, self._list()
+        controller = self._controller.now
+        runs = self._list(controller.card.experiment if controller.card else None)
         self._follow(controller.card.experiment if controller.card else None)
         following = self._following
         if following is not None:
             following.read_on()
-        self.picture = Picture(
-            view(controller, following), clocks(controller, following), runs, following
-        )
+        state = view(controller, following, self._verdict)
+        shown = {} if controller.state == "gone" else controller.fact  # nobody may have heard it
+        state |= {"start": self._start_shown(shown)}
+        self.picture = Picture(state, clocks(controller, following), runs, following)
 
-    def _list(self) -> dict[str, Any]:
+    def _list(self, experiment: str | None) -> dict[str, Any]:
         """Return the list of runs, anew where one was added or a while has passed."""
         looked, changed = self._listed
         newest = self.runs.stat().st_mtime_ns if self.runs.is_dir() else 0
@@ -107,6 +117,7 @@ class Watcher:
             return self.picture.runs
         self._listed = (time.monotonic(), newest)
         self.listing.refresh()
+        self._verdict = experiment_verdict(self.listing.of(experiment)) if experiment else (0, 0)
         return self.listing.rows()
 
     def _follow(self, experiment: str | None) -> None:

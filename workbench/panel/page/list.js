@@ -8,10 +8,10 @@ const COLUMNS = {  // field -> title, digits of a number, what a filter calls it
   name: ["Run"], created: ["Date"], title: ["Title"], protocol: ["Protocol"], mode: ["Mode"],
   fastest: ["Asked [rad/s]", 2, "speed"], rotor: ["Measured [rad/s]", 2, "measured"],
   distance: ["Distance [m]", 3], twin_distance: ["Twin [m]", 3, "twin"],
-  error: ["Error [mm]", 1], noise: ["Noise [mm]", 3], status: ["Status"], verdict: ["Verdict"],
+  error: ["Error [mm]", 1], noise: ["Noise [mm]", 3], status: ["Status"], passed: ["Expected", undefined, "expected"], verdict: ["Verdict"],
   tags: ["Tags"], operator: ["Operator"], model: ["Model"], shape: ["Shape"],
 };
-const SHOWN = ["name", "title", "mode", "fastest", "distance", "error", "status", "verdict"];
+const SHOWN = ["name", "title", "mode", "fastest", "distance", "error", "status", "passed", "verdict"];
 const at = (id) => document.getElementById(id);
 
 let fields = [];
@@ -142,6 +142,7 @@ function line(row) {
     const cell = tr.insertCell();
     if (COLUMNS[field][1] !== undefined) cell.className = "number";
     if (field === "status" && row[place(field)] !== "complete") cell.className = "bad";
+    if (field === "passed") cell.className = { pass: "pass", FAIL: "bad" }[row[place(field)]] || "";
     cell.append(field === "name" ? link(`runs/${encodeURIComponent(name)}/report.html`, name) : shown(row, field));
   }
   tr.insertCell().append(link(`trend?like=${encodeURIComponent(name)}`, "trend"));

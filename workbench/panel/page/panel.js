@@ -14,7 +14,8 @@ const ALARMS = ["silent", "gone", "lost", "replaced"];
 const LOST = {
   level: "alarm", title: "Panel lost",
   text: "The panel's own process does not answer, so this page shows the past and its STOP may reach " +
-    "nobody. A run goes on without it: use Ctrl-C in its terminal, or the switch on the supply's front.",
+    "nobody. A run goes on without it: use Ctrl-C in its terminal, start the panel again, or use the switch on " +
+    "the supply's front.",
 };
 const REPLACED = {
   level: "alarm", title: "Not live any more",
@@ -89,6 +90,7 @@ function showPrompt() {
   if (question.picture) at("prompt-picture").src = `picture/${question.number}`;
   const input = at("prompt-input");
   const choices = question.choices || [];
+  show("prompt-where", !state.started_here);
   show("prompt-choices", choices.length > 0);
   show("prompt-reply", choices.length === 0);
   at("prompt-choices").replaceChildren(...choices.map((choice) => {
@@ -132,7 +134,7 @@ async function answer(text) {
     const said = await answer.json();
     if (!said.taken) refuse(said.text || "The answer was not taken.");
   } catch {
-    refuse("The answer was not received. Answer in the run's terminal.");
+    refuse("The answer was not received. Try again, or answer in the run's terminal.");
   }
   if (asked === question) allowAnswers(true);
 }
@@ -227,13 +229,14 @@ for (const touch of ["pointerdown", "keydown"]) {
 function showState() {
   const lost = isLost();
   const named = lost ? "lost" : replaced ? "replaced" : state.controller;
-  put("state", STATES[named] + (state.others ? `, and ${state.others} more; STOP stops them all` : ""));
+  put("state", (!lost && !replaced && isStarting() ? "Starting" : STATES[named]) + (state.others ? `, and ${state.others} more; STOP stops them all` : ""));
   document.body.classList.toggle("past", named !== "alive");
   at("lamp").className = "lamp" + (ALARMS.includes(named) ? " alarm" : named === "alive" ? " alive" : "");
   put("title", state.title || "Workbench panel");
-  put("place", state.title ? `${state.protocol} on bench ${state.bench}, process ${state.pid}` :
-    "Start a run in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
-  const banner = lost ? LOST : replaced ? REPLACED : state.banner;
+  put("place", state.title ? `${state.protocol} on bench ${state.bench}, ${state.operator ? `operator ${state.operator}, ` : ""}process ${state.pid}` :
+    "Start a run below, or in a terminal: workbench run PROTOCOL --bench BENCH. It appears here.");
+  const begun = !["alive", "silent"].includes(state.controller) && state.start;
+  const banner = lost ? LOST : replaced ? REPLACED : begun || state.banner;
   const asks = isLive() && state.question;
   const head = asks ? "Answer needed" : banner && named !== "alive" ? banner.title : STATES[named];
   document.title = `${head}${state.title ? ` – ${state.title}` : ""}`;
@@ -253,12 +256,15 @@ function showState() {
   at("output").className = `value ${output.level}`;
   show("notice", isLive() && Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
+  document.body.classList.toggle("no-run", isLive() && (!state.title || isStarting()));
   show("pause", isLive() && state.controller === "alive");
   put("pause", state.pausing ? "Pauses after this run; press to go on" : "Pause after this run");
   at("pause").setAttribute("aria-pressed", String(Boolean(state.pausing)));
   showReadouts();
   showTwin();
   showPrompt();
+  showStart();
+  showResult();
   callIfNew(named, banner);
 }
 
@@ -287,7 +293,7 @@ function showRuns() {
   const going = ["alive", "silent"].includes(state.controller) && state.run && !state.run.ended;
   const current = going ? state.run.name : null;
   const status = isLive() && state.controller === "alive" ? ["running", "live"] : ["not known", "bad"];
-  put("runs-count", runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
+  put("runs-count", !runs.all ? "none yet" : runs.all > runs.rows.length ? `newest ${runs.rows.length} of ${runs.all}` : "");
   at("runs").replaceChildren(...runs.rows.map((run) => {
     let report = "–";
     if (run.report) {
@@ -302,7 +308,8 @@ function showRuns() {
       [run.name], [run.title], run.name === current ? status :
         [run.status, run.status === "complete" ? "" : "bad"],
       [digits(run.real_m, 3), "number"], [digits(run.twin_m, 3), "number"],
-      [digits(run.error_mm, 1), "number"], [report],
+      [digits(run.error_mm, 1), "number"],
+      run.passed === null ? ["–"] : run.passed ? ["pass", "pass"] : ["FAIL", "bad"], [report],
     ]);
   }));
 }
@@ -500,6 +507,7 @@ function tick() {
   if (isLost() !== wasLost) { wasLost = isLost(); showState(); showRuns(); }
 }
 
+prepareStart();
 listen();
 showState();
 tick();
