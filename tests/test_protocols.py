@@ -53,6 +53,10 @@ def test_a_protocol_is_read_and_planned(path: Path) -> None:
     plan = read_experiment(path, bench, VirtualBench(bench.content).voltage_step).plan
     assert len(plan.runs) > 0
     assert plan.warnings == (), "what is meant for every run is asked before every run"
+    asked = [item.text for item in plan.items if not isinstance(item, PlannedRun)]
+    assert [text for text in asked if not text[0].isupper() or text[-1] not in ".?"] == [], (
+        "a comma in an unquoted list makes two prompts of one sentence"
+    )
 
 
 def carried_out(path: Path) -> ParameterSet:
