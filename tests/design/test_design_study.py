@@ -163,8 +163,9 @@ def test_a_found_shape_is_read_back_bit_for_bit_and_hops_as_far(begin: Begin) ->
     assert shape.length == study.start.content.length
     assert shape.state == "unloaded"
     assert re.match(
-        r"design [0-9a-f]{8}, 2026-11-21, by ga, seed 3, 12 evaluations: distance in 1 s at "
-        r"17 rad/s, [0-9a-f]{12}; distance_m .*begun at thesis-initial, model thesis",
+        r"designed 2026-11-21 by ga, seed 3, 12 evaluations: distance in 1 s at "
+        r"17 rad/s, [0-9a-f]{12}; distance_m .*begun at thesis-initial, model thesis; "
+        r"candidate [0-9a-f]{8}$",
         shape.source,
     )
     own = replace(study.problem, shape=shape)

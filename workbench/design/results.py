@@ -134,9 +134,9 @@ def _source(study: Study, history: History, trial: Trial, day: date) -> str:
     told = ", ".join(f"{name} {value:.6g}" for name, value in varied.items())
     key = candidate_key(study.problem.identity, trial.candidate)[:8]
     return (
-        f"design {key}, {day.isoformat()}, by {settings.algorithm}, seed {settings.seed}, "
+        f"designed {day.isoformat()} by {settings.algorithm}, seed {settings.seed}, "
         f"{history.asked} evaluations: {study.problem.identity}; {values}; {told}; begun at "
-        f"{study.start.content.name}, model {study.model.content.name}"
+        f"{study.start.content.name}, model {study.model.content.name}; candidate {key}"
     )
 
 

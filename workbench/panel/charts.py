@@ -93,20 +93,20 @@ def control_chart(trend: Trend) -> str:
         )
     unit = f" [{trend.unit}]" if trend.unit else ""
     head = f"<figure><figcaption>{escape(trend.title)}{escape(unit)}: {escape(_verdict(trend))}"
-    drawn = axes.drawn("run, oldest first", trend.title)
+    drawn = axes.drawn(f"{trend.each}, oldest first", trend.title)
     return f"{head}</figcaption>{drawn}{''.join(parts)}</svg></figure>"
 
 
 def _verdict(trend: Trend) -> str:
     if trend.limits is None:
-        return "fewer than five runs, so no control limits"
+        return f"fewer than five {trend.each}s, so no control limits"
     lower, centre, upper = trend.limits
     usual = f"mean {centre:.4g}, limits {lower:.4g} to {upper:.4g}"
     count = int(trend.signals.sum())
     if not count:
         return f"in control; {usual}"
     first = trend.names[int(np.argmax(trend.signals))]
-    return f"OUT OF CONTROL in {count} of {len(trend.values)} runs, first {first}; {usual}"
+    return f"OUT OF CONTROL in {count} of {len(trend.values)} {trend.each}s, first {first}; {usual}"
 
 
 def _thinned(curve: Curve) -> Curve:
