@@ -20,7 +20,7 @@ from workbench.review.headline import (
 __all__ = ["labels", "notes", "overview"]
 
 _UNSEEN = (
-    "The thin orange line from the foot to T stands for the real beam; "
+    "The thin orange line from the foot to T is in place of the real beam; "
     "the beam between them was not measured."
 )
 _ESTIMATED = (
