@@ -33,6 +33,7 @@ from workbench.engine import versions
 from workbench.errors import InputError, WorkbenchError
 from workbench.optimize import History
 from workbench.protocol import load_model, load_shape
+from workbench.quantities import unit_of
 from workbench.sim import Fanout
 
 __all__ = ["optimize"]
@@ -170,5 +171,5 @@ def _show(study: Study, history: History, found: Sequence[Found]) -> None:
         [one.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
         for one in found
     ]
-    heads = ["design", *(f"{name} [{g.column.rpartition('_')[2]}]" for name, g in GOALS.items())]
+    heads = ["design", *(f"{name} [{unit_of(g.column)[1] or '-'}]" for name, g in GOALS.items())]
     show_table(f"{study.problem.words}: {history.asked} evaluations", heads, rows)
