@@ -66,6 +66,7 @@ bench: install
 	$(BIN)/python benchmarks/wire.py
 	$(BIN)/python benchmarks/photo.py
 	$(BIN)/python benchmarks/catalogue.py
+	$(BIN)/python benchmarks/film.py
 
 SEED ?= 1
 CASES ?= 40
