@@ -69,6 +69,7 @@ bench: install
 	$(BIN)/python benchmarks/photo.py
 	$(BIN)/python benchmarks/catalogue.py
 	$(BIN)/python -m benchmarks.live
+	$(BIN)/python benchmarks/film.py
 
 SEED ?= 1
 CASES ?= 40

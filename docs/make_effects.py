@@ -18,7 +18,7 @@ COLUMNS = (
     "quantities: bounds; tolerance",
     "shows in",
     "confused with",
-    "told apart by",
+    "distinguished by",
 )
 HEAD = """# Effects
 

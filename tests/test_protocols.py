@@ -14,7 +14,7 @@ from workbench.bundle import verify
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
 from workbench.operators import QuietOperator
-from workbench.protocol import Plan, PlannedDrive, PlannedRun
+from workbench.protocol import Item, Plan, PlannedDrive, PlannedPrompt, PlannedRun
 
 ROOT = Path(__file__).resolve().parents[1]
 PROTOCOLS = sorted((ROOT / "protocols").glob("*.yaml"))
@@ -47,12 +47,22 @@ def short(run: PlannedRun) -> PlannedRun:
     return replace(run, action=action, duration=duration, rest=1.0)
 
 
+def prompts(item: Item) -> list[str]:
+    if isinstance(item, PlannedRun):
+        return [one.text for one in (*item.before, *item.after)]
+    return [item.text] if isinstance(item, PlannedPrompt) else []
+
+
 @pytest.mark.parametrize("path", [*PROTOCOLS, *EXAMPLES], ids=lambda p: p.stem)
 def test_a_protocol_is_read_and_planned(path: Path) -> None:
     bench = load_bench("virtual")
     plan = read_experiment(path, bench, VirtualBench(bench.content).voltage_step).plan
     assert len(plan.runs) > 0
     assert plan.warnings == (), "what is meant for every run is asked before every run"
+    asked = [text for item in plan.items for text in prompts(item)]
+    assert [text for text in asked if not text[0].isupper() or text[-1] not in ".?"] == [], (
+        "a comma in an unquoted list makes two prompts of one sentence"
+    )
 
 
 def carried_out(path: Path) -> ParameterSet:

@@ -41,3 +41,9 @@ def test_wrong_shapes_and_times_are_refused_with_the_sample() -> None:
 def test_an_unknown_column_names_those_that_exist() -> None:
     with pytest.raises(KeyError, match="no column 'c_m'; there are a_m, b_m"):
         series()["c_m"]
+
+
+def test_a_series_is_shown_in_one_line() -> None:
+    series = TimeSeries.of([0.0, 0.5], {"foot_x_m": [0, 1], "foot_z_m": [0, 1]})
+    assert repr(series) == "TimeSeries(2 samples, 0 s to 0.5 s: foot_x_m, foot_z_m)"
+    assert repr(series.between(7, 8)) == "TimeSeries(0 samples: foot_x_m, foot_z_m)"

@@ -45,7 +45,7 @@ _TO_DO = {
     errno.ENOENT: "see that the name is right; it counts from the folder of the command",
     errno.EEXIST: "something of this name is there already; name another",
     errno.EISDIR: "it is a folder; name a file in it",
-    errno.ENOTDIR: "a file stands where a folder is needed; name another folder",
+    errno.ENOTDIR: "a file is where a folder is needed; name another folder",
     errno.EACCES: "this user may not; have its rights changed, or name another place",
     errno.EPERM: "this user may not; have its rights changed, or name another place",
     errno.EROFS: "nothing can be written there; name another place",

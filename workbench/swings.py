@@ -93,7 +93,7 @@ def fit_swings(
     columns = np.ones((len(times), 1)) if beside is None else np.insert(beside, 0, 1.0, axis=1)
     seen = np.asarray(np.isfinite(np.hstack([paths, columns])).all(axis=1))
     if np.count_nonzero(seen) < LEAST_SAMPLES:
-        raise ValueError(f"{np.count_nonzero(seen)} samples tell no swing; {LEAST_SAMPLES} do")
+        raise ValueError(f"{np.count_nonzero(seen)} samples show no swing; {LEAST_SAMPLES} do")
     record = _Record(times[seen] - times[seen][0], paths[seen], columns[seen])
     poles = list(start[:count])
     if poles:

@@ -60,6 +60,11 @@ class TimeSeries:
                 mask[:, i] &= valid[name]
         return cls(np.asarray(times, dtype=float), values, tuple(columns), mask)
 
+    def __repr__(self) -> str:
+        """Return it in one line; its numbers fill a screen."""
+        span = f", {self.times[0]:g} s to {self.times[-1]:g} s" if len(self) else ""
+        return f"TimeSeries({len(self)} samples{span}: {', '.join(self.names)})"
+
     def __len__(self) -> int:
         """Return the number of samples."""
         return len(self.times)

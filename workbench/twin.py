@@ -123,7 +123,7 @@ def find_release(
     what, unit = ("pull", "N") if mode == "decay" else ("height", "m")
     wanted = summarize_release(track.motion, mode, command.duration).displacement_m
     if not np.isfinite(wanted):
-        raise InputError(f"the {what} before the release cannot be told from this take; give it")
+        raise InputError(f"the {what} before the release cannot be found from this take; give it")
 
     def displacement(value: float) -> float:
         return _displacement(robot, replace(start, **{what: value}), command.duration)

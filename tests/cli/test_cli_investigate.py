@@ -69,7 +69,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     proposed = load(Path(first["next_protocol"]), Protocol).content
     assert [step.run.pull for step in proposed.steps if step.run is not None] == [1.2]
     assert first["next_experiment"]["separations"]
-    assert found["ended"] == "one cause stands"
+    assert found["ended"] == "one cause remains"
     cause = found["causes"][0]
     assert cause["effect"] == "hinge_cubic_stiffness"
     low, high = cause["parameters"]["k3"]["interval90"]

@@ -33,6 +33,10 @@ def test_a_search_tells_what_it_found(workbench: Command, tmp_path: Path) -> Non
     )
     assert again.json["distance_m"] == pytest.approx(found["best_distance_m"], abs=1e-9)
 
+    shown = workbench("optimize", "--resume", tmp_path / "s").out
+    assert Path(found["best_shape"]).stem.removeprefix("shape-") in shown, "g2-best"
+    assert "cost [-]" in shown, "a ratio has no unit"
+
 
 @pytest.mark.long
 def test_a_search_goes_on_from_its_folder_to_the_same_end(

@@ -59,7 +59,7 @@ def test_the_recording_is_saved_and_the_bundle_stays_as_it_is(
     assert answer.code == 0
     assert "extended twin" in answer.out
     paths = {chunk.entity_path for chunk in RrdReader(target).stream().to_chunks()}
-    assert {"/real/foot", "/sim/beam", "/extended/beam"} <= paths
+    assert {"/real/foot", "/twin/beam", "/extended/beam"} <= paths
     assert verify(bundle) == []
 
 
@@ -70,7 +70,7 @@ def motions(recording: Path) -> dict[str, dict[str, list[object]]]:
     return {
         path: {name: batch.column(name).to_pylist() for name in batch.schema.names if ":" in name}
         for path, batch in told.items()
-        if path.startswith(("/real", "/sim", "/plots"))
+        if path.startswith(("/real", "/twin", "/plots"))
     }
 
 
@@ -139,7 +139,7 @@ def test_several_runs_stand_in_one_recording_and_one_page(
     assert "the page has no picture of the viewer: no driver" in answer.err
     assert f"{other.name}: DAMAGED" in answer.err  # its manifest is not as it was written
     paths = {chunk.entity_path for chunk in RrdReader(target).stream().to_chunks()}
-    assert {"/runs/1/real/foot", "/runs/2/sim/beam"} <= paths
+    assert {"/runs/1/real/foot", "/runs/2/twin/beam"} <= paths
     told = page.read_text(encoding="utf-8")
     assert f'href="{Path(os.path.relpath(bundle / "report.html", tmp_path)).as_posix()}"' in told
     experiment = manifest_of(Bundle.open(bundle))["experiment"]  # both are all its runs

@@ -62,6 +62,11 @@ class Mistake:
 MISTAKES = [
     # a protocol that cannot be run
     Mistake("run gone.yaml", "gone.yaml: no such file", "in desk there is"),
+    Mistake("run hop-17", "hop-17: no such file", "did you mean folder/hop-17.yaml?"),
+    Mistake("run hop17", "hop17: no such file", "did you mean folder/hop-17.yaml?"),
+    Mistake("run seconds.yaml", "unknown unit 'sec' in '2sec'", "did you mean 's'?"),
+    Mistake("run grams.yaml", "pull: unknown unit 'g' in '40 g'", "40 g weigh 0.392 N"),
+    Mistake("run comma.yaml", "duration: '2,0 s' has a decimal comma", "write '2.0 s'"),
     Mistake("run hop.yml", "hop.yml: no such file", "did you mean 'hop.yaml'?"),
     Mistake("run nowhere/hop.yaml", "nowhere/hop.yaml: no such file", "is no folder nowhere"),
     Mistake("run folder", "folder: cannot be read", "name a file in it"),
@@ -159,6 +164,10 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "odd-unit.yaml": PROTOCOL.replace("17 rad/s", "17 rads"),
         "too-fast.yaml": PROTOCOL.replace("17 rad/s", "90 rad/s"),
         "backwards.yaml": PROTOCOL.replace("2 s", "-2 s"),
+        "folder/hop-17.yaml": PROTOCOL,
+        "grams.yaml": PROTOCOL.replace("hop, speed: 17 rad/s", "decay, pull: 40 g"),
+        "seconds.yaml": PROTOCOL.replace("2 s", "2sec"),
+        "comma.yaml": PROTOCOL.replace(" 2 s", ' "2,0 s"'),
         "misspelt.yaml": PROTOCOL.replace("speed", "sped"),
         "lab.yaml": lab,
         "no-takes.yaml": lab.replace("takes: exports", "takes: export"),

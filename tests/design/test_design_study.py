@@ -157,11 +157,15 @@ def test_a_found_shape_is_read_back_bit_for_bit_and_hops_as_far(begin: Begin) ->
     (found,) = found_by(study, history, DAY)
     shape = load_shape(str(found.shape), Path()).content
     assert shape.angles == tuple(history.best.candidate.tolist())
+    (born,) = [k for k, g in enumerate(history.generations, 1) if history.best in g.trials][:1]
+    assert found.name == f"g{born}-best"
+    assert shape.name == f"{study.folder.name}-{found.name}"
     assert shape.length == study.start.content.length
     assert shape.state == "unloaded"
     assert re.match(
-        r"designed 2026-11-21 by ga, seed 3, 12 evaluations: distance in 1 s at 17 rad/s, "
-        r"[0-9a-f]{12}; distance_m .*begun at thesis-initial, model thesis",
+        r"designed 2026-11-21 by ga, seed 3, 12 evaluations: distance in 1 s at "
+        r"17 rad/s, [0-9a-f]{12}; distance_m .*begun at thesis-initial, model thesis; "
+        r"candidate [0-9a-f]{8}$",
         shape.source,
     )
     own = replace(study.problem, shape=shape)
@@ -228,6 +232,7 @@ def test_two_goals_give_a_front_of_shapes(begin: Begin) -> None:
         history = study.run(fanout)
     found = found_by(study, history, DAY)
     assert len({one.shape for one in found}) == len(found) >= 2
+    assert all(re.fullmatch(r"shape-g\d+-\d+\.yaml", one.shape.name) for one in found)
     fitness = np.array([one.trial.evaluation.fitness for one in found])
     assert np.all(np.diff(fitness[:, 0]) > 0)
     assert np.all(np.diff(fitness[:, 1]) < 0)

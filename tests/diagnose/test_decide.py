@@ -39,7 +39,7 @@ def test_two_causes_that_explain_the_same_are_a_set() -> None:
     found = decide(BASE, alike, SAMPLES, RULES)
     assert found.kind == "SET"
     assert {name for one in found.alike for name in one.names} == {"a", "b"}
-    assert "cannot be told apart" in found.reason
+    assert "cannot be separated" in found.reason
 
 
 def test_what_runs_held_out_refuse_is_not_named() -> None:

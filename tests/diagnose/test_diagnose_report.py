@@ -131,7 +131,7 @@ def test_the_answer_and_the_errors_come_first(tmp_path: Path, kind: Kind) -> Non
     head = unescape(html[html.index("<header>") : html.index("</header>")])
     assert f"<h1>{TITLES[kind]}</h1>" in head
     assert f"{kind}: paper robot, 2 runs fitted, 2 held out" in head
-    assert "the model errs by 1.83 mm and the extended one by 1.41 mm" in head
+    assert "the model's error is 1.83 mm, the extended one's 1.41 mm" in head
     assert "noise alone makes 0.300 mm" in head
     assert ("Air_drag of 0.0200 N s^2/m^2" in head) == (kind in ("NAMED", "PARTIAL"))
 

@@ -28,10 +28,10 @@ def test_the_loop_ends_where_nothing_is_proposed() -> None:
     for kind, words in (
         (
             "DATA_FAULT",
-            "the data are at fault: mend what the diagnosis tells, before more runs are made",
+            "the data are at fault: mend what the diagnosis names, before more runs are made",
         ),
-        ("SET", "no run that this bench can make tells apart what is left"),
-        ("CLEAN", "nothing is left to find"),
+        ("SET", "no run that this bench can make distinguishes the causes that remain"),
+        ("CLEAN", "nothing remains to be found"),
     ):
         made: list[Proposal] = []
         turns = list(investigate(None, made.append, lambda number, k=kind: (found(k), None), 30.0))

@@ -30,7 +30,7 @@ def test_the_file_is_a_protocol_that_the_bench_carries_out_as_proposed(tmp_path:
     written = write_next(path, "april", PROPOSAL, "thesis", "thesis-initial")
     read = load(path, Protocol)
     assert read.content == written.content
-    assert "if air_drag is true, root_play stays 6.3 noise deviations off" in read.text
+    assert "if air_drag is true, root_play stays 6.3 sigma off" in read.text
     lab = load_bench("virtual").content
     plan = make_plan(read, lab, make_bench(lab).voltage_step)
     # speeds are those of the nearest voltage that the supply can set
@@ -100,6 +100,6 @@ def test_the_sentence_tells_runs_minutes_and_the_pairs_that_part(tmp_path: Path)
     document = write_next(tmp_path / "n.yaml", "n", proposal, "thesis", "thesis-initial")
     assert Following(proposal, document).sentence == (
         "decay 0.4 N, drop 20 mm, clamped 13 rad/s, hop 17 rad/s, each 2 times, about 12 min: "
-        "chance to dismiss what is not true 93 % "
-        "(root_play 6.3 noise deviations off if air_drag is true)"
+        "probability of rejecting a wrong cause 93 % "
+        "(if air_drag is true, root_play is 6.3 sigma off)"
     )

@@ -100,14 +100,14 @@ def test_what_the_runs_have_rejected_already_is_not_asked_again(rig: HopperRig) 
 
 def test_the_loop_ends_with_the_answer_of_this_diagnosis() -> None:
     for kind, names, words in (
-        ("NAMED", ["root_play"], "one cause stands"),
-        ("NAMED", ["root_play", "speed_scale"], "one pair of causes stands"),
+        ("NAMED", ["root_play"], "one cause remains"),
+        ("NAMED", ["root_play", "speed_scale"], "one pair of causes remains"),
         (
             "SET",
             ["root_play", "air_drag"],
-            "no run that this bench can make tells apart what is left",
+            "no run that this bench can make distinguishes the causes that remain",
         ),
-        ("CLEAN", [], "nothing is left to find"),
+        ("CLEAN", [], "nothing remains to be found"),
     ):
         found = object.__new__(Diagnosis)
         vars(found).update(kind=kind, causes=tuple(cause(one, "share", 0.1, 0.01) for one in names))

@@ -199,7 +199,7 @@ def test_the_report_of_an_identification_tells_everything(
     text = page.read_text(encoding="utf-8")
     for words in (
         "k, stiffness of a hinge", "9.28 to 9.32", "-2.1 %", "k is far from &lt;stated",
-        "0.31 mm", "only this product", "abc123", "Misfit in noise deviations", "ring",
+        "0.31 mm", "only this product", "abc123", "Misfit in sigma", "ring",
     ):  # fmt: skip
         assert words in text, words
     assert text.count("<svg") == 5  # 4.4, 4.5, 4.3, 4.2 and damping; no sweep was given

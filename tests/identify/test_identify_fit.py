@@ -133,8 +133,8 @@ def test_a_foot_that_never_slips_does_not_tell_friction_and_it_is_said_what_woul
     with pytest.raises(InputError) as told:
         identify([still], MODEL, SHAPE, ["friction_slide"])
     assert str(told.value) == (
-        "the runs tell none of the parameters: friction_slide: the data do not depend on it; add a "
-        "hop at a speed at which the robot travels"
+        "the runs determine none of the parameters: friction_slide: the data do not depend on it; "
+        "add a hop at a speed at which the robot travels"
     )
 
 

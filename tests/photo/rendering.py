@@ -27,7 +27,7 @@ TEXTURE_PX_PER_M = 8000
 FINE = 2  # samples of the paper a pixel, each way
 COVER_FINE = 5  # samples of the strip a pixel, each way
 COARSE_PX = 16  # the paper's place is smooth: found on a grid, a spline between
-WHITE, BLACK, FOOT_LINE = 0.85, 0.06, 0.14  # light that paper and inks return
+WHITE, BLACK, FOOT_LINE = 0.85, 0.06, 0.3  # light that paper and inks return
 CLEARANCE = 0.020  # [m] so that a strip, nearer to the camera than the paper, stays in the field
 thesis_angles = np.array([
     -2.558, 0.01, 0.112, 0.042, 0.094, 0.147, 0.130, 0.217,

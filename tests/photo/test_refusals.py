@@ -113,7 +113,7 @@ def test_what_is_no_picture(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_shape_alike_from_both_ends(photo: Path) -> None:
     circle = TARGET.model_copy(update={"angles": (-2.5, *[0.2] * 15)})
-    with pytest.raises(InputError, match="cannot be told apart"):
+    with pytest.raises(InputError, match="cannot be distinguished"):
         read_photo(photo, circle)
 
 

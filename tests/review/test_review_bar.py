@@ -30,7 +30,7 @@ from workbench.review import HeadlessViewer, picture_recording, write_recording,
 PICTURES = os.environ.get("WORKBENCH_PICTURES")
 MOMENT_S = 8.2
 GRAPHICS = "Software rasterizer"  # of the computer, not of the recording
-PLAIN = ("/real/foot", "/sim/foot")
+PLAIN = ("/real/foot", "/twin/foot")
 
 
 def measured(protocol: str, folder: Path) -> list[Bundle]:

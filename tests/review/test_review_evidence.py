@@ -24,6 +24,7 @@ from workbench.review import (
     write_report,
 )
 from workbench.review.geometry import certainty, missing_force, missing_scale
+from workbench.review.palette import REAL, SHADES, rgb
 from workbench.timeseries import TimeSeries
 
 NOISE_MM = 1000 * NOISE_M * np.sqrt(2)
@@ -76,7 +77,7 @@ def moving(chunks: list[Chunk], path: str) -> Chunk:
     return found
 
 
-def test_a_beam_is_the_lighter_the_less_certain_it_is(
+def test_a_beam_is_the_fainter_the_less_certain_it_is(
     chunks: list[Chunk], evident: Comparison
 ) -> None:
     assert evident.estimate is not None
@@ -89,9 +90,11 @@ def test_a_beam_is_the_lighter_the_less_certain_it_is(
     batch = moving(chunks, "/real/beam").to_record_batch()
     (name,) = [n for n in batch.schema.names if "colors" in n]
     colors = batch.column(name)[row].as_py()
-    blue = [(color >> 8) & 255 for color in colors]  # 0xRRGGBBAA
+    red = [color >> 24 for color in colors]  # 0xRRGGBBAA
+    ground, ink = rgb(SHADES["ground"])[0], rgb(REAL)[0]
     assert len(colors) == 16
-    assert blue[-1] > 200 > blue[0]
+    np.testing.assert_allclose(red, ground + sure[row] * (ink - ground), atol=1)
+    assert red[-1] < 90 < 200 < red[0]
 
 
 def test_only_a_force_beyond_noise_is_an_arrow(chunks: list[Chunk], evident: Comparison) -> None:
@@ -128,9 +131,9 @@ def test_the_viewer_opens_on_the_models_as_compared(
     views = viewer.state().views
     assert [report for view in views for report in view.reports] == []
     names = {view.name for view in views}
-    errors = {f"Error at {point} as compared [mm]" for point in ("T", "foot")}
-    robots = {"Real", "Base", "Extended", "All three as compared"}
-    assert robots | errors | {"Missing force at T [mN]", "Notes"} <= names
+    errors = {f"{point} error [mm]" for point in ("T", "Foot")}
+    robots = {"Real", "Base", "Extended", "All three"}
+    assert robots | errors | {"Missing [mN]", "Notes"} <= names
     for view, colors in (("Real", "ov"), ("Base", "b"), ("Extended", "g")):
         red, green, blue = np.moveaxis(in_front(viewer, view, tmp_path / "shot.png"), -1, 0)
         shares = {
@@ -164,7 +167,7 @@ def test_the_report_says_what_is_drive_start_and_model(evident: Comparison, tmp_
     assert "0.30 mm less: the start; what remains is the model&#39;s" in page
     assert "then it is chaotic" in page
     assert "<h2>Pose</h2>" in page
-    assert "lighter where that is less certain" in page
+    assert "fainter where that is less certain" in page
     assert "<h2>Missing force</h2>" in page
 
 

@@ -91,7 +91,7 @@ def test_the_viewer_shows_it_alone_and_among_the_others(
     views = viewer.state().views
     assert [report for view in views for report in view.reports] == []
     ids = {view.name: view.view_id for view in views}
-    assert {"Extended twin", "Distance from real to extended twin [mm]"} <= set(ids)
+    assert {"Extended twin", "Extended error [mm]"} <= set(ids)
     for view, colors in (("Extended twin", "g"), ("Twin", "b"), ("All three", "obg")):
         viewer.screenshot(tmp_path / "shot.png", ids[view])
         red, green, blue = np.moveaxis(

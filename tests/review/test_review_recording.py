@@ -62,12 +62,12 @@ def test_every_entity_has_a_row_for_every_sample(
 ) -> None:
     real, twin = len(comparison.real), len(comparison.twin)
     wanted = {f"/real/{part}": real for part in ["link", *ROBOTS]}
-    wanted |= {f"/sim/{part}": twin for part in ["beam", *ROBOTS]}
+    wanted |= {f"/twin/{part}": twin for part in ["beam", *ROBOTS]}
     wanted |= {f"/plots/{trace}/real": real for trace in TRACES}
     wanted |= {f"/plots/{trace}/twin": twin for trace in TRACES}
     wanted |= {f"/plots/{trace}/noise": real for trace in TRACES if trace != "rotor_speed"}
     wanted |= {"/plots/rotor_phase/twin": twin, "/plots/rotor_lag/twin": real}
-    wanted |= {"/sim/ground": twin, "/plots/error_mm/noise": 2}
+    wanted |= {"/twin/ground": twin, "/plots/error_mm/noise": 2}
     wanted |= {"/plots/error_mm/foot": real, "/plots/error_mm/top": real}
     wanted |= {"/plots/supply/voltage_V": 140, "/phase": 4, "/log": 4}
     assert {path: max(rows(chunks, path), default=0) for path in wanted} == wanted
@@ -90,7 +90,7 @@ def test_all_times_are_on_the_one_timeline(chunks: list[Chunk]) -> None:
 def test_everything_is_sent_in_bulk(chunks: list[Chunk]) -> None:
     count = Counter(c.entity_path for c in chunks if not c.is_static)
     assert max(count.values()) == 2  # the foot: its pose and its box
-    assert count["/sim/beam"] == 1
+    assert count["/twin/beam"] == 1
 
 
 def test_plotted_error_is_the_misfit(chunks: list[Chunk], comparison: Comparison) -> None:
@@ -107,7 +107,7 @@ def test_plotted_error_is_the_misfit(chunks: list[Chunk], comparison: Comparison
 def test_the_ground_pushes_where_the_foot_stands_and_nothing_while_it_flies(
     chunks: list[Chunk], comparison: Comparison
 ) -> None:
-    (ground,) = [c for c in chunks if c.entity_path == "/sim/ground" and not c.is_static]
+    (ground,) = [c for c in chunks if c.entity_path == "/twin/ground" and not c.is_static]
     batch = ground.to_record_batch()
     vectors, origins = (
         batch.column(next(n for n in batch.schema.names if part in n)).to_pylist()
@@ -250,9 +250,9 @@ def test_a_drop_has_its_floor_below_and_no_view_of_the_rotor_s_speed(
     assert (row["mode"], row["time_zero"]) == (["drop"], ["the release"])
     assert row["real_ring_hz"] == [2.8]
     names = [view.name for view in views_in(layout(fallen).root_container)]
-    assert "Foot height z [m]" in names
-    assert "Rotor speed [rad/s]" not in names
-    assert "Rotor speed [rad/s]" in [v.name for v in views_in(layout(comparison).root_container)]
+    assert "Foot z [m]" in names
+    assert "Rotor [rad/s]" not in names
+    assert "Rotor [rad/s]" in [v.name for v in views_in(layout(comparison).root_container)]
 
 
 def test_every_view_has_something_to_show(chunks: list[Chunk], comparison: Comparison) -> None:

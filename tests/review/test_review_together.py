@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from rerun.chunk import Chunk, RrdReader
 from scipy import stats
 
-from tests.review.conftest import DURATION_S, make_motion
+from tests.review.conftest import DURATION_S, FIGURE, make_motion
 from tests.review.test_review_recording import shows, views_in
 from tests.review.test_review_report import parse
 from workbench.motion import Summary, summarize
@@ -99,6 +100,28 @@ def test_lanes_lie_beside_one_another(chunks: list[Chunk]) -> None:
     assert np.ptp(gaps) < 1e-6
 
 
+def test_many_lanes_lie_in_rows_that_do_not_meet(runs: list[Comparison], tmp_path: Path) -> None:
+    many = [replace(one, run=f"{one.run}-{k}") for k in range(3) for one in runs]
+    write_together("many", many, tmp_path / "many.rrd")
+    sent = list(RrdReader(tmp_path / "many.rrd").stream().to_chunks())
+    places = np.array([static(sent, f"/runs/{k}", "translation")[0] for k in range(1, 13)])
+    starts, ends = zip(*(one.reach() for one in runs), strict=True)
+    assert len(set(map(tuple, places))) == 12
+    np.testing.assert_allclose(places[:4, 1], places[4:8, 1])
+    assert np.diff(places[::4, 0]).min() > max(ends) - min(starts) + FIGURE.foot_length
+
+
+def test_every_label_of_the_tree_has_a_name_that_fits_its_width(runs: list[Comparison]) -> None:
+    def names(part: Any) -> list[Any]:
+        parts = part.contents if isinstance(part, rrb.Container) else ()
+        return [part.name, *(name for one in parts for name in names(one))]
+
+    tabs: Any = lanes(runs).root_container.contents
+    tree = [name for tab in tabs for part in tab.contents for name in names(part)]
+    assert len(tree) > 60
+    assert [name for name in tree if name is None or len(name) > 15] == []
+
+
 def test_each_run_tells_its_numbers_and_the_table_all_of_them(chunks: list[Chunk]) -> None:
     for number, way in enumerate(WAYS, start=1):
         (chunk,) = [c for c in chunks if c.entity_path == f"/__properties/run_{number}"]
@@ -115,24 +138,24 @@ def test_every_view_of_every_tab_has_something_to_show(
 ) -> None:
     sent = {chunk.entity_path for chunk in chunks}
     empty = [view.name for view in views_in(lanes(runs).root_container) if not shows(view, sent)]
-    assert set(empty) == {"All robots, a lane for each run"}  # there is no extended twin
+    assert set(empty) == {"All robots"}  # there is no extended twin
 
 
 def test_the_ways_that_tell_most_are_laid_over_one_another(runs: list[Comparison]) -> None:
     names = [view.name for view in views_in(lanes(runs).root_container)]
-    assert "Foot of the robots, forward x [m]" in names
+    assert "Real foot x [m]" in names
     clamped = [replace(one, mode="clamped") for one in runs]
     names = [view.name for view in views_in(lanes(clamped).root_container)]
-    assert "T of the twins, forward x [m]" in names
+    assert "Twin T x [m]" in names
 
 
 @pytest.mark.viewer
 def test_the_viewer_shows_a_tab_for_each_pair_and_one_for_all(viewer: HeadlessViewer) -> None:
     views = viewer.state().views
     assert [report for view in views for report in view.reports] == []
-    pairs = sorted(view.origin for view in views if view.name == "Real (orange) and twin (blue)")
+    pairs = sorted(view.origin for view in views if view.name == "Both robots")
     assert pairs == [f"/runs/{k}" for k in (1, 2, 3, 4)]
-    assert {"All robots, a lane for each run", "Runs"} <= {view.name for view in views}
+    assert {"All robots", "Runs"} <= {view.name for view in views}
     (recorded,) = viewer.state().recordings
     assert [timeline.name for timeline in recorded.timelines] == ["t"]
 

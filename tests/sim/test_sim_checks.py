@@ -1,13 +1,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
 from workbench.errors import InputError
-from workbench.sim import LIMITS, Condition, Robot, settle, simulate
+from workbench.protocol import load_model, load_shape
+from workbench.sim import LIMITS, Condition, Robot, make_robot, settle, simulate
 from workbench.sim.checks import highest_mode, require_sound, require_stable
 from workbench.sim.drive import Drive
 
@@ -78,6 +81,7 @@ def test_an_impossible_shape_is_named(robot: Robot) -> None:
             Condition("hop", np.zeros(0)),
             r"command has shape \(0,\); it must be one row of at least",
         ),
+        (Condition("hop", np.array(17.0)), r"command has shape \(\); it must be one row of"),
         (Condition("hop", np.zeros((2, 3))), r"command has shape \(2, 3\); it must be one row of"),
     ],
 )
@@ -129,3 +133,21 @@ def test_a_step_that_cannot_be_stable_is_refused_with_what_to_change(robot: Robo
 @pytest.mark.parametrize("increments", [4, 16, 64, 128])
 def test_every_number_of_increments_is_stable(robot: Robot, increments: int) -> None:
     require_stable(*settle(replace(robot, increments=increments), "free", np.pi / 2))
+
+
+def test_a_mode_that_is_none_is_refused() -> None:
+    mode: Any = "clmped"
+    with pytest.raises(InputError, match=r"mode 'clmped': known are hop.*mean 'clamped'\?"):
+        Condition(mode, np.full(10, 17.0))
+
+
+def test_values_that_are_not_a_model_s_are_refused() -> None:
+    values = load_model("thesis", Path()).content.values()
+    shape = load_shape("thesis-initial", Path()).content
+    with pytest.raises(
+        InputError, match=r"'top_mas' is none of a model's; did you mean 'top_mass'"
+    ):
+        make_robot({**values, "top_mas": 1.0}, shape)
+    del values["gravity"]
+    with pytest.raises(InputError, match="values of a robot: gravity missing"):
+        make_robot(values, shape)

@@ -75,7 +75,7 @@ def test_a_take_without_a_start_time_rests_on_its_length(
 ) -> None:
     verdict = judge(export("a.row.csv"), wanted)
     assert verdict.belongs
-    assert "tells no start time; only its length and its arrival were checked" in verdict.notes[0]
+    assert "has no start time, so it was matched by duration and file time" in verdict.notes[0]
     assert not judge(export("b.row.csv", seconds=2), wanted).belongs
 
 

@@ -81,7 +81,8 @@ def test_every_page_says_what_it_is_and_asks_to_be_measured(sheet: MakeSheet) ->
 def test_stations_tell_angle_and_radius(sheet: MakeSheet) -> None:
     text = words(pdf_pages(sheet("A3")))
     # alpha_12 = 0.399 rad over 38.438 mm, alpha_1 = 0.010 rad
-    for said in ("12 +22.9° R 96", "1 +0.6° R 3844", "0 root -146.6°", "foot, forward", " T "):
+    stations = ("12 +22.9° R 96 mm", "1 +0.6° R 3844 mm", "0 root -146.6°")
+    for said in (*stations, "foot, forward", " T "):
         assert said in f"{text} ", said
 
 

@@ -143,7 +143,7 @@ def test_f3_the_rate_comes_from_the_whole_time_column(
     take = read(motive(points("Foot"), rows, times.tolist(), **absent))
     assert take.rate_hz == rate
     np.testing.assert_allclose(take.times, np.arange(count) / rate, atol=1e-12)
-    assert told(take, f"Export Frame Rate is ''; {rate} Hz told from the times")
+    assert told(take, f"Export Frame Rate is ''; {rate} Hz found from the times")
     assert not told(take, "is used")
 
 

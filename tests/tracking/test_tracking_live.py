@@ -170,7 +170,7 @@ def test_a_stream_that_ends_early_is_told() -> None:
 
 
 def test_one_frame_gives_no_rate() -> None:
-    with pytest.raises(HardwareError, match=r"no rate can be told from 1 frame\(s\)"):
+    with pytest.raises(HardwareError, match=r"no rate can be found from 1 frame\(s\)"):
         played(recorded()[:3])
 
 

@@ -142,7 +142,7 @@ def test_times_that_contradict_the_rate_give_a_warning(plain: bytes, read: Read)
 def test_a_missing_rate_is_told_from_the_times(plain: bytes, read: Read) -> None:
     take = read(plain.replace(b"Export Frame Rate,120.000000,", b""))
     assert take.rate_hz == pytest.approx(120, rel=1e-4)
-    assert "told from the times" in take.warnings[0]
+    assert "found from the times" in take.warnings[0]
 
 
 def test_labelled_and_solved_markers_of_one_name_stay_apart(plain: bytes, read: Read) -> None:
@@ -321,7 +321,7 @@ def test_a_header_row_too_many_is_refused_where_rows_have_no_words(
 ) -> None:
     lines = (stored / "hop_motive_1.21.csv").read_bytes().split(b"\r\n")
     lines.insert(3, lines[4])  # the ids would become the names
-    with pytest.raises(TakeError, match=":8: more header rows stand above 'Frame' than type"):
+    with pytest.raises(TakeError, match=":8: more header rows are above 'Frame' than type"):
         read(b"\r\n".join(lines))
 
 

@@ -61,7 +61,7 @@ def refused(tmp_path: Path) -> Callable[[bytes, str], None]:
         (b"0,0.000,1.0,2.0,3.0\r\n1,0.008,1,2,3", "header rows are missing"),
         (b"hello,world", "the first cell is 'hello', which starts no known export"),
         (b"Format Version,1.23\r\n\r\n", "without the row that starts with 'Frame'"),
-        (b"Format Version,1.23\r\n\r\nFrame,Time\r\n", "0 header rows stand above 'Frame'"),
+        (b"Format Version,1.23\r\n\r\nFrame,Time\r\n", "0 header rows are above 'Frame'"),
         (b"Format Version,1.23\r\n\r\n0,0.1,2\r\n", ":3: data begin without the header row"),
         (b"comment,x\r\ninfo,framecount,0\r\n", "there is no row 'frame'"),
         (b"comment,x\r\nnonsense,1\r\n", ":2: a row starts with 'nonsense'"),

@@ -133,7 +133,7 @@ def test_markers_that_are_seldom_all_seen_give_way_to_the_solved_ones(hop: Any) 
     take = replace(hop.take, bodies={**hop.take.bodies, "T": replace(top, measured=measured)})
     track = track_of(take)
     source = track.report["bodies"]["top"]["source"]
-    assert source.startswith("centroid of the solved markers (the measured ones tell its place in")
+    assert source.startswith("centroid of the solved markers (the measured ones give its place in")
     assert track.motion.validity(TOP[0]).all()
 
 

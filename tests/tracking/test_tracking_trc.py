@@ -90,7 +90,7 @@ def test_what_the_header_says_is_checked(places: np.ndarray, read: Read) -> None
     assert told(take, "its 30 rows tell 120 Hz")
     take = read(trc(places, rate="").encode())
     assert take.rate_hz == 120.0
-    assert told(take, "DataRate is ''; 120 Hz told from the times")
+    assert told(take, "DataRate is ''; 120 Hz found from the times")
 
 
 def test_zeros_are_no_places_and_labels_without_a_body_are_reported(

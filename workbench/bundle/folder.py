@@ -99,12 +99,13 @@ class Bundle:
         return bundle
 
     @classmethod
-    def open(cls, path: Path) -> Bundle:
+    def open(cls, path: Path | str) -> Bundle:
         """Open an existing bundle.
 
         Raises:
             InputError: when the folder is no bundle, or its manifest is damaged.
         """
+        path = Path(path)
         manifest_file = own_file(path / MANIFEST)
         try:
             facts = json.loads(manifest_file.read_text(encoding="utf-8"))

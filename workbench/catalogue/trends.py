@@ -23,6 +23,7 @@ __all__ = [
     "Limits",
     "Trend",
     "beside_earlier",
+    "charted",
     "condition_of",
     "conditions",
     "individuals",
@@ -73,6 +74,7 @@ class Trend:
         values: (n,).
         limits: None for less than five runs.
         signals: (n,) True outside the limits, or at the end of eight in a row on one side.
+        each: what a value belongs to.
     """
 
     title: str
@@ -81,6 +83,24 @@ class Trend:
     values: NDArray[np.float64]
     limits: Limits | None
     signals: NDArray[np.bool_]
+    each: str = "run"
+
+
+def charted(title: str, unit: str, values: Mapping[str, float], each: str = "run") -> list[Trend]:
+    """Return the trend of named values in the order of time, none of less than two.
+
+    Args:
+        title: of the quantity.
+        unit: of its values.
+        values: name -> value, oldest first.
+        each: what a value belongs to.
+    """
+    given = {name: value for name, value in values.items() if np.isfinite(value)}
+    if len(given) < 2:
+        return []
+    numbers = np.array([*given.values()])
+    limits = individuals(numbers)
+    return [Trend(title, unit, tuple(given), numbers, limits, _signals(numbers, limits), each)]
 
 
 def individuals(values: NDArray[np.float64]) -> Limits | None:
@@ -131,14 +151,9 @@ def trends(runs: Sequence[Entry]) -> list[Trend]:
     facts = [json.loads(run.facts) for run in runs]
     found = []
     for title, unit, read in _QUANTITIES:
-        pairs = [(run.name, read(run, own)) for run, own in zip(runs, facts, strict=True)]
-        given = [(name, float(value)) for name, value in pairs if value is not None]
-        given = [(name, value) for name, value in given if np.isfinite(value)]
-        if len(given) > 1:
-            values = np.array([value for _, value in given])
-            limits = individuals(values)
-            names = tuple(name for name, _ in given)
-            found.append(Trend(title, unit, names, values, limits, _signals(values, limits)))
+        pairs = {run.name: read(run, own) for run, own in zip(runs, facts, strict=True)}
+        given = {name: float(value) for name, value in pairs.items() if value is not None}
+        found += charted(title, unit, given)
     return found
 
 

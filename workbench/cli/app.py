@@ -21,11 +21,12 @@ __all__ = ["VERBS", "app", "cut_off", "main"]
 VERBS = {
     "run": Verb("run", "Carry out a protocol: drive, track, simulate the twin, compare."),
     "ingest": Verb(
-        "ingest", "Make bundles of a sheet's takes, tell what one export holds, or add it to a run."
+        "ingest",
+        "Make bundles of a sheet's takes, report what an export holds, or add it to a run.",
     ),
     "live": Verb(
         "live",
-        "Record Motive's NatNet stream, tell what came, and write it as an export with --out.",
+        "Record Motive's NatNet stream, report what came, and write it as an export with --out.",
     ),
     "calibrate": Verb(
         "calibrate",
@@ -36,7 +37,7 @@ VERBS = {
         "Fit stiffness and damping, or what --fit names, to runs; validate on those held out.",
     ),
     "resonances": Verb(
-        "resonances", "Tell the resonances of a clamped sweep and the damping of ring-downs."
+        "resonances", "Report the resonances of a clamped sweep and the damping of ring-downs."
     ),
     "diagnose": Verb(
         "diagnose",
@@ -44,15 +45,15 @@ VERBS = {
     ),
     "investigate": Verb(
         "investigate",
-        "Run, diagnose, propose, run, until one cause stands, nothing is left or the time is over.",
+        "Run, diagnose, propose, run, until one cause remains, or none, or time is up.",
     ),
     "simulate": Verb(
         "simulate",
-        "Simulate one run and tell how far it went and how it rang, and whether the robot fell.",
+        "Simulate one run and report how far it went, how it rang, and whether the robot fell.",
     ),
     "modes": Verb(
         "modes",
-        "Tell the natural modes of the clamped robot, and with --driven the peaks when driven.",
+        "Report the natural modes of the clamped robot, and with --driven the peaks when driven.",
     ),
     "optimize": Verb(
         "optimize", "Search for a beam that hops farther, or is better in another way."
@@ -73,7 +74,7 @@ VERBS = {
         "doctor",
         "Check packages, viewer, ports and who may open them, disk and clocks; change nothing.",
     ),
-    "runs": Verb("runs", "Find, judge, compare, check and hand on runs."),
+    "runs": Verb("runs", "Find, judge, compare, check and export runs."),
     "supply": Verb("supply", "The motor's supply by hand."),
     "template": Verb(
         "template_photo",

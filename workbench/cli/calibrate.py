@@ -107,7 +107,7 @@ def _off_the_line(found: SpeedCalibration, point: SpeedPoint) -> str:
 
 def _print_checks(found: SpeedCalibration) -> None:
     rows = [
-        [key.replace("_", " "), "-", "-", f"cannot be told: {one.untested}"]
+        [key.replace("_", " "), "-", "-", f"cannot be determined: {one.untested}"]
         if one.untested is not None
         else [key.replace("_", " "), f"{one.size:+.3g} {one.unit}", f"{one.p_value:.2g}",
               "found" if one.found else "not found"]

@@ -43,7 +43,7 @@ def diagnose(
         Path | None, typer.Option(help="Folder of the answer; by default diagnoses/TIME.")
     ] = None,
     look_ahead: Annotated[
-        bool, typer.Option("--next/--no-next", help="Look for the runs that would tell more.")
+        bool, typer.Option("--next/--no-next", help="Look for the runs that would show more.")
     ] = True,
     picture: Annotated[
         bool, typer.Option(help="Show the viewer with the worst run in the report.")
@@ -53,9 +53,9 @@ def diagnose(
 ) -> None:
     """Find what the simulation gets wrong in runs, name the cause, write the extended model.
 
-    Runs with role train are fitted, those held out judge: clamped sweeps and ring-downs tell of
-    the beam, hops and drops of the ground. Where they leave several causes, or could not show some,
-    the runs that would tell best are written as a protocol, OUT/NAME-next.yaml.
+    Runs with role train are fitted, those held out judge: clamped sweeps and ring-downs show
+    the beam, hops and drops the ground. Where several causes remain, or some could not be seen, the
+    runs that would show them best are written as a protocol, OUT/NAME-next.yaml.
 
     Example: workbench diagnose runs --out diagnoses/april
     """

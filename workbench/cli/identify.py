@@ -43,8 +43,8 @@ def identify(
 ) -> None:
     """Fit stiffness and damping, or what --fit names, to runs; validate on those held out.
 
-    Beam and masses are told by clamped runs and ring-downs, ground, friction and foot by drops and
-    hops; named together, all runs are fitted at once. Beside the new model lies its report, an HTML
+    Clamped runs and ring-downs determine beam and masses, drops and hops ground, friction and
+    foot; named together, all runs are fitted at once. Beside the new model lies its report, an HTML
     page with figures.
 
     Example: workbench identify runs
@@ -111,7 +111,7 @@ def _print(found: Identification) -> None:
          f"{100 * (e.value / e.stated - 1):+.2f} %", e.unit]
         for name, e in found.estimates.items()
     ]  # fmt: skip
-    head = ["parameter", "value", "90 % interval", "stated", "change", "unit"]
+    head = ["parameter", "value", "90 % interval", "nominal", "change", "unit"]
     show_table(f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise", head, rows)
     for one in found.not_determined:
         people.print(f"not determined: {one}", markup=False)

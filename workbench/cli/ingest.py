@@ -33,9 +33,9 @@ def ingest(
     runs: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
-    """Make bundles of a sheet's takes, tell what one export holds, or add it to a run.
+    """Make bundles of a sheet's takes, report what an export holds, or add it to a run.
 
-    Of a folder, all exports in it are told in one table, a line each.
+    Of a folder, all exports in it are listed in one table, a line each.
 
     With --into the export is checked as at the bench: whole, begun when the run's cameras began,
     and as long as the run. Then the run is paired with its twin and complete.

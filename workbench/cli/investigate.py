@@ -37,7 +37,7 @@ def investigate(
     ] = None,
     as_json: JsonFlag = False,
 ) -> None:
-    """Run, diagnose, propose, run, until one cause stands, nothing is left or the time is over.
+    """Run, diagnose, propose, run, until one cause remains, or none, or time is up.
 
     The first protocol needs runs of both roles, as for `workbench diagnose`. Bundles are kept in
     OUT/runs and the rounds beside them: called again, it goes on from the runs that are there.

@@ -44,7 +44,7 @@ def live(
     ] = DEFAULT.data_port,
     as_json: JsonFlag = False,
 ) -> None:
-    """Record Motive's NatNet stream, tell what came, and write it as an export with --out.
+    """Record Motive's NatNet stream, report what came, and write it as an export with --out.
 
     Streaming has to be on in Motive, with Rigid Bodies and Labeled Markers. Nothing but the take is
     written; a take is never overwritten.

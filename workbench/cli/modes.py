@@ -69,7 +69,7 @@ def modes(
     ] = 20.0,
     as_json: JsonFlag = False,
 ) -> None:
-    """Tell the natural modes of the clamped robot, and with --driven the peaks when driven.
+    """Report the natural modes of the clamped robot, and with --driven the peaks when driven.
 
     Example: workbench modes --shape thesis-initial --driven
     """

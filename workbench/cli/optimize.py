@@ -33,6 +33,7 @@ from workbench.engine import versions
 from workbench.errors import InputError, WorkbenchError
 from workbench.optimize import History
 from workbench.protocol import load_model, load_shape
+from workbench.quantities import unit_of
 from workbench.sim import Fanout
 
 __all__ = ["optimize"]
@@ -167,8 +168,8 @@ def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
 
 def _show(study: Study, history: History, found: Sequence[Found]) -> None:
     rows = [
-        [one.shape.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
+        [one.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
         for one in found
     ]
-    heads = ["design", *(f"{name} [{g.column.rpartition('_')[2]}]" for name, g in GOALS.items())]
-    show_table(f"{study.problem.identity}: {history.asked} evaluations", heads, rows)
+    heads = ["design", *(f"{name} [{unit_of(g.column)[1] or '-'}]" for name, g in GOALS.items())]
+    show_table(f"{study.problem.words}: {history.asked} evaluations", heads, rows)

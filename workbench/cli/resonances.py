@@ -25,7 +25,7 @@ def resonances(
     ] = None,
     as_json: JsonFlag = False,
 ) -> None:
-    """Tell the resonances of a clamped sweep and the damping of ring-downs.
+    """Report the resonances of a clamped sweep and the damping of ring-downs.
 
     Example: workbench resonances runs --report resonances.html
     """

@@ -115,11 +115,13 @@ def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float)
     from workbench.film import Film, write_frames, write_video
 
     how = Film(slow=slow)
+    if video is not None or frames is not None:
+        tell("film")
     if video is not None:
-        write_video(run, video, how, tell)
+        write_video(run, video, how, tell.update)
         people.print(f"saved {video}", markup=False)
     if frames is not None:
-        write_frames(run, frames, how, tell)
+        write_frames(run, frames, how, tell.update)
         people.print(f"saved {frames}", markup=False)
 
 

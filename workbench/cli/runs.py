@@ -16,11 +16,11 @@ RUNS = {
     ),
     "show": Verb(
         "runs_look",
-        "Show one run: real against twin, what its manifest tells, and what people said of it.",
+        "Show one run: real against twin, what its manifest says, and what people said of it.",
     ),
     "diff": Verb(
         "runs_diff",
-        "Tell what two runs differ in: what was asked, protocol, model, shape, bench, results.",
+        "Show what two runs differ in: what was asked, protocol, model, shape, bench, results.",
     ),
     "verify": Verb(
         "runs_look",
@@ -48,7 +48,7 @@ RUNS = {
 
 runs = typer.Typer(
     name="runs",
-    help="Find, judge, compare, check and hand on runs.",
+    help="Find, judge, compare, check and export runs.",
     cls=lazy_group(RUNS),
     no_args_is_help=True,
 )
@@ -56,4 +56,4 @@ runs = typer.Typer(
 
 @runs.callback()
 def _top() -> None:
-    """Find, judge, compare, check and hand on runs."""
+    """Find, judge, compare, check and export runs."""

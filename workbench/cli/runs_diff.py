@@ -15,7 +15,7 @@ __all__ = ["diff"]
 def diff(
     a: RunArgument, b: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False
 ) -> None:
-    """Tell what two runs differ in: what was asked, protocol, model, shape, bench, results.
+    """Show what two runs differ in: what was asked, protocol, model, shape, bench, results.
 
     Only what differs is shown. A list of named things goes by their names, others by number.
 

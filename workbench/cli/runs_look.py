@@ -12,9 +12,18 @@ from workbench.cli.plain import JsonFlag, RunArgument, RunArguments, RunsFolder,
 
 __all__ = ["show", "verify_runs"]
 
+_SPOKEN = {
+    "commanded_mm": "error_as_commanded_mm",
+    "measured_input_mm": "error,_rotor_as_measured_mm",
+    "measured_start_mm": "error,_start_too_mm",
+    "noise_floor_mm": "error_by_noise_alone_mm",
+    "compared_s": "errors_over_the_first_s",
+}
+"""Numbers of the manifest whose names say nothing without what is beside them."""
+
 
 def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None:
-    """Show one run: real against twin, what its manifest tells, and what people said of it.
+    """Show one run: real against twin, what its manifest says, and what people said of it.
 
     Example: workbench runs show hop-16.99
     """
@@ -30,7 +39,11 @@ def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag 
     if bundle.manifest.compared is not None:
         comparison_table(bundle.asked.title, bundle.manifest.compared)
     flat = bundle.manifest.flat() | {"output_off": bundle.record.output_off}
-    plain = {key: value for key, value in flat.items() if not isinstance(value, (dict, tuple))}
+    plain = {
+        _SPOKEN.get(key, key): value
+        for key, value in flat.items()
+        if not isinstance(value, (dict, tuple))
+    }
     rows = fact_rows(plain)
     rows += [("verdict", said.verdict), ("tags", " ".join(said.tags) or "-")]
     rows += [("note", f"{one.text} ({one.who}, {one.at})") for one in said.notes]

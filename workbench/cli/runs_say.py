@@ -80,4 +80,5 @@ def _say(run: Path, root: Path, kind: Kind, texts: list[str], who: str | None) -
         add_remark(folder, kind, text, who or operator_name(), datetime.now().astimezone())
     said = read_remarks(folder)
     tags = f", tags {' '.join(said.tags)}" if said.tags else ""
-    remark_on(f"{folder.name}: verdict {said.verdict}{tags}, {len(said.notes)} notes")
+    notes = f"{len(said.notes)} note{'s' * (len(said.notes) != 1)}"
+    remark_on(f"{folder.name}: verdict {said.verdict}{tags}, {notes}")

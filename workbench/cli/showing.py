@@ -32,7 +32,7 @@ def show_next(found: Diagnosis, proposed: Following | None) -> None:
             f"next: {proposed.sentence}\n      workbench run {proposed.protocol.path}", markup=False
         )
     elif found.kind == "SET":
-        people.print("no run on the menu tells these apart; what would:", markup=False)
+        people.print("no run that can be made here distinguishes these; what would:", markup=False)
         for cause in found.causes:
             people.print(f"  {cause.name}: {cause.separated_by or 'nothing known'}", markup=False)
 
@@ -61,7 +61,7 @@ def show_diagnosis(found: Diagnosis) -> None:
         people.print(f"{kind} model: {found.extended.source}", markup=False)
     show_table(
         "what the refit changed",
-        ["number", "stated", "now", "of its tolerance"],
+        ["number", "nominal", "now", "of its tolerance"],
         [[one.name.replace("_", " "), f"{one.stated:.4g}", f"{one.now:.4g} {one.unit}",
           f"{one.share:+.2f}"] for one in found.refit],
     )  # fmt: skip

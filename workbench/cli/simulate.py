@@ -79,7 +79,7 @@ def simulate(
     ] = DRAWS,
     as_json: JsonFlag = False,
 ) -> None:
-    """Simulate one run and tell how far it went and how it rang, and whether the robot fell.
+    """Simulate one run and report how far it went, how it rang, and whether the robot fell.
 
     Example: workbench simulate --omega 17 --duration 10
 

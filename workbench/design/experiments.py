@@ -36,6 +36,7 @@ SPEEDS = (17.0, 18.0, 19.0, 20.0, 21.0)
 SEEDS = tuple(range(7))
 _SLOWEST, _MAIN, _OTHER = 16.0, 17.0, 19.0
 
+_LEAST_M = 0.001  # of a distance that another is a share of
 _THESIS_SHAPES = {
     17.0: (18.87, 21.27, 1.13, 2.88),
     18.0: (25.53, 20.58, 0.81, 2.99),
@@ -289,7 +290,7 @@ def _shape_row(omega: float, found: Appraisal) -> list[str]:
 
 
 def _increase_of(before: float, after: float) -> str:
-    return f"{100 * (after / before - 1):+.0f}" if before > 0 else "-"
+    return f"{100 * (after / before - 1):+.0f}" if before > _LEAST_M else "-"
 
 
 def _distance(found: Appraisal) -> str:

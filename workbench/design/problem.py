@@ -90,11 +90,14 @@ class Problem:
             "strip": repr(self.strip),
         }
         digest = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:12]
+        return f"{self.words}, {digest}"
+
+    @property
+    def words(self) -> str:
+        """The main numbers of this problem, as people read them."""
         goals = "+".join(goal.name for goal in self.goals)
-        return (
-            f"{goals} in {self.duration:g} s at {self.omega:g} rad/s"
-            f"{', robust' if self.uncertainty else ''}, {digest}"
-        )
+        robust = ", robust" if self.uncertainty else ""
+        return f"{goals} in {self.duration:g} s at {self.omega:g} rad/s{robust}"
 
     def numbers(self, candidate: NDArray[np.float64]) -> Mapping[str, float]:
         """Return a candidate's variables beside the angles, and the speed, by name."""

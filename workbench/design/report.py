@@ -76,7 +76,7 @@ def write_report(
         ("Made from", _provenance(study, history, versions)),
     ]
     title = f"A beam for {found[0].omega:g} rad/s"
-    about = f"{study.settings.algorithm}, {history.asked} evaluations: {problem.identity}"
+    about = f"{study.settings.algorithm}, {history.asked} evaluations: {problem.words}"
     write_page(path, title, about, verdict(found[0], first), sections)
 
 
@@ -149,7 +149,7 @@ def _front(study: Study, history: History, found: Sequence[Found]) -> Markup:
     picture = as_svg(drawn(lambda f: draw_front(f, history, (first, second)), 3.6), "front")
     heads = ("", first, second)
     rows = [
-        (one.shape.name, *(f"{one.values[goal.column]:.3g}" for goal in study.problem.goals))
+        (one.name, *(f"{one.values[goal.column]:.3g}" for goal in study.problem.goals))
         for one in found[:: max(1, -(-len(found) // _MOST_FRONT))]
     ]
     return figure(picture, "Every candidate by both goals.") + table(rows, heads)

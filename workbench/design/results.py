@@ -28,12 +28,14 @@ class Found:
     """A design as files.
 
     Args:
+        name: generation and rank, `g12-best`; unique in its search.
         trial: the candidate and what it is worth.
         shape: of the beam.
         model: of the robot; None where only the angles were searched.
         omega: speed that it is for [rad/s].
     """
 
+    name: str
     trial: Trial
     shape: Path
     model: Path | None
@@ -48,7 +50,9 @@ class Found:
 def found_by(study: Study, history: History, day: date) -> list[Found]:
     """Write the best design, or those of the Pareto front, and return them, best first.
 
-    A file carries the hash of its candidate in its name: the same design is the same file.
+    A design is called by the generation that found it, `g12-best`, or `g12-3` for the third of its
+    candidates that lies on the front: the same design is the same file. The candidate's hash is in
+    the file's `source`.
 
     Args:
         study: that searched.
@@ -69,19 +73,30 @@ def found_by(study: Study, history: History, day: date) -> list[Found]:
 
 
 def _write(study: Study, history: History, trial: Trial, day: date) -> Found:
-    key = candidate_key(study.problem.identity, trial.candidate)[:8]
-    path = study.folder / f"shape-{key}.yaml"
+    name = _name(study, history, trial)
+    path = study.folder / f"shape-{name}.yaml"
     source = _source(study, history, trial, day)
     if not path.exists():
-        text = shape_text(study.start.content, path.stem, trial.candidate[: len(ANGLES)], source)
+        named = f"{study.folder.name}-{name}"
+        text = shape_text(study.start.content, named, trial.candidate[: len(ANGLES)], source)
         parse(path, text, ShapeFile)
         path.write_text(text, encoding="utf-8")
     numbers = dict(study.problem.numbers(trial.candidate))
     omega = numbers.pop(SPEED)
-    model = study.folder / f"model-{key}.yaml" if numbers else None
+    model = study.folder / f"model-{name}.yaml" if numbers else None
     if model is not None and not model.exists():
-        _write_model(model, study, numbers, source)
-    return Found(trial, path, model, omega)
+        _write_model(model, name, study, numbers, source)
+    return Found(name, trial, path, model, omega)
+
+
+def _name(study: Study, history: History, trial: Trial) -> str:
+    """Return what a design is called: where in the search it was found first."""
+    for number, generation in enumerate(history.generations, start=1):
+        for place, one in enumerate(generation.trials, start=1):
+            if np.array_equal(one.candidate, trial.candidate):
+                rank = "best" if len(study.settings.goals) == 1 else place
+                return f"g{number}-{rank}"
+    raise ValueError("this candidate was not asked for in this search")
 
 
 def shape_text(start: ShapeFile, name: str, angles: np.ndarray, source: str) -> str:
@@ -117,16 +132,19 @@ def _source(study: Study, history: History, trial: Trial, day: date) -> str:
     )
     varied = study.problem.numbers(trial.candidate)
     told = ", ".join(f"{name} {value:.6g}" for name, value in varied.items())
+    key = candidate_key(study.problem.identity, trial.candidate)[:8]
     return (
         f"designed {day.isoformat()} by {settings.algorithm}, seed {settings.seed}, "
         f"{history.asked} evaluations: {study.problem.identity}; {values}; {told}; begun at "
-        f"{study.start.content.name}, model {study.model.content.name}"
+        f"{study.start.content.name}, model {study.model.content.name}; candidate {key}"
     )
 
 
-def _write_model(path: Path, study: Study, numbers: Mapping[str, float], source: str) -> None:
+def _write_model(
+    path: Path, found: str, study: Study, numbers: Mapping[str, float], source: str
+) -> None:
     def change(tree: CommentedMap) -> None:
-        tree["name"] = path.stem
+        tree["name"] = f"{study.folder.name}-{found}"
         for name, value in numbers.items():
             entry = tree["parameters"][name]
             entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"

@@ -162,7 +162,7 @@ def decide(
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
         return Part(
-            "SET", best, alike, rest, explained, f"{names} cannot be told apart by these runs", told
+            "SET", best, alike, rest, explained, f"{names} cannot be separated by these runs", told
         )
     if rest > 1 and explained < rules.explained:
         reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"

@@ -1,4 +1,4 @@
-"""The closed loop: run, diagnose, propose, run, until one cause stands or the time is over."""
+"""The closed loop: run, diagnose, propose, run, until one cause remains or the time is over."""
 
 from __future__ import annotations
 
@@ -83,16 +83,16 @@ def investigate(
 def _ended(found: Diagnosis, following: Next | None, left: float) -> str | None:
     """Return why there is no further round, None where there is one."""
     if found.kind == "DATA_FAULT":
-        return "the data are at fault: mend what the diagnosis tells, before more runs are made"
+        return "the data are at fault: mend what the diagnosis names, before more runs are made"
     if found.kind == "NAMED":
-        return "one cause stands" if len(found.causes) == 1 else "one pair of causes stands"
+        return "one cause remains" if len(found.causes) == 1 else "one pair of causes remains"
     if found.kind == "NONE":
-        return "no known cause explains what is left; other runs do not change that"
+        return "no known cause explains the residual; other runs do not change that"
     if following is None:
         return (
-            "nothing is left to find"
+            "nothing remains to be found"
             if found.kind == "CLEAN"
-            else "no run that this bench can make tells apart what is left"
+            else "no run that this bench can make distinguishes the causes that remain"
         )
     if following.minutes > left:
         return (

@@ -48,7 +48,7 @@ class Kind:
 
 _AMPLITUDES = "releases from three heights: what depends on amplitude changes along a ring-down"
 _ON_TOP = "added"  # quantity of a number that is freed
-_SCALE = "a known force or mass: a free motion tells ratios only"
+_SCALE = "a known force or mass: a free motion determines ratios only"
 
 SECTIONS: dict[Section, dict[str, Kind]] = {
     "joints": {

@@ -143,7 +143,7 @@ def propose_among(
     closer = _promising(Predicted(left, setting, menu, _BEGIN_S), pairs)
     if not closer:
         return None
-    tell(f"let the rivals adapt in {len(closer)} of them")
+    tell(f"refit the alternatives in {len(closer)} of them")
     return _Adapted(Predicted(left, setting, closer), pairs).best()
 
 

@@ -87,15 +87,15 @@ class Following:
 
     @property
     def sentence(self) -> str:
-        """Return it in words: the runs, and the pairs that they tell apart, the hardest first."""
+        """Return it in words: the runs, and the pairs that they distinguish, the hardest first."""
         proposal = self.proposal
         runs = ", ".join(_worded(trial) for trial in proposal.trials)
         told = [one for one in proposal.separations if one.chance >= _LIKELY]
         pairs = "; ".join(
-            f"{one.rival} {one.distance:.1f} noise deviations off if {one.truth} is true"
+            f"if {one.truth} is true, {one.rival} is {one.distance:.1f} sigma off"
             for one in told[:_PAIRS]
         )
-        likely = f"chance to dismiss what is not true {100 * proposal.chance:.0f} %"
+        likely = f"probability of rejecting a wrong cause {100 * proposal.chance:.0f} %"
         sentence = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
         return sentence + (f" ({pairs})" if pairs else "")
 
@@ -180,8 +180,8 @@ def write_next(
 
 def _text(name: str, proposal: Proposal, robot: Sequence[str] = ()) -> str:
     pairs = [
-        f"#   if {one.truth} is true, {one.rival} stays {one.distance:.1f} noise deviations off: "
-        f"dismissed with a chance of {100 * one.chance:.0f} %"
+        f"#   if {one.truth} is true, {one.rival} stays {one.distance:.1f} sigma off: "
+        f"rejected with a probability of {100 * one.chance:.0f} %"
         for one in proposal.separations
     ]
     title = f"Next experiment of {name}"[:_LONGEST_TITLE]

@@ -43,7 +43,7 @@ _HEADLINES: dict[Kind, str] = {
     "DATA_FAULT": "The data are at fault: {causes}",
 }
 _MORE = (
-    "Use the refitted model: it is as good as these runs can tell. The runs proposed above would "
+    "Use the refitted model: it is as good as these runs can show. The runs proposed above would "
     "show causes that these could not."
 )
 _ADVICE: dict[Kind, str] = {
@@ -54,7 +54,7 @@ _ADVICE: dict[Kind, str] = {
     "the machine where the missing force is greatest.",
     "NONE": "Look at the machine where and when the missing force is greatest, change one thing at "
     "a time, measure again.",
-    "CLEAN": "Use the refitted model: it is as good as these runs can tell. Only runs of other "
+    "CLEAN": "Use the refitted model: it is as good as these runs can show. Only runs of other "
     "modes, or with larger motion, would ask more of it.",
     "DATA_FAULT": "Put the measurement right and measure again before anything of the machine is "
     "changed.",
@@ -120,9 +120,9 @@ def _verdict(found: Diagnosis) -> str:
         sentences.append(_spoken(found.reason))
     base, after = found.errors, found.extended_errors
     if base is not None:
-        gain = f"On runs that no fit has seen, the model errs by {digits(base.rmse)} {base.unit}"
+        gain = f"On runs that no fit has seen, the model's error is {digits(base.rmse)} {base.unit}"
         if after is not None:
-            gain += f" and the extended one by {digits(after.rmse)} {after.unit}"
+            gain += f", the extended one's {digits(after.rmse)} {after.unit}"
         sentences.append(f"{gain}; noise alone makes {digits(base.noise_floor)} {base.unit}")
     return " ".join(f"{_sentence(one)}." for one in sentences)
 
@@ -139,12 +139,12 @@ def _warnings(found: Diagnosis) -> Iterator[str]:
         before = base.by_run.get(name, error)
         if error > max((1 + _HARM) * before, base.noise_floor):
             yield (
-                f"{name} speaks against the answer: the extension errs by {digits(error)} "
-                f"{base.unit} where the base errs by {digits(before)} {base.unit}"
+                f"{name} speaks against the answer: the extension's error is {digits(error)} "
+                f"{base.unit} where the base's is {digits(before)} {base.unit}"
             )
         elif error > _DOUBTFUL * base.noise_floor:
             yield (
-                f"{name} is not understood: the extension errs by {digits(error)} {base.unit} "
+                f"{name} is not understood: the extension's error is {digits(error)} {base.unit} "
                 f"where noise makes {digits(base.noise_floor)} {base.unit}"
             )
 
@@ -173,7 +173,7 @@ def _missing(found: Diagnosis) -> Markup:
         + table(rows, ("Coordinate", "Share explained", "Law"), css="facts")
         + Markup("<p>{}</p>").format(
             "Share of what is missing beyond the noise, each coordinate alone, in pieces of the "
-            "runs that the regression has not seen. A law is told where one term explains nearly "
+            "runs that the regression has not seen. A law is named where one term explains nearly "
             "as much as all of its coordinate."
         )
     )  # fmt: skip

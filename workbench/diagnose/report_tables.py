@@ -73,7 +73,7 @@ def causes(found: Diagnosis) -> Markup:
 
 
 def refit(found: Diagnosis) -> Markup:
-    """Return the model's own numbers as stated and as the fit has them, farthest moved first."""
+    """Return the model's own numbers, nominal and as the fit has them, farthest moved first."""
     moved = sorted(found.refit, key=lambda one: -abs(one.share))
     rows = [
         (_spoken(one.name), digits(one.stated), digits(one.now),
@@ -82,7 +82,7 @@ def refit(found: Diagnosis) -> Markup:
     ]  # fmt: skip
     if not rows:
         return Markup()
-    heads = ("Number", "Stated", "Now", "90 % interval", "Unit", "Of tolerance")
+    heads = ("Number", "Nominal", "Now", "90 % interval", "Unit", "Of tolerance")
     holder = " with ".join(_spoken(name) for name in found.best.names)
     words = (
         f"As the model has them beside {holder}." if holder else "As the refitted base has them."

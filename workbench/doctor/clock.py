@@ -45,7 +45,7 @@ def system_clock(runs: Path) -> Finding:
     newest = max(path.stat().st_mtime for path in Path(workbench.__file__).parent.glob("*.py"))
     if abs(apart) > _APART_S:
         found = f"files in {runs} are stamped {apart:+.0f} s from this computer's clock"
-        return Finding(name, "failed", found, "set both clocks; exports are told by their times")
+        return Finding(name, "failed", found, "set both clocks; exports are found by their times")
     if newest > now + _APART_S:
         found = f"it shows {datetime.now():%Y-%m-%d %H:%M}, before the workbench was installed"
         return Finding(name, "failed", found, "set the clock; runs are named by it")

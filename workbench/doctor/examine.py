@@ -41,7 +41,7 @@ def examine(runs: Path, bench: str | None, progress: Progress) -> Iterator[Findi
     if bench is None:
         del checks["supply"], checks["exports"]
     for number, (name, check) in enumerate(checks.items(), start=1):
-        progress(counted(f"look at the {name}", number, len(checks)))
+        progress(counted(f"examine {name}", number, len(checks)))
         yield _tried(name, check)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import matplotlib
@@ -16,6 +17,7 @@ from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN
 
 __all__ = ["Caption", "pace"]
 
+_Face = ImageFont.FreeTypeFont
 _INK, _QUIET, _ALERT = "#1b2430", "#5b6675", "#b3261e"
 _MARGIN = 1 / 36  # of the picture's height
 _SIZES = {"title": 1 / 24, "text": 1 / 34}  # of the letters, of the picture's height
@@ -52,28 +54,37 @@ class Caption:
     def on(self, picture: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
         """Return the picture with its caption for a time [s]."""
         image = Image.fromarray(picture)
+        for color, place, letters in self._words(image.width, image.height):
+            image.paste(color, place, letters)
         draw, edge = ImageDraw.Draw(image), self._margin
-        right, line = image.width - edge, round(1.5 * self._text.size)
-        draw.text((edge, edge), self._name, _INK, self._title)
-        below = edge + round(1.4 * self._title.size)
-        draw.text((edge, below), self._about, _QUIET, self._text)
-        if self._mark:
-            draw.text((edge, below + line), self._mark, _ALERT, self._text)
-        draw.text((right, edge), f"{time:.2f} s", _INK, self._title, anchor="ra")
-        draw.text((right, below), self._pace, _QUIET, self._text, anchor="ra")
-        self._legend(draw, image.height - edge)
+        draw.text((image.width - edge, edge), f"{time:.2f} s", _INK, self._title, anchor="ra")
         return np.asarray(image)
 
-    def _legend(self, draw: ImageDraw.ImageDraw, bottom: int) -> None:
-        left = float(self._margin)
-        for name, color in self._robots:
-            draw.text((left, bottom), name, color, self._text, anchor="ls")
-            left += draw.textlength(name, self._text) + 1.5 * self._text.size
-        for name, shade in self._arrows:
-            draw.text((left, bottom), name, shade, self._text, anchor="ls")
-            left += draw.textlength(name, self._text) + 1.5 * self._text.size
-        scale = "a square is 0.1 m"
-        draw.text((left, bottom), scale, _QUIET, self._text, anchor="ls")
+    @cache  # noqa: B019  a caption lives as long as its film
+    def _words(self, width: int, height: int) -> list[tuple[str, tuple[int, int], Image.Image]]:
+        """Return the words that stay, in each colour: the colour, where, and the letters."""
+        edge, line = self._margin, round(1.5 * self._text.size)
+        below = edge + round(1.4 * self._title.size)
+        layers: dict[str, Image.Image] = {}
+
+        def write(
+            x: float, y: float, words: str, color: str, face: _Face, anchor: str = "la"
+        ) -> float:
+            if color not in layers:
+                layers[color] = Image.new("L", (width, height))
+            ImageDraw.Draw(layers[color]).text((x, y), words, 255, face, anchor=anchor)
+            return face.getlength(words)
+
+        write(edge, edge, self._name, _INK, self._title)
+        write(edge, below, self._about, _QUIET, self._text)
+        write(width - edge, below, self._pace, _QUIET, self._text, "ra")
+        write(edge, below + line, self._mark or "", _ALERT, self._text)
+        left = float(edge)
+        for words, color in (*self._robots, *self._arrows, ("a square is 0.1 m", _QUIET)):
+            left += write(left, height - edge, words, color, self._text, "ls")
+            left += 1.5 * self._text.size
+        boxes = {color: letters.getbbox() for color, letters in layers.items()}
+        return [(color, box[:2], layers[color].crop(box)) for color, box in boxes.items() if box]
 
 
 def pace(slow: float) -> str:
@@ -83,6 +94,6 @@ def pace(slow: float) -> str:
     return f"1/{slow:g} speed" if slow > 1 else f"{1 / slow:g} times faster"
 
 
-def _letters(name: str, size: int) -> ImageFont.FreeTypeFont:
+def _letters(name: str, size: int) -> _Face:
     """Return a face that comes with matplotlib, so that it is there on every computer."""
     return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)

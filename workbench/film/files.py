@@ -9,14 +9,13 @@ from PIL import Image
 
 from workbench.errors import InputError
 from workbench.film.frames import Film, film
-from workbench.progress import Progress
+from workbench.progress import Progress, reached
 from workbench.review import Comparison
 
 __all__ = ["write_frames", "write_video"]
 
-_TOLD = 10  # times while a film is made
 _CODECS = ("libx264", "libopenh264", "mpeg4")  # the first one that this build of FFmpeg has
-_QUALITY = {"libx264": {"crf": "20", "preset": "medium"}}
+_QUALITY = {"libx264": {"crf": "20", "preset": "veryfast"}}
 
 
 def write_video(comparison: Comparison, path: Path, how: Film, progress: Progress) -> None:
@@ -26,7 +25,7 @@ def write_video(comparison: Comparison, path: Path, how: Film, progress: Progres
         comparison: the run.
         path: of the film; one that is there is replaced when the new one is whole.
         how: pace and size.
-        progress: is told every tenth of the film.
+        progress: is told each frame.
 
     Raises:
         InputError: when the name does not end in .mp4, the extra `video` is not installed, or
@@ -48,7 +47,7 @@ def write_video(comparison: Comparison, path: Path, how: Film, progress: Progres
             stream.width, stream.height, stream.pix_fmt = how.width, how.height, "yuv420p"
             for done, (_, picture) in enumerate(frames, start=1):
                 container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-                _tell(progress, done, count)
+                progress(reached("frame", done, count))
             container.mux(stream.encode(None))
         draft.replace(path)
     finally:
@@ -69,12 +68,7 @@ def write_frames(comparison: Comparison, folder: Path, how: Film, progress: Prog
         folder.mkdir(parents=True, exist_ok=True)
         for done, (_, picture) in enumerate(frames, start=1):
             Image.fromarray(picture).save(folder / f"frame_{done - 1:05d}.png")
-            _tell(progress, done, count)
-
-
-def _tell(progress: Progress, done: int, count: int) -> None:
-    if done * _TOLD // count > (done - 1) * _TOLD // count:
-        progress(f"frame {done} of {count}")
+            progress(reached("frame", done, count))
 
 
 def _encoder() -> ModuleType:

@@ -40,7 +40,6 @@ class Offscreen:
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
         """Note what is rendered; the driver is asked when the block begins."""
         self._model, self._size = model, (width, height)
-        self._rect = mujoco.MjrRect(0, 0, width, height)
 
     def __enter__(self) -> Self:
         """Open the graphics context."""
@@ -60,12 +59,20 @@ class Offscreen:
         self._context.free()
         self._window.free()
 
-    def render(self, scene: mujoco.MjvScene) -> NDArray[np.uint8]:
-        """Return the scene as a picture, (height, width, 3)."""
-        width, height = self._size
+    def render(
+        self, scene: mujoco.MjvScene, size: tuple[int, int] | None = None
+    ) -> NDArray[np.uint8]:
+        """Return the scene as a picture, (height, width, 3); of a smaller size where one is given.
+
+        Args:
+            scene: whose camera has the sides of the picture.
+            size: width and height [px], of at most those of the buffer.
+        """
+        width, height = size or self._size
+        rect = mujoco.MjrRect(0, 0, width, height)
         pixels = np.empty((height, width, 3), np.uint8)
-        mujoco.mjr_render(self._rect, scene, self._context)
-        mujoco.mjr_readPixels(pixels, None, self._rect, self._context)
+        mujoco.mjr_render(rect, scene, self._context)
+        mujoco.mjr_readPixels(pixels, None, rect, self._context)
         return pixels[::-1]  # OpenGL counts rows from below
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.motion import FOOT, ROTOR, TOP, position
-from workbench.review import Comparison, Figure
+from workbench.review import Comparison
 from workbench.review.geometry import (
     MISSING,
     beam_points,
@@ -26,7 +27,7 @@ from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN, rgb
 from workbench.review.scene import FORCE_M_PER_N
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Stage"]
+__all__ = ["Shot", "Stage", "Window"]
 
 _FOOT_THICKNESS_M = 0.008
 _BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
@@ -42,7 +43,8 @@ _XML = """
   <visual>
     <global offwidth="{width}" offheight="{height}" fovy="{fovy}"/>
     <headlight ambient="0.45 0.45 0.45" diffuse="0.35 0.35 0.35" specular="0 0 0"/>
-    <quality shadowsize="2048"/><map znear="0.01" shadowclip="1.5"/>
+    <quality shadowsize="1024" numslices="20" numstacks="10" numquads="4"/>
+    <map znear="0.01" shadowclip="{shadow}"/>
   </visual>
   <statistic extent="1"/>
   <asset>
@@ -53,12 +55,31 @@ _XML = """
     <material name="floor" texture="squares" texrepeat="5 5" texuniform="true"/>
   </asset>
   <worldbody>
-    <light pos="{light} -0.6 1.6" dir="0 0.35 -1" directional="true" diffuse="0.45 0.45 0.45"/>
+    <light pos="{light} -0.6 1.6" dir="0 {slant} -1" directional="true" diffuse="0.45 0.45 0.45"/>
     <geom type="plane" size="6 6 0.01" pos="0 0 {floor}" material="floor"/>
   </worldbody>
 </mujoco>
 """
 _FOVY_DEG = 24.0  # a long lens: little distortion towards the edges
+_SLANT = 0.35  # how far to the left a shadow falls, of the height of what casts it
+_EDGE = 3.0  # room around a point, in radii of what is drawn there: the head of an arrow is wider
+_MARGIN_PX = 4
+
+
+class Window(NamedTuple):
+    """A part of the picture [px]; rows count from below, as OpenGL counts them."""
+
+    left: int
+    bottom: int
+    width: int
+    height: int
+
+
+class Shot(NamedTuple):
+    """A scene, and the part of the picture that its camera sees."""
+
+    scene: mujoco.MjvScene
+    window: Window
 
 
 class Stage:
@@ -66,20 +87,29 @@ class Stage:
 
     Args:
         comparison: the run.
+        times: the instants that can be shown [s], increasing.
         width: of the picture [px].
         height: of the picture [px].
     """
 
-    def __init__(self, comparison: Comparison, width: int, height: int) -> None:
+    def __init__(
+        self, comparison: Comparison, times: NDArray[np.float64], width: int, height: int
+    ) -> None:
         """Build floor and light, and aim the camera."""
-        self._comparison = comparison
+        self._figure = comparison.figure
+        self._real, self._twin = comparison.real.at(times), comparison.twin.at(times)
+        extended, estimate = comparison.extended, comparison.estimate
+        self._extended = None if extended is None else extended.motion.at(times)
+        self._estimate = None if estimate is None else estimate.at(times)
         start, end = comparison.reach()
-        floor = comparison.floor_m - _FOOT_THICKNESS_M / 2
+        self._size, self._floor = (width, height), comparison.floor_m - _FOOT_THICKNESS_M / 2
         self.model = mujoco.MjModel.from_xml_string(
             _XML.format(
-                width=width, height=height, fovy=_FOVY_DEG, light=(start + end) / 2, floor=floor
+                width=width, height=height, fovy=_FOVY_DEG, floor=self._floor,
+                light=(start + end) / 2, slant=_SLANT, shadow=(end - start) / 2 + 2 * _AHEAD_M,
             )
-        )
+        )  # fmt: skip
+        self._edges: list[tuple[NDArray[np.float64], float]] = []  # points and room around them
         self._data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self._data)
         self._scene = mujoco.MjvScene(self.model, maxgeom=_MOST_GEOMS)
@@ -87,23 +117,58 @@ class Stage:
         self._reach = 0.0 if comparison.estimate is None else missing_scale(comparison.estimate)
         self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
 
-    def at(self, time: float) -> mujoco.MjvScene:
-        """Return the scene at a time [s]; what was not seen then is not there."""
+    def empty(self) -> mujoco.MjvScene:
+        """Return the whole picture's scene without any robot."""
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
             self.model, self._data, self._option, self._perturb, self._camera, everything,
             self._scene,
         )  # fmt: skip
-        run, instant = self._comparison, np.array([time])
-        estimate = None if run.estimate is None else run.estimate.at(instant)
-        self._add_measured(run.real.at(instant), run.figure, estimate)
-        if run.extended is not None and len(run.extended.motion):
-            self._add_simulated(run.extended.motion.at(instant), run.figure, EXTENDED)
-        if len(run.twin):
-            self._add_simulated(run.twin.at(instant), run.figure, TWIN)
         return self._scene
 
-    def _add_simulated(self, motion: TimeSeries, figure: Figure, color: str) -> None:
+    def at(self, time: float) -> Shot:
+        """Return the scene at one of the times [s], as a window around the robots shows it.
+
+        What was not seen then is not there. Outside of the window the picture is that of `empty`.
+        """
+        self.empty()
+        self._edges.clear()
+        estimate = None if self._estimate is None else self._estimate.between(time, time)
+        self._add_measured(self._real.between(time, time), estimate)
+        for motion, color in ((self._extended, EXTENDED), (self._twin, TWIN)):
+            if motion is not None and motion.valid.any():
+                self._add_simulated(motion.between(time, time), color)
+        return Shot(self._scene, self._look_closer())
+
+    def _look_closer(self) -> Window:
+        """Narrow the camera's view to the robots and their shadows, and return what it sees."""
+        width, height = self._size
+        eye = mujoco.mjv_averageCamera(*self._scene.camera)
+        if self._edges:
+            points = np.array([point for point, _ in self._edges])
+            room = np.array([radius for _, radius in self._edges])
+            shadows = points + np.outer(points[:, 2] - self._floor, [0, _SLANT, -1])
+            away = np.vstack([points, shadows]) - eye.pos
+            scale = height / (eye.frustum_top - eye.frustum_bottom) * eye.frustum_near
+            seen = away @ np.array([np.cross(eye.forward, eye.up), eye.up]).T
+            seen *= (scale / (away @ eye.forward))[:, None]
+            near = float(np.min(away @ eye.forward))
+            edge = np.tile(room, 2)[:, None] * scale / near + _MARGIN_PX
+            middle = np.array([width, height]) / 2
+            low = np.floor(np.clip(middle + np.min(seen - edge, axis=0), 0, 2 * middle - 1))
+            high = np.ceil(np.clip(middle + np.max(seen + edge, axis=0), low + 1, 2 * middle))
+        else:
+            low, high = np.zeros(2), np.ones(2)
+        (left, bottom), (right, top) = low.astype(int).tolist(), high.astype(int).tolist()
+        across = (eye.frustum_top - eye.frustum_bottom) / height  # of a pixel, on the near plane
+        for camera in self._scene.camera:  # the left eye's and the right one's, averaged
+            camera.frustum_center = across * ((left + right) / 2 - width / 2)
+            camera.frustum_bottom = across * (bottom - height / 2)
+            camera.frustum_top = across * (top - height / 2)
+        return Window(left, bottom, right - left, top - bottom)
+
+    def _add_simulated(self, motion: TimeSeries, color: str) -> None:
+        figure = self._figure
         half = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS_M / 2]
         foot = position(motion, FOOT)[0]
         self._add_foot(foot, foot_pitch(motion)[0], half, _ink(color))
@@ -118,14 +183,12 @@ class Stage:
                     tip = place + FORCE_M_PER_N * force
                     self._line(place, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
 
-    def _add_measured(
-        self, motion: TimeSeries, figure: Figure, estimate: TimeSeries | None
-    ) -> None:
+    def _add_measured(self, motion: TimeSeries, estimate: TimeSeries | None) -> None:
         """Add the real robot as a ghost, its beam as estimated, the fainter the less certain.
 
         Where there is no estimate, a thin line stands for the beam.
         """
-        ink = _ink(REAL, _GHOST)
+        ink, figure = _ink(REAL, _GHOST), self._figure
         self._add_top(motion, ink)
         x, y = figure.foot_length / 2, figure.foot_width / 2
         edges = [[x, y], [x, -y], [-x, -y], [-x, y], [x, y]]
@@ -152,6 +215,7 @@ class Stage:
             if np.isfinite(place).all():
                 kind, level = mujoco.mjtGeom.mjGEOM_SPHERE, np.eye(3).ravel()
                 mujoco.mjv_initGeom(self._next(), kind, np.full(3, radius), place, level, ink)
+                self._edges.append((place, radius))
         self._line(top, rotor, _ARM_M, ink)
 
     def _add_foot(
@@ -165,6 +229,8 @@ class Stage:
             c, s = np.cos(pitch), np.sin(pitch)
             turned, kind = np.array([c, 0, s, 0, 1, 0, -s, 0, c]), mujoco.mjtGeom.mjGEOM_BOX
             mujoco.mjv_initGeom(self._next(), kind, np.array(half), place, turned, ink)
+            corners = np.array(list(product((-1, 1), repeat=3))) * half @ turned.reshape(3, 3).T
+            self._edges += [(place + corner, 0.0) for corner in corners]
 
     def _line(
         self,
@@ -180,6 +246,7 @@ class Stage:
         geom = self._next()
         mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.eye(3).ravel(), ink)
         mujoco.mjv_connector(geom, kind, radius, begin, end)
+        self._edges += [(begin, _EDGE * radius), (end, _EDGE * radius)]
 
     def _next(self) -> mujoco.MjvGeom:
         """Return the scene's next free geom, which casts a shadow as a body does."""

@@ -98,7 +98,7 @@ def told_apart(fit: Fit, progress: Progress = lambda text: None) -> tuple[Fit, l
         found.append(worst)
         members = [p for p in fit.vector.parameters if p.name in worst.powers]
         held = min(members, key=_exactness)
-        progress(f"{worst}; {held.name} stays as stated")
+        progress(f"{worst}; {held.name} stays at its nominal value")
         fit = _without(fit, held, worst)
     return fit, found
 

@@ -195,7 +195,7 @@ def calibrate(
     if half > WIDEST_SLOPE * abs(line.slope.value):
         reason = (
             f"the slope is only known within \N{PLUS-MINUS SIGN}{half:.2g} rad/s/V of "
-            f"{line.slope.value:.3g} rad/s/V; more runs, farther apart, would tell it"
+            f"{line.slope.value:.3g} rad/s/V; more runs, farther apart, would determine it"
         )
         return SpeedCalibration(tuple(points), None, {}, *kept, reason)
     return SpeedCalibration(tuple(points), line, check_line(line), *kept, None)

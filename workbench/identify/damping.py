@@ -100,7 +100,7 @@ class ModeDamping:
         )
         match self.viscous:
             case None:
-                return f"{told}; too few windows to tell whether it is viscous"
+                return f"{told}; too few windows to say whether it is viscous"
             case True:
                 return f"{told}, viscous: no trend with the amplitude"
             case False if self.trend < 0:

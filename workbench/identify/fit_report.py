@@ -61,7 +61,7 @@ def made_from(
 ) -> dict[str, str]:
     """Return which models and takes a fit was made from, each with its hash, and the versions."""
     rows = {
-        "stated model": f"{stated.content.name} ({sha256(stated.path)[:_DIGEST]})",
+        "nominal model": f"{stated.content.name} ({sha256(stated.path)[:_DIGEST]})",
         "new model": f"{written.path.name} ({sha256(written.path)[:_DIGEST]})",
     }
     for k, bundle in enumerate(bundles, start=1):
@@ -94,7 +94,7 @@ def _validated(validation: Validation) -> Part | None:
     rows = [_row(run.name, point) for run in validation.runs for point in run.points]
     rows.append(_row("all", pooled))
     text = (
-        "Root mean square position error on runs held out, in mm: noise floor, stated model, "
+        "Root mean square position error on runs held out, in mm: noise floor, nominal model, "
         "fitted model; last, the reduction of the error above the noise."
     )
     heads = ("Run", "Point", "Noise", "Stated", "Fitted", "Removed")
@@ -110,7 +110,7 @@ def _row(name: str, point: PointError) -> tuple[str, ...]:
 
 def _predicted(run: RunValidation) -> str:
     told = "; ".join(
-        f"{ahead} s ahead {stated:.3g} mm stated, {fitted:.3g} mm fitted"
+        f"{ahead} s ahead {stated:.3g} mm nominal, {fitted:.3g} mm fitted"
         for ahead, (stated, fitted) in run.predicted.items()
         if stated is not None and fitted is not None
     )

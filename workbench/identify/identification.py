@@ -179,7 +179,7 @@ def identify(
         p.name: value for p, value in fit.vector.values(fit.x).items() if p.scope is not Scope.RUN
     }
     if not values:
-        raise InputError("the runs tell none of the parameters: " + "; ".join(_said(open_)))
+        raise InputError("the runs determine none of the parameters: " + "; ".join(_said(open_)))
     return Identification(
         estimates, values, tuple(_said(open_)), _misfits(fit),
         tuple(_warnings(estimates, fit, model.increments, robot.increments)), tuple(used),
@@ -215,7 +215,7 @@ def runs_that_tell(names: Collection[str], runs: Sequence[MeasuredRun]) -> list[
     if ground and not free:
         raise InputError(
             f"{', '.join(ground)}: no run touches the ground; runs of mode drop or hop with role "
-            "train tell of it, for example `workbench run protocols/drop.yaml`"
+            "train show it, for example `workbench run protocols/drop.yaml`"
         )
     if len(ground) == len(names):
         return free
@@ -311,12 +311,12 @@ def _warnings(
         if estimate.at_bound:
             warnings.append(
                 f"{name} ends at its bound, {estimate.value:.4g} {estimate.unit}, a third or three "
-                "times its stated value; the model lacks something, or the stated value is wrong"
+                "times its nominal value; the model lacks something, or the nominal value is wrong"
             )
         elif abs(estimate.value - estimate.stated) > 3 * estimate.tolerance:
             warnings.append(
                 f"{name} is {estimate.value:.4g} {estimate.unit}, more than three tolerances "
-                f"from the stated {estimate.stated:.4g}"
+                f"from the nominal {estimate.stated:.4g}"
             )
     if not fit.converged:
         warnings.append(

@@ -147,7 +147,7 @@ def _parted(line: SpeedLine, term: NDArray[np.float64], what: str) -> _Term:
     terms = np.column_stack([volts, np.ones_like(volts)])
     left = term - terms @ np.linalg.lstsq(terms, term)[0]
     if np.linalg.norm(left) < _LEFT * np.linalg.norm(term - term.mean()):
-        return f"{what} goes with the voltage, so that the two cannot be told apart"
+        return f"{what} goes with the voltage, so that the two cannot be distinguished"
     return term
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from ruamel.yaml.comments import CommentedMap
 
 from workbench.identify.identification import Estimate
-from workbench.protocol import Document, ModelFile, rounded, write_changed
+from workbench.protocol import Document, ModelFile, identified_source, rounded, write_changed
 
 __all__ = ["write_model"]
 
@@ -47,19 +47,12 @@ def write_model(
             tree["increments"] = increments
         for name, value in values.items():
             entry = tree["parameters"][name]
-            source = f"identified {day.isoformat()} from {_told(runs)}"
             estimate = estimates.get(name)
-            if estimate is None:
-                source += "; only in combination with others, see not_determined"
-            else:
-                source += f", 90 % {estimate.low:.6g} to {estimate.high:.6g}"
+            interval = None if estimate is None else (estimate.low, estimate.high)
+            was = f"{entry['value']:g}: {entry['source']}"
+            if estimate is not None:
                 entry["tolerance"] = rounded(estimate.half_width, 2)
-            entry["source"] = f"{source}; was {entry['value']:g}: {entry['source']}"
+            entry["source"] = identified_source(day, runs, interval, was)
             entry["value"] = rounded(value)
 
     return write_changed(path, stated, "model", change)
-
-
-def _told(runs: Sequence[str]) -> str:
-    shown = ", ".join(runs[:3]) + (f" and {len(runs) - 3} more" if len(runs) > 3 else "")
-    return f"{len(runs)} run(s) ({shown})"

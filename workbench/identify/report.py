@@ -43,7 +43,7 @@ _NAMES = {
     "root_damping": "dT, damping of the root",
 }
 _Shown = TypeVar("_Shown", Pair, MeasuredRun)
-_KIND = {True: "viscous", False: "not viscous", None: "not told"}
+_KIND = {True: "viscous", False: "not viscous", None: "not determined"}
 
 
 class Part(NamedTuple):
@@ -124,7 +124,7 @@ def write_identification(
 
 
 def _verdict(found: Identification) -> str:
-    told = f"{len(found.estimates)} parameters are told by {len(found.runs)} runs"
+    told = f"{len(found.estimates)} parameters are determined by {len(found.runs)} runs"
     if found.not_determined:
         told += f", {len(found.not_determined)} combinations are not"
     return f"{told}; the fitted model misses the runs by {found.misfit:.2f} times the noise."
@@ -166,7 +166,7 @@ def _misfits(found: Identification) -> Markup:
         "standard deviations of the cameras' noise; 1 is as good as can be. Process noise, what "
         "the model lacks in N m sqrt(s) and N sqrt(s): {}.</p>"
     ).format(noise)
-    return words + table(rows, ("Run", "Misfit in noise deviations"))
+    return words + table(rows, ("Run", "Misfit in sigma"))
 
 
 def _largest_first(misfits: Mapping[str, float]) -> list[tuple[str, float]]:

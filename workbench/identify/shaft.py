@@ -44,7 +44,7 @@ def shaft_speed(run: MeasuredRun) -> RotorSpeed:
         InputError: the rotor is not seen, its turns cannot be counted, it stalls or is not steady.
     """
     if not run.driven or len(run.steps) < 2:
-        raise InputError(f"mode {run.mode} has no drive, so it tells no speed at a voltage")
+        raise InputError(f"mode {run.mode} has no drive, so it gives no speed at a voltage")
     start, stop = run.steps[-2][0] + START_UP_S, run.steps[-1][0] - RUN_OUT_S
     part = run.motion.between(start, stop).select(_CHANNELS)
     seen = np.asarray((part.valid & np.isfinite(part.values)).all(axis=1))

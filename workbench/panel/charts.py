@@ -13,7 +13,7 @@ from workbench.catalogue.trends import Trend
 
 __all__ = ["Curve", "control_chart", "curves_chart"]
 
-_WIDTH, _LEFT, _BOTTOM, _TOP, _RIGHT = 640, 62, 34, 10, 12
+_WIDTH, _LEFT, _BOTTOM, _TOP, _RIGHT = 640, 84, 34, 10, 12
 _MOST_POINTS = 1200  # of a curve: twice the pixels of a chart
 
 
@@ -37,14 +37,14 @@ class _Axes:
         down = self.height - _BOTTOM - (y - y0) / (y1 - y0) * (self.height - _BOTTOM - _TOP)
         return round(across, 1), round(down, 1)
 
-    def drawn(self, across: str, title: str) -> str:
-        """Return grid, numbers and titles."""
+    def drawn(self, across: str, title: str, least: float = 0.0) -> str:
+        """Return grid, numbers and titles; numbers across are at least so far apart."""
         parts = []
         for value in _ticks(*self._y):
             x, y = self.at(self._x[0], value)
             parts.append(f'<line class="grid" x1="{x}" x2="{_WIDTH - _RIGHT}" y1="{y}" y2="{y}"/>')
             parts.append(f'<text x="{x - 6}" y="{y + 4}" text-anchor="end">{value:g}</text>')
-        for value in _ticks(*self._x):
+        for value in _ticks(*self._x, least):
             x, y = self.at(value, self._y[0])
             parts.append(f'<text x="{x}" y="{y + 16}" text-anchor="middle">{value:g}</text>')
         parts.append(
@@ -93,20 +93,20 @@ def control_chart(trend: Trend) -> str:
         )
     unit = f" [{trend.unit}]" if trend.unit else ""
     head = f"<figure><figcaption>{escape(trend.title)}{escape(unit)}: {escape(_verdict(trend))}"
-    drawn = axes.drawn("run, oldest first", trend.title)
+    drawn = axes.drawn(f"{trend.each}, oldest first", trend.title, 1.0)
     return f"{head}</figcaption>{drawn}{''.join(parts)}</svg></figure>"
 
 
 def _verdict(trend: Trend) -> str:
     if trend.limits is None:
-        return "fewer than five runs, so no control limits"
+        return f"fewer than five {trend.each}s, so no control limits"
     lower, centre, upper = trend.limits
     usual = f"mean {centre:.4g}, limits {lower:.4g} to {upper:.4g}"
     count = int(trend.signals.sum())
     if not count:
         return f"in control; {usual}"
     first = trend.names[int(np.argmax(trend.signals))]
-    return f"OUT OF CONTROL in {count} of {len(trend.values)} runs, first {first}; {usual}"
+    return f"OUT OF CONTROL in {count} of {len(trend.values)} {trend.each}s, first {first}; {usual}"
 
 
 def _thinned(curve: Curve) -> Curve:
@@ -141,9 +141,9 @@ def _widened(low: float, high: float) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _ticks(low: float, high: float) -> list[float]:
+def _ticks(low: float, high: float, least: float = 0.0) -> list[float]:
     """Return three to seven round numbers between two."""
-    rough = (high - low) / 5
+    rough = max((high - low) / 5, least)
     power = 10.0 ** np.floor(np.log10(rough))
     step = float(next(k * power for k in (1, 2, 5, 10) if k * power >= rough))
     return [round(k * step, 12) for k in range(int(np.ceil(low / step)), int(high / step) + 1)]

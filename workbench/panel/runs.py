@@ -12,9 +12,10 @@ import numpy as np
 
 from workbench.bundle import Bundle, Series
 from workbench.catalogue import Entry, Query, search
-from workbench.catalogue.trends import condition_of, conditions, trends
+from workbench.catalogue.trends import charted, condition_of, conditions, trends
 from workbench.errors import InputError
 from workbench.panel.charts import Curve, control_chart, curves_chart
+from workbench.protocol import UNITS, identifications
 from workbench.timeseries import TimeSeries
 
 __all__ = ["MOST_COMPARED", "compare_page", "rows_json", "trend_page"]
@@ -76,12 +77,13 @@ def compare_page(root: Path, names: Sequence[str]) -> str:
     return f'{head}{table}<section class="charts">{"".join(charts)}</section></main></body></html>'
 
 
-def trend_page(root: Path, like: str = "") -> str:
-    """Return the page of control charts of one condition.
+def trend_page(root: Path, like: str = "", models: Path = Path("models")) -> str:
+    """Return the page of control charts of one condition, and of what was identified over time.
 
     Args:
         root: folder of all bundles.
         like: name of a run of the condition; that with most runs if empty.
+        models: folder that `workbench identify` writes to.
 
     Raises:
         InputError: when there is no such run.
@@ -112,8 +114,32 @@ def trend_page(root: Path, like: str = "") -> str:
     )
     rest = f'<section class="runs"><h2>Other conditions</h2><ul>{others}</ul></section>'
     head = _HEAD.format(title="Trend", lead=lead)
-    charted = f'<section class="charts">{charts}</section>' if charts else ""
-    return f"{head}{charted}{rest if others else ''}</main></body></html>"
+    shown = f'<section class="charts">{charts}</section>' if charts else ""
+    found = _identified(models)
+    return f"{head}{shown}{found}{rest if others else ''}</main></body></html>"
+
+
+def _identified(models: Path) -> str:
+    """Return the charts of each parameter that two identifications determined."""
+    found = identifications(models)
+    charts = [
+        control_chart(trend)
+        for name, unit in UNITS.items()
+        for trend in charted(
+            name.replace("_", " ").capitalize(),
+            "" if unit == "1" else unit,
+            {one.model: one.values[name] for one in found if name in one.values},
+            "identification",
+        )
+    ]
+    if not charts:
+        return ""
+    lead = (
+        f'<section class="runs"><h2>Identified parameters</h2><p class="quiet">{len(found)} '
+        f"identifications in {escape(models.name)}, {found[0].day} to {found[-1].day}; those that "
+        "an identification did not determine are left out.</p></section>"
+    )
+    return f'{lead}<section class="charts">{"".join(charts)}</section>'
 
 
 def _add_curves(curves: dict[str, list[Curve]], series: TimeSeries, style: str) -> None:

@@ -22,11 +22,12 @@ CHECK_BAR_MM = 200.0
 
 _POINTS_PER_M = 1000 * mm
 _FIELD = Color(0.13, 0.13, 0.13)  # bare aluminium must stand out, a printer must not drown
-_FAINT = Color(0.3, 0.3, 0.3)
+_FAINT = Color(0.55, 0.55, 0.55)
 _CELLS = 6  # of a marker, its black rim included
 _BAR_BELOW_M = 0.0032
 _FOOT_LINE_M = (0.05, 0.04, 0.15)  # x and y of its start from the field's corner, length
 _SMALL_POINTS = 6.5
+_LINE_POINTS = 11
 _TEXT_POINTS = 11
 
 
@@ -85,7 +86,7 @@ def _draw_pattern(canvas: Canvas, board: Board) -> None:
     way = np.array([np.cos(FOOT_TURN_RAD), np.sin(FOOT_TURN_RAD)])
     end = start + _FOOT_LINE_M[2] * way
     canvas.setStrokeColor(_FAINT)
-    canvas.setLineWidth(0.3 * mm)
+    canvas.setLineWidth(0.4 * mm)
     barb = 0.006 * np.array([[-way[0] - way[1], way[0] - way[1]], [way[1] - way[0], -way.sum()]])
     for one, other in ((start, end), (end, end + barb[0]), (end, end + barb[1])):
         canvas.line(*(np.concatenate([one, other]) * _POINTS_PER_M))
@@ -93,7 +94,7 @@ def _draw_pattern(canvas: Canvas, board: Board) -> None:
     canvas.translate(*(start * _POINTS_PER_M))
     canvas.rotate(float(np.degrees(FOOT_TURN_RAD)))
     canvas.setFillColor(_FAINT)
-    canvas.setFont("Helvetica", _SMALL_POINTS)
+    canvas.setFont("Helvetica", _LINE_POINTS)
     canvas.drawString(0, 1.2 * mm, "foot line: the robot hops this way")
     canvas.restoreState()
 

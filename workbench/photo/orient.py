@@ -69,7 +69,7 @@ def oriented(
     best, second = np.sort(misfits)[:2]
     if best > _CLEARLY * second:
         raise InputError(
-            f"{name}: root and tip, or the strip's two sides, cannot be told apart: it is "
+            f"{name}: root and tip, or the strip's two sides, cannot be distinguished: it is "
             f"{np.degrees(best):.0f} and {np.degrees(second):.0f} deg a joint off the target; "
             "see that the target is the right one, or say which way is forward (--foot aligned, "
             "--forward and --up)"

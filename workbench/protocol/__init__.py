@@ -9,6 +9,7 @@ from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSect
 from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
 from workbench.protocol.experiment import Mode, Part, Protocol, Role
 from workbench.protocol.files import Document, load, parse
+from workbench.protocol.identified import Identified, identifications, identified_source
 from workbench.protocol.library import builtin_names, load_model, load_shape, with_calibration
 from workbench.protocol.model import UNITS, ModelFile, value_fault
 from workbench.protocol.parts import Parts, load_protocol
@@ -69,6 +70,7 @@ __all__ = [
     "ChannelEffect",
     "Connection",
     "Document",
+    "Identified",
     "InputEffect",
     "Item",
     "JointEffect",
@@ -104,6 +106,8 @@ __all__ = [
     "VirtualSection",
     "builtin_names",
     "calibration_text",
+    "identifications",
+    "identified_source",
     "load",
     "load_model",
     "load_protocol",

@@ -23,6 +23,7 @@ __all__ = ["Document", "Location", "load", "parse"]
 KINDS = ("protocol", "part", "bench", "sheet", "model", "shape", "calibration", "rig")
 """All kinds of files, as their `schema` names them."""
 
+_ALIKE = 0.75  # of a name to one in a folder below
 _NAMED = 5  # files of a folder that a message names
 
 S = TypeVar("S", bound=BaseModel)
@@ -111,8 +112,10 @@ def _instead(path: Path) -> str:
     if not path.parent.is_dir():
         return f"there is no folder {path.parent}"
     names = {near.stem: near.name for near in sorted(path.parent.glob("*.yaml"))}
-    if not path.suffix and (own := next(iter(sorted(Path().glob(f"*/{path.name}.yaml"))), None)):
-        return f"did you mean {own.as_posix()}?"
+    if not path.suffix:  # a name alone, as models and shapes have
+        own = {one.stem: one for one in sorted(Path().glob("*/*.yaml"), reverse=True)}
+        if near := difflib.get_close_matches(path.name, list(own), n=1, cutoff=_ALIKE):
+            return f"did you mean {own[near[0]].as_posix()}?"
     if close := difflib.get_close_matches(path.stem, list(names), n=1):
         return f"did you mean {names[close[0]]!r}?"
     some = ", ".join(list(names.values())[:_NAMED]) + (", ..." if len(names) > _NAMED else "")

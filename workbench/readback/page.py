@@ -92,7 +92,7 @@ def _warnings(bent: AsBent) -> list[str]:
             "show it. Lay the foot along the board's foot line and give --foot-aligned."
         )
     if bent.uncertainty is None:
-        warnings.append("Nothing tells how sure the angles are, so no spread is simulated.")
+        warnings.append("How certain the angles are is not known, so no spread is simulated.")
     return warnings
 
 

@@ -16,9 +16,10 @@ from workbench.review.notes import labels
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
 
-__all__ = ["draw_lane", "lanes"]
+__all__ = ["draw_lanes", "lanes"]
 
 _WIDTH_M = 0.40  # from lane to lane: a foot and room to fall over
+_IN_A_ROW = 4
 _SIGN_M = 0.24  # from the start back to the lane's sign
 _LINE = 1.5
 _ASPECT = 1.6  # width to height of the view
@@ -42,32 +43,50 @@ def lanes(comparisons: Sequence[Comparison]) -> rrb.Blueprint:
     )
 
 
-def draw_lane(stream: rr.RecordingStream, comparison: Comparison, number: int) -> None:
-    """Put a run's entities into its lane, the first one leftmost, with its number on a sign."""
-    root = f"runs/{number}"
-    stream.log(root, rr.Transform3D(translation=[0, (1 - number) * _WIDTH_M, 0]), static=True)
-    place = [-_SIGN_M, 0.0, floor_height(comparison)]
-    sign = rr.Points3D(
-        [place], labels=[f"{number}"], radii=0.0001, colors=rgb(palette.SHADES["marks"])
-    )
-    stream.log(f"{root}/sign", sign, static=True)
+def draw_lanes(stream: rr.RecordingStream, comparisons: Sequence[Comparison]) -> None:
+    """Put the entities of each run into its lane, the first one leftmost, its number on a sign.
+
+    After four lanes another row begins, beyond all that the first one reaches: in one row of many
+    the robots would be tiny.
+    """
+    start, end = _reach(comparisons)
+    for number, comparison in enumerate(comparisons, start=1):
+        row, lane = divmod(number - 1, _IN_A_ROW)
+        root, place = f"runs/{number}", [row * (end - start), -lane * _WIDTH_M, 0]
+        stream.log(root, rr.Transform3D(translation=place), static=True)
+        sign = rr.Points3D(
+            [[-_SIGN_M, 0.0, floor_height(comparison)]],
+            labels=[f"{number}"],
+            radii=0.0001,
+            colors=rgb(palette.SHADES["marks"]),
+        )
+        stream.log(f"{root}/sign", sign, static=True)
+
+
+def _reach(comparisons: Sequence[Comparison]) -> tuple[float, float]:
+    """Return where the lanes of a row begin and end, forward [m]."""
+    reaches = [comparison.reach() for comparison in comparisons]
+    start, end = min(start for start, _ in reaches), max(end for _, end in reaches)
+    return start - 1.5 * _SIGN_M, end + _SIGN_M
 
 
 def _all(comparisons: Sequence[Comparison]) -> rrb.Container:
     """Return all runs: their robots in lanes, their ways, their errors and a table."""
     hopping = all(comparison.mover == FOOT for comparison in comparisons)
-    point, channel = ("Foot", FOOT[0]) if hopping else ("T", TOP[0])
+    point, channel = ("foot", FOOT[0]) if hopping else ("T", TOP[0])
     way, span = channel.removesuffix("_m"), _span(comparisons, channel)
     return rrb.Vertical(
         rrb.Horizontal(
             _race(comparisons),
             rrb.TextDocumentView(origin="/notes", name="Runs"),
             column_shares=[2, 1],
+            name="Robots",
         ),
         rrb.Horizontal(
-            _overlaid(f"{point} of the robots, forward x [m]", f"{way}/real", comparisons, span),
-            _overlaid(f"{point} of the twins, forward x [m]", f"{way}/twin", comparisons, span),
-            _overlaid("Distance of T from its twin [mm]", "error_mm/top", comparisons),
+            _overlaid(f"Real {point} x [m]", f"{way}/real", comparisons, span),
+            _overlaid(f"Twin {point} x [m]", f"{way}/twin", comparisons, span),
+            _overlaid("T error [mm]", "error_mm/top", comparisons),
+            name="Curves",
         ),
         row_shares=[3, 2],
         name="All runs",
@@ -75,33 +94,31 @@ def _all(comparisons: Sequence[Comparison]) -> rrb.Container:
 
 
 def _race(comparisons: Sequence[Comparison]) -> rrb.Spatial3DView:
-    parts = ("real/**", "sim/**", "extended/**", "sign", "floor/scale")
+    parts = ("real/**", "twin/**", "extended/**", "sign", "floor/scale", "floor/ground")
     numbers = range(1, len(comparisons) + 1)
     contents = [f"/runs/{number}/{part}" for number in numbers for part in parts]
     contents.append(f"/runs/{len(comparisons)}/floor/marks")  # of the lane nearest to the eye
     floor = min(floor_height(comparison) for comparison in comparisons)
     outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
     outlined: Overrides = {
-        f"/runs/{k}/{who}/foot": outline for k in numbers for who in ("sim", "extended")
+        f"/runs/{k}/{who}/foot": outline for k in numbers for who in ("twin", "extended")
     }
-    return scene(
-        "All robots, a lane for each run", "", contents, _eye(comparisons), floor, outlined
-    )
+    return scene("All robots", "", contents, _eye(comparisons), floor, outlined)
 
 
 def _eye(comparisons: Sequence[Comparison]) -> rrb.EyeControls3D:
     """Look from the right where the way is longer than the lanes are wide, else from behind."""
-    reaches = [comparison.reach() for comparison in comparisons]
-    left = min(start for start, _ in reaches) - 1.5 * _SIGN_M
-    right = max(end for _, end in reaches) + _SIGN_M
-    deep = len(comparisons) * _WIDTH_M
-    target = np.array([(left + right) / 2, (_WIDTH_M - deep) / 2, 0.1])
-    sideways = right - left > deep
-    wide, far = (right - left, deep) if sideways else (deep, right - left)
+    start, end = _reach(comparisons)
+    count = len(comparisons)
+    rows, across = -(-count // _IN_A_ROW), min(count, _IN_A_ROW) * _WIDTH_M
+    along = rows * (end - start)
+    target = np.array([start + along / 2, (_WIDTH_M - across) / 2, 0.1])
+    sideways = along > across and rows == 1
+    wide, far = (along, across) if sideways else (across, along)
     direction = np.array([0.1, -0.8, 0.6] if sideways else [-0.8, -0.1, 0.6])
     return rrb.EyeControls3D(
         kind="Orbital",
-        position=target + _DISTANCE * max(wide / _ASPECT, 0.7 * far, _LEAST_M) * direction,
+        position=target + _DISTANCE * max(wide / _ASPECT, 0.8 * far, _LEAST_M) * direction,
         look_target=target,
         eye_up=(0, 0, 1),
     )

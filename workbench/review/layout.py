@@ -29,7 +29,8 @@ _AIR = 1.05  # of the greatest error, to the end of its axis
 _ASPECT = 1.9  # width to height of what a 3-D view shows
 _DISTANCE = 1.52  # of the eye from what it looks at, for each metre seen
 _LEAST_M = 0.005  # of an axis: on less, a foot that is held seems to move by the noise
-_SHARES = {"scenes": 5.2, "traces": 4.8, "evidence": 3.4, "phases": 1.6}
+_SHARES = {"robots": 5.2, "curves": 4.8, "evidence": 3.4, "phases": 1.6}
+"""Height of each row of views; a name is short, for the tree beside several runs is narrow."""
 
 
 def layout(comparison: Comparison) -> rrb.Blueprint:
@@ -53,11 +54,11 @@ def run_views(comparison: Comparison, root: str = "", name: str | None = None) -
     if comparison.proof is None:
         return _commanded(comparison, root, name)
     compared = rrb.Vertical(
-        rrb.Horizontal(*_compared_scenes(comparison, root)),
-        rrb.Horizontal(*_compared_errors(comparison, root)),
-        rrb.Horizontal(*_missing(comparison, root), _words(comparison, root)),
-        row_shares=[_SHARES["scenes"], _SHARES["traces"], _SHARES["evidence"]],
-        name="As compared: turned and started as measured",
+        rrb.Horizontal(*_compared_scenes(comparison, root), name="Robots"),
+        rrb.Horizontal(*_compared_errors(comparison, root), name="Errors"),
+        rrb.Horizontal(*_missing(comparison, root), _words(comparison, root), name="Evidence"),
+        row_shares=[_SHARES["robots"], _SHARES["curves"], _SHARES["evidence"]],
+        name="As compared",
     )
     return rrb.Tabs(compared, _commanded(comparison, root, "As commanded"), active_tab=0, name=name)
 
@@ -65,14 +66,14 @@ def run_views(comparison: Comparison, root: str = "", name: str | None = None) -
 def _commanded(comparison: Comparison, root: str, name: str | None) -> rrb.Container:
     """Return the run beside its twin, as the motor was commanded."""
     rows = {
-        "scenes": _scenes(comparison, root),
-        "traces": _traces(comparison, root),
+        "robots": _scenes(comparison, root),
+        "curves": _traces(comparison, root),
         "evidence": _evidence(comparison, root),
         "phases": _phases(comparison, root),
     }
     shown = {row: views for row, views in rows.items() if views}
     return rrb.Vertical(
-        *(rrb.Horizontal(*views) for views in shown.values()),
+        *(rrb.Horizontal(*views, name=row.capitalize()) for row, views in shown.items()),
         row_shares=[_SHARES[row] for row in shown],
         name=name,
     )
@@ -87,7 +88,7 @@ def _compared_scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DVie
     outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
     outlined: Overrides = {f"{path}/foot": outline for path in [*paths.values()][1:]}
     every = [f"{path}/**" for path in paths.values()]
-    return [*views, scene("All three as compared", root, every, eye, floor, outlined)]
+    return [*views, scene("All three", root, every, eye, floor, outlined)]
 
 
 def _compared_errors(comparison: Comparison, root: str) -> list[rrb.TimeSeriesView]:
@@ -95,11 +96,11 @@ def _compared_errors(comparison: Comparison, root: str) -> list[rrb.TimeSeriesVi
     assert comparison.proof is not None
     every = [one.error.values[one.error.valid] for _, one in comparison.proof.both]
     top = _AIR * max((float(part.max()) for part in every if part.size), default=1.0)
-    named = {FOOT_ERROR: "foot", TOP_ERROR: "T"}
+    named = {FOOT_ERROR: "Foot", TOP_ERROR: "T"}
     return [
         curves(
             f"{root}/plots/compared/{named[column].lower()}_mm",
-            f"Error at {named[column]} as compared [mm]",
+            f"{named[column]} error [mm]",
             span=(0.0, top),
         )
         for column in comparison.proof.base.error.names
@@ -111,17 +112,17 @@ def _missing(comparison: Comparison, root: str) -> list[rrb.TimeSeriesView]:
     estimate = comparison.estimate
     if estimate is None or MISSING["top"][0] not in estimate:
         return []
-    return [curves(f"{root}/plots/missing_mN", "Missing force at T [mN]")]
+    return [curves(f"{root}/plots/missing_mN", "Missing [mN]")]
 
 
 def _scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DView]:
     """Return each robot alone and all together, all seen by the same eye."""
-    named = zip(("Real", "Twin", "Extended twin"), ("real", "sim", "extended"), strict=True)
+    named = zip(("Real", "Twin", "Extended twin"), ("real", "twin", "extended"), strict=True)
     moving = [pair for pair, motion in zip(named, comparison.motions, strict=False) if len(motion)]
     floor, eye = floor_height(comparison), _eye(comparison)
     views = [scene(name, root, [f"{root}/{path}/**"], eye, floor) for name, path in moving]
     if len(moving) > 1:
-        together = "All three" if len(moving) > 2 else "Real (orange) and twin (blue)"
+        together = "All three" if len(moving) > 2 else "Both robots"
         # Solid feet in one place would flicker, so those of the twins are outlines here.
         outline = rr.Boxes3D.from_fields(fill_mode=rr.components.FillMode.MajorWireframe)
         outlined: Overrides = {f"{root}/{path}/foot": outline for _, path in moving[1:]}
@@ -138,7 +139,7 @@ def scene(
     floor_z: float,
     overrides: Overrides | None = None,
 ) -> rrb.Spatial3DView:
-    """Return a view of robots on the white floor with its grid.
+    """Return a view of robots on the ground with its grid.
 
     Args:
         name: of the view.
@@ -153,7 +154,7 @@ def scene(
         origin=root or "/",
         contents=[*contents, f"{root}/floor/**"],
         name=name,
-        background=rrb.Background(color=rgb(palette.SHADES["floor"]), kind="SolidColor"),
+        background=rrb.Background(color=rgb(palette.SHADES["sky"]), kind="SolidColor"),
         line_grid=rrb.LineGrid3D(
             visible=True,
             spacing=0.1,
@@ -193,18 +194,20 @@ def _traces(comparison: Comparison, root: str) -> Sequence[rrb.Container]:
 
     columns = [
         rrb.Vertical(
-            trace("foot_x", FOOT[0], "Foot forward x [m]", legend=True),
-            trace("foot_z", FOOT[2], "Foot height z [m]"),
+            trace("foot_x", FOOT[0], "Foot x [m]", legend=True),
+            trace("foot_z", FOOT[2], "Foot z [m]"),
+            name="Foot",
         ),
         rrb.Vertical(
-            trace("top_x", TOP[0], "T forward x [m]"), trace("top_z", TOP[2], "T height z [m]")
+            trace("top_x", TOP[0], "T x [m]"), trace("top_z", TOP[2], "T z [m]"), name="T"
         ),
     ]
     if comparison.driven:
         rotor = rrb.Vertical(
-            curves(f"{root}/plots/rotor_speed", "Rotor speed [rad/s]", False),
-            curves(f"{root}/plots/rotor_phase", "Rotor phase [deg]", False, (0.0, 360.0)),
-            curves(f"{root}/plots/rotor_lag", "Rotor of the twin ahead by [deg]", False),
+            curves(f"{root}/plots/rotor_speed", "Rotor [rad/s]", False),
+            curves(f"{root}/plots/rotor_phase", "Phase [deg]", False, (0.0, 360.0)),
+            curves(f"{root}/plots/rotor_lag", "Twin lead [deg]", False),
+            name="Rotor",
         )
         columns.append(rotor)
     return columns
@@ -223,6 +226,7 @@ def _evidence(comparison: Comparison, root: str) -> list[rrb.View | rrb.Containe
             rrb.Vertical(
                 curves(supply, "Supply [V]", contents=volts),
                 curves(supply, "Supply [A]", False, contents=amps),
+                name="Supply",
             )
         )
     views.append(_words(comparison, root))
@@ -241,21 +245,22 @@ def _words(comparison: Comparison, root: str) -> rrb.View | rrb.Container:
     if not comparison.protocol:
         return notes
     asked = rrb.TextDocumentView(origin=f"{root}/protocol", name="Protocol file")
-    return rrb.Tabs(notes, asked, active_tab=0)
+    return rrb.Tabs(notes, asked, active_tab=0, name="Words")
 
 
 def _errors(comparison: Comparison, root: str) -> rrb.View | rrb.Container:
     """Return the distances to the twin and, on the same axis, to the extended one below."""
     error, extended = comparison.error(), comparison.extended_error()
-    name = "Distance from real to {} [mm]"
+    name = "{} error [mm]"
     plots = f"{root}/plots"
     if extended is None:
-        return curves(f"{plots}/error_mm", name.format("twin"))
+        return curves(f"{plots}/error_mm", name.format("Twin"))
     both = [one.values[one.valid] for one in (error, extended)]
     top = _AIR * max((float(part.max()) for part in both if part.size), default=1.0)
     return rrb.Vertical(
-        curves(f"{plots}/error_mm", name.format("twin"), span=(0.0, top)),
-        curves(f"{plots}/extended_error_mm", name.format("extended twin"), False, (0.0, top)),
+        curves(f"{plots}/error_mm", name.format("Twin"), span=(0.0, top)),
+        curves(f"{plots}/extended_error_mm", name.format("Extended"), False, (0.0, top)),
+        name="Errors",
     )
 
 

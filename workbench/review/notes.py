@@ -20,21 +20,22 @@ from workbench.review.headline import (
 __all__ = ["labels", "notes", "overview"]
 
 _UNSEEN = (
-    "The thin orange line from the foot to T stands for the real beam; "
+    "The thin orange line from the foot to T is in place of the real beam; "
     "the beam between them was not measured."
 )
 _ESTIMATED = (
     "The orange curve from the foot to T is the real beam as it was estimated: a model corrected "
-    "towards foot and T after each picture, lighter where that is less certain. The beam itself "
+    "towards foot and T after each picture, fainter where that is less certain. The beam itself "
     "was not measured; the eye beside `real/beam` hides it."
 )
 _FORCES = (
     "Red arrows: what the ground does to each corner of the twin's foot, 50 mm for each newton. "
     "Nobody measures it on the robot."
 )
+_AXES = "x points forward, z up. Twin lead: how far the twin's rotor is ahead of the robot's."
 _PICK = (
-    "A tab shows one robot beside its twin. In the tree on the left the eye beside `real` or `sim` "
-    "of a run hides or shows that robot in this view."
+    "A tab shows one robot beside its twin. In the tree on the left the eye beside `real` or "
+    "`twin` of a run hides or shows that robot in this view."
 )
 
 
@@ -51,6 +52,7 @@ def notes(comparison: Comparison) -> str:
         _beam(comparison),
         _FORCES if any(CORNER_FORCES[0][0] in motion for motion in comparison.motions) else "",
         _noise(comparison),
+        _AXES,
         _table(("Fact", ""), comparison.facts.items()),
     ]
     return "\n\n".join(part for part in parts if part)

@@ -11,12 +11,13 @@ REAL = "#e8710a"
 TWIN = "#2b7be4"
 EXTENDED = "#149a4c"
 SHADES = {
-    "floor": "#ffffff",
-    "grid": "#d4d9df",
-    "scale": "#7d8794",
+    "sky": "#20262e",  # between the viewer's dark panels and the ground
+    "ground": "#39424e",
+    "grid": "#566170",
+    "scale": "#aab4c0",
     "marks": "#ffffff",
-    "force": "#c2185b",
-    "missing": "#7b3fa0",
+    "force": "#e0457b",
+    "missing": "#a566cc",
     "noise": "#b9c1cb",
     "foot": "#14a08c",
     "top": "#9b6ad6",

@@ -1,6 +1,6 @@
 """One rerun recording of a run beside its twin, or of several runs beside theirs.
 
-`/real/**` and `/sim/**` hold the two robots, `/extended/**` a third one where a model was
+`/real/**` and `/twin/**` hold the two robots, `/extended/**` a third one where a model was
 extended, `/compared/base/**` and `/compared/extended/**` both models as a diagnosis compares them,
 started and turned as was measured, in a tab of their own; `/plots/**` the curves, `/phase`,
 `/log`, `/notes` and `/protocol` the story, all on the timeline `t` [s] whose zero is the rotor's
@@ -8,7 +8,7 @@ first motion or the release. Every entity is sent as whole columns, styles once.
 
 Of several runs each has all that below `/runs/<number>/`, on the same timeline, so that all robots
 start together; each run stands in a lane of its own. A tab shows one pair of robot and twin, the
-first tab all of them, where the eye beside `/runs/<number>/real` or `sim` shows or hides a robot:
+first tab all of them, where the eye beside `/runs/<number>/real` or `twin` shows or hides a robot:
 any two of them make a pair.
 
 The recording is a view: it is made from a `Comparison` alone and can be made again.
@@ -27,7 +27,7 @@ import rerun.blueprint as rrb
 from workbench.review import palette
 from workbench.review.comparison import Comparison
 from workbench.review.curves import plot_run
-from workbench.review.lanes import draw_lane, lanes
+from workbench.review.lanes import draw_lanes, lanes
 from workbench.review.layout import layout
 from workbench.review.notes import overview
 from workbench.review.scene import draw_floor, draw_real, draw_simulated
@@ -64,8 +64,8 @@ def write_together(title: str, comparisons: Sequence[Comparison], path: Path) ->
             root = f"runs/{number}/"
             values = rr.AnyValues(**_properties(comparison))
             stream.send_property(f"run_{number}", values)
-            draw_lane(stream, comparison, number)
             _send_run(stream, comparison, root)
+        draw_lanes(stream, comparisons)
         table = rr.TextDocument(overview(title, comparisons), media_type="text/markdown")
         stream.log("notes", table, static=True)
 
@@ -90,7 +90,7 @@ def _send_run(stream: rr.RecordingStream, comparison: Comparison, root: str) -> 
     if len(comparison.real):
         draw_real(stream, f"{root}real", comparison.real, figure, comparison.estimate)
     if len(comparison.twin):
-        draw_simulated(stream, f"{root}sim", comparison.twin, figure, palette.TWIN)
+        draw_simulated(stream, f"{root}twin", comparison.twin, figure, palette.TWIN)
     if extended is not None:
         draw_simulated(stream, f"{root}extended", extended.motion, figure, palette.EXTENDED)
     if comparison.proof is not None:

@@ -30,6 +30,7 @@ _FOOT_THICKNESS = 0.008
 _POINT_RADIUS = 0.008
 _LINE_RADIUS = 0.003
 _THIN_RADIUS = 0.0008
+_AROUND_M, _LANE_M, _GROUND_M = 0.4, 0.38, 0.002  # of the ground: before and behind, wide, thick
 FORCE_M_PER_N = 0.05  # length of an arrow: a corner carries 0.6 N at rest, a few while it hops
 
 
@@ -39,7 +40,7 @@ def floor_height(comparison: Comparison) -> float:
 
 
 def draw_floor(stream: rr.RecordingStream, comparison: Comparison, root: str = "") -> None:
-    """Draw a scale along the track, a tick every 0.1 m; the grid itself belongs to the views."""
+    """Draw the ground and a scale along it, a tick every 0.1 m; the grid belongs to the views."""
     z = floor_height(comparison)
     y = -0.5 * comparison.figure.foot_width - 0.04
     last = max(3, int(np.ceil(10 * comparison.reach()[1])))
@@ -53,6 +54,15 @@ def draw_floor(stream: rr.RecordingStream, comparison: Comparison, root: str = "
         radii=0.0001,
         colors=rgb(palette.SHADES["marks"]),
     )
+    start, end = comparison.reach()
+    half = [(end - start) / 2 + _AROUND_M, _LANE_M / 2, _GROUND_M / 2]
+    ground = rr.Boxes3D(
+        centers=[(start + end) / 2, 0.0, z - 1.5 * _GROUND_M],
+        half_sizes=half,
+        colors=rgb(palette.SHADES["ground"]),
+        fill_mode=rr.components.FillMode.Solid,
+    )
+    stream.log(f"{root}floor/ground", ground, static=True)
     stream.log(f"{root}floor/scale", lines, static=True)
     stream.log(f"{root}floor/marks", marks, static=True)
 
@@ -82,12 +92,12 @@ def draw_real(
 def _draw_estimate(
     stream: rr.RecordingStream, path: str, estimate: TimeSeries, figure: Figure
 ) -> None:
-    """Send each increment of the beam, its colour the lighter the less certain its place is."""
+    """Send each increment of the beam, its colour the fainter the less certain its place is."""
     points, sure = beam_points(estimate, figure), certainty(estimate)
     pieces = np.stack([points[:, :-1], points[:, 1:]], axis=2).astype(np.float32)
     seen = _seen(points)
-    white, ink = np.full(3, 255.0), np.array(rgb(palette.REAL))
-    colors = (white + sure[seen][..., None] * (ink - white)).round().astype(np.uint8)
+    far, ink = np.array(rgb(palette.SHADES["ground"])), np.array(rgb(palette.REAL))
+    colors = (far + sure[seen][..., None] * (ink - far)).round().astype(np.uint8)
     beams = rr.LineStrips3D.columns(
         strips=pieces[seen].reshape(-1, 2, 3), colors=colors.reshape(-1, 3)
     )
@@ -95,7 +105,7 @@ def _draw_estimate(
     stream.log(
         path,
         rr.LineStrips3D.from_fields(radii=_LINE_RADIUS),
-        rr.AnyValues(note="the beam was estimated, not measured; lighter where less certain"),
+        rr.AnyValues(note="the beam was estimated, not measured; fainter where less certain"),
         static=True,
     )
     _draw_missing(stream, path.rpartition("/")[0], estimate)

@@ -149,7 +149,7 @@ def _pose(comparison: Comparison) -> Markup:
         beam = "thin line: from the foot to T, for the beam's pose was not estimated"
         beam += f" ({comparison.unestimated})" if comparison.unestimated else ""
     else:
-        beam = "its beam as estimated from foot and T, lighter where that is less certain"
+        beam = "its beam as estimated from foot and T, fainter where that is less certain"
     return figure(
         pose_plot(comparison),
         f"From the side, at {len(pose_times(comparison))} instants, the last where T is farthest "

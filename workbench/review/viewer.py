@@ -263,7 +263,7 @@ def viewer_version() -> str:
         raise WorkbenchError(f"rerun's viewer does not start: {error}") from None
     found = re.search(r"\d+\.\d+\.\d+", done.stdout)
     if found is None:
-        raise WorkbenchError(f"rerun's viewer tells no version but {done.stdout.strip()!r}")
+        raise WorkbenchError(f"rerun's viewer reports no version but {done.stdout.strip()!r}")
     return found.group()
 
 

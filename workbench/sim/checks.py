@@ -134,9 +134,9 @@ def _require_drive(drive: Drive) -> None:
 
 
 def _require_samples(command: NDArray[np.float64]) -> None:
-    if command.ndim != 1 or not len(command):
+    if np.ndim(command) != 1 or not len(command):
         raise InputError(
-            f"the command has shape {command.shape}; it must be one row of at least one sample"
+            f"the command has shape {np.shape(command)}; it must be one row of at least one sample"
         )
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError, did_you_mean
 from workbench.protocol import Mode
 from workbench.sim.drive import Drive
 from workbench.sim.robot import Foot
@@ -32,6 +34,9 @@ class Condition:
             motor.
         energy: whether the potential (gravity and hinges) and kinetic energy are recorded.
         pull_up: force on T before the release, in mode decay, upward [N].
+
+    Raises:
+        InputError: when there is no such mode.
     """
 
     mode: Mode
@@ -43,6 +48,12 @@ class Condition:
     drive: Drive = "speed"
     energy: bool = False
     pull_up: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a mode that would be taken for another one."""
+        if self.mode not in (modes := get_args(Mode)):
+            near = did_you_mean(self.mode, modes)
+            raise InputError(f"mode {self.mode!r}: known are {', '.join(modes)}{near}")
 
     @property
     def foot(self) -> Foot:

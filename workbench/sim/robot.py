@@ -13,8 +13,8 @@ from typing import Literal
 import mujoco
 import numpy as np
 
-from workbench.errors import InputError
-from workbench.protocol import ShapeFile
+from workbench.errors import InputError, did_you_mean
+from workbench.protocol import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground
@@ -98,7 +98,14 @@ def make_robot(
         shape: of the beam.
         increments: of the simulated beam.
         effects: name -> quantities, of those that the robot has.
+
+    Raises:
+        InputError: when a value is missing, or is none of a model's.
     """
+    for name in values.keys() - UNITS.keys():
+        raise InputError(f"value {name!r} is none of a model's{did_you_mean(name, UNITS)}")
+    if missing := [name for name in UNITS if name not in values]:
+        raise InputError(f"values of a robot: {', '.join(missing)} missing")
     return Robot(
         dict(values), shape.angles, shape.length, shape.state, increments, effects=effects or {}
     )

@@ -126,7 +126,7 @@ def _notes(take: Take, wanted: CameraTime) -> Iterator[str]:
         late = (_likeliest(take, wanted) - wanted.began).total_seconds()
         yield f"by its clock the take began {_apart(late)} this run's cameras"
     else:
-        yield "the export tells no start time; only its length and its arrival were checked"
+        yield "the export has no start time, so it was matched by duration and file time"
     longer = _seconds(take) - wanted.seconds
     if longer > _LONG_S:
         yield f"the take is {timedelta(seconds=round(longer))} longer than the run"

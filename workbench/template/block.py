@@ -78,8 +78,8 @@ def _lines(sheet: Sheet) -> list[str]:
         f"{side}{turned}",
         "solid: equal-length arcs, bend k spread half an increment to either side",
         "of station k, length and mid-increment tangents kept; dashed: the model's polyline",
-        f"least R {1000 * radius:.0f} mm = {radius / strip.thickness:.0f} x thickness: "
-        "neutral axis in the middle, no bend allowance",
+        f"tightest bend R {1000 * radius:.0f} mm, {radius / strip.thickness:.0f} times the "
+        "thickness; neutral axis in the middle, no bend allowance",
         _compensation(sheet),
     ]
 

@@ -162,4 +162,4 @@ def _told(k: int, strip: Strip) -> str:
     if abs(degrees) < _STRAIGHT_DEG:
         return f"{k}  straight"
     radius = 1000 * strip.length / len(strip.angles) / abs(strip.angles[k])
-    return f"{k}  {degrees:+.1f}°  R {radius:.0f}"
+    return f"{k}  {degrees:+.1f}°  R {radius:.0f} mm"

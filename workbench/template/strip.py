@@ -80,7 +80,7 @@ def make_strip(
     if angles is None and file.state == "loaded":
         raise InputError(
             f"{shape.path}: lists the angles of the standing robot; a template shows the free "
-            "strip, so it needs the angles without load and the model that told them"
+            "strip, so it needs the angles without load and the model that gave them"
         )
     strip = Strip(
         file.name,

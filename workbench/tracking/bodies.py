@@ -230,7 +230,7 @@ def _told(
     if share >= _WORTH or not np.isfinite(body.solved).any():
         return told
     solved = _placed(take, _solved_marked(body, axes), places)
-    why = f"the measured ones tell its place in {100 * share:.0f} % only"
+    why = f"the measured ones give its place in {100 * share:.0f} % only"
     return solved and replace(solved, source=f"{solved.source} ({why})")
 
 

@@ -68,7 +68,7 @@ def row_clock(
     rate = column_rate(np.arange(len(times)), times)
     by_index = column_rate(indices, times)
     if rate is None:
-        raise source.fault(1, f"no rate can be told from {len(times)} frame(s); at least 2 needed")
+        raise source.fault(1, f"no rate can be found from {len(times)} frame(s); at least 2 needed")
     back = np.count_nonzero(np.diff(times) <= 0)
     if back:
         source.warn(f"the clock does not advance at {back} frame(s)")

@@ -53,14 +53,14 @@ def point_on_line(
     along = float(centre @ line)
     across = centre - along * line
     point = middle - along * seen
-    source = "body origin, told along the line of the {} markers"
+    source = "body origin, found along the line of the {} markers"
     if np.linalg.norm(across) <= _OFF_CENTRE_M:
         return LinePoint(point, None, source, tuple(warnings))
     if lengthwise or np.hypot(told[0], told[2]) < np.linalg.norm(across):
         warnings.append(_uncorrected(name, across))
         return LinePoint(point, None, source, tuple(warnings))
     pitch = _pitch(seen, line)
-    source = "body origin, told by the line of the {} markers, rotation about y assumed"
+    source = "body origin, found by the line of the {} markers, rotation about y assumed"
     return LinePoint(point - _about_y(across, pitch), pitch, source, tuple(warnings))
 
 
@@ -73,7 +73,7 @@ def _pitch(seen: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.f
 def _uncorrected(name: str, off: NDArray[np.float64]) -> str:
     return (
         f"the markers of {name!r} have their centroid {1e3 * np.linalg.norm(off):.1f} mm off the "
-        "body's point across their line; fewer than 3 markers do not tell the rotation about it, "
+        "body's point across their line; fewer than 3 markers do not show the rotation about it, "
         "so this is not corrected"
     )
 

@@ -70,7 +70,7 @@ def _rate(layout: Layout, table: MotiveTable, source: Source) -> float:
         told = column_rate(table.indices, table.column(layout.time_column), captured)
     if told is None or not _is_rate(told):
         raise source.fault(1, f"Export Frame Rate is {shown(text)} and the times give none")
-    source.warn(f"Export Frame Rate is {shown(text)}; {told:.6g} Hz told from the times")
+    source.warn(f"Export Frame Rate is {shown(text)}; {told:.6g} Hz found from the times")
     return told
 
 

@@ -120,7 +120,7 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
     if len(above) < 3:
         raise source.fault(
             line,
-            f"{len(above)} header rows stand above 'Frame'; needed are type, name, id, component",
+            f"{len(above)} header rows are above 'Frame'; needed are type, name, id, component",
         )
     labelled = {"component": above[-1]}
     unnamed = iter(_UNNAMED)
@@ -129,7 +129,7 @@ def _label(above: list[list[str]], line: int, source: Source) -> dict[str, list[
         label = next((word for word in words if word in _LABELS), "") or next(unnamed, "")
         if not label:
             raise source.fault(
-                line, "more header rows stand above 'Frame' than type, name, id and component"
+                line, "more header rows are above 'Frame' than type, name, id and component"
             )
         labelled.setdefault(label, cells)
     for needed in ("type", "name"):

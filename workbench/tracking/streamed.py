@@ -282,7 +282,7 @@ def _rate(indices: NDArray[np.int64], stamps: NDArray[np.float64]) -> float:
     seconds = float(stamps[-1] - stamps[0]) if len(stamps) > 1 else 0.0
     if not seconds > 0:
         raise HardwareError(
-            f"no rate can be told from {len(stamps)} frame(s) over {seconds:g} s of the server's "
+            f"no rate can be found from {len(stamps)} frame(s) over {seconds:g} s of the server's "
             "clock; record for longer, and see that Motive is live or playing"
         )
     rate = float(indices[-1]) / seconds

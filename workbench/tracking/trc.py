@@ -131,5 +131,5 @@ def _rate(
     told = column_rate(indices, times)
     if told is None:
         raise source.fault(line, f"DataRate is {shown(text)} and the times give none")
-    source.warn(f"DataRate is {shown(text)}; {told:.6g} Hz told from the times")
+    source.warn(f"DataRate is {shown(text)}; {told:.6g} Hz found from the times")
     return told

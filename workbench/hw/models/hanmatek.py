@@ -36,7 +36,7 @@ HANMATEK_REGISTERS = Registers(
 )
 
 QUIRKS = (
-    "whether it limits the current cannot be read reliably: it is told from the measured values",
+    "whether it limits the current cannot be read reliably: it is found from the measured values",
     "the bits of the protection register are not confirmed on hardware: any bit ends a run",
     "sources disagree on the scale of its power trip level: it is never written",
 )
