@@ -218,7 +218,7 @@ def test_any_take_is_read_in_bulk_as_row_by_row(
     found, faults = check(path, text)
     assert faults == []
     if isinstance(found, str):
-        empty = "there are no data columns|no marker is ever seen|no rate can be told"
+        empty = "there are no data columns|no marker is ever seen|no rate can be found"
         assert re.search(empty, found)
         return
     assert answers(text)
