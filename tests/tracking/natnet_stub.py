@@ -51,8 +51,7 @@ def frames(take: Take, version: Version, ticks: int = 0, timecode: int = 0) -> l
     """Return the frames; `ticks` of the clock per second stamp the exposures, none where 0."""
     errors = [np.nan_to_num(body.fit_error) for body in take.bodies.values()]  # all at once
     return [
-        message(FRAME, _frame(take, k, version, ticks, timecode, [one[k] for one in errors]))
-        for k in range(len(take))
+        message(FRAME, _frame(take, k, version, ticks, timecode, errors)) for k in range(len(take))
     ]
 
 
@@ -100,7 +99,7 @@ def _places(body: BodyTake) -> np.ndarray:
 
 
 def _frame(
-    take: Take, k: int, version: Version, ticks: int, timecode: int, errors: Sequence[float]
+    take: Take, k: int, version: Version, ticks: int, timecode: int, errors: list[np.ndarray]
 ) -> bytes:
     none = _listed([], version)
     loose = [p for p in take.cloud.position[k] if np.isfinite(p).all()]
@@ -120,12 +119,12 @@ def _frame(
     return data + bytes(4)
 
 
-def _pose(body: BodyTake, k: int, error: float) -> bytes:
+def _pose(body: BodyTake, k: int, errors: np.ndarray) -> bytes:
     """Return a pose; while a body is lost Motive repeats the last one and says that it is lost."""
     tracked = bool(np.isfinite(body.position[k]).all())
     while not np.isfinite(body.position[k]).all():
         k -= 1
-    w, x, y, z = body.quaternion[k]
+    (w, x, y, z), error = body.quaternion[k], errors[k]
     return struct.pack("<i3f4ffH", int(body.id), *body.position[k], x, y, z, w, error, tracked)
 
 
