@@ -78,8 +78,9 @@ def stream(seconds: float) -> None:
         twin.follow(recorder)
         begun = time.process_time()
         time.sleep(REST_S)
+        end = time.monotonic() + seconds - REST_S
         stopped = twin.wait(SystemClock(), seconds - REST_S - 0.7)
-        time.sleep(0.9)
+        time.sleep(max(end - time.monotonic(), 0.0) + 0.2)  # a run would have ended
         own = time.process_time() - begun
         came = recorder.since(0)
         take = recorder.stop()

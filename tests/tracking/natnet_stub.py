@@ -49,7 +49,10 @@ def models(take: Take, version: Version, mirrored: bool = False) -> bytes:
 
 def frames(take: Take, version: Version, ticks: int = 0, timecode: int = 0) -> list[bytes]:
     """Return the frames; `ticks` of the clock per second stamp the exposures, none where 0."""
-    return [message(FRAME, _frame(take, k, version, ticks, timecode)) for k in range(len(take))]
+    errors = [np.nan_to_num(body.fit_error) for body in take.bodies.values()]  # all at once
+    return [
+        message(FRAME, _frame(take, k, version, ticks, timecode, errors)) for k in range(len(take))
+    ]
 
 
 def recording(take: Take, version: Version) -> bytes:
@@ -95,12 +98,15 @@ def _places(body: BodyTake) -> np.ndarray:
     return turn.inv().apply(body.solved[0] - body.position[0])
 
 
-def _frame(take: Take, k: int, version: Version, ticks: int, timecode: int) -> bytes:
+def _frame(
+    take: Take, k: int, version: Version, ticks: int, timecode: int, errors: list[np.ndarray]
+) -> bytes:
     none = _listed([], version)
     loose = [p for p in take.cloud.position[k] if np.isfinite(p).all()]
     data = struct.pack("<I", FIRST_FRAME + int(take.indices[k])) + none
     data += _listed([struct.pack("<3f", *p) for p in loose], version)
-    data += _listed([_pose(body, k) for body in take.bodies.values()], version)
+    poses = zip(take.bodies.values(), errors, strict=True)
+    data += _listed([_pose(body, k, error) for body, error in poses], version)
     data += none  # skeletons
     data += none if version >= (4, 1) else b""  # assets
     markers = [m for body in take.bodies.values() for m in _markers(body, k)]
@@ -113,13 +119,12 @@ def _frame(take: Take, k: int, version: Version, ticks: int, timecode: int) -> b
     return data + bytes(4)
 
 
-def _pose(body: BodyTake, k: int) -> bytes:
+def _pose(body: BodyTake, k: int, errors: np.ndarray) -> bytes:
     """Return a pose; while a body is lost Motive repeats the last one and says that it is lost."""
     tracked = bool(np.isfinite(body.position[k]).all())
     while not np.isfinite(body.position[k]).all():
         k -= 1
-    w, x, y, z = body.quaternion[k]
-    error = float(np.nan_to_num(body.fit_error[k]))
+    (w, x, y, z), error = body.quaternion[k], errors[k]
     return struct.pack("<i3f4ffH", int(body.id), *body.position[k], x, y, z, w, error, tracked)
 
 

@@ -1,7 +1,7 @@
 """What a run and its live twin say to each other.
 
 To the worker: one line of JSON (`LiveTask`), one with the stream's bodies, then frames of one size,
-in binary, as they arrive. From it: lines of JSON, each an object with one key of `Told`.
+in binary, as they arrive. From it: lines of JSON, each an object with one key of `Kind`.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from workbench.protocol import PlannedRun, StopWhen
 from workbench.tracking import Body, Sample
 
 __all__ = [
+    "Kind",
     "LiveState",
     "LiveSummary",
     "LiveTask",
-    "Told",
     "bodies_from",
     "bodies_line",
     "frame_bytes",
@@ -30,7 +30,7 @@ __all__ = [
     "line",
 ]
 
-Told = Literal["ready", "observing", "state", "stop", "failed", "end"]
+Kind = Literal["ready", "observing", "state", "stop", "failed", "end"]
 
 _HEAD = 3  # number, server's time, arrival
 
@@ -111,9 +111,9 @@ class LiveSummary:
     error_mm: tuple[float, float] | None
 
 
-def line(told: Told, value: Any = None) -> bytes:
+def line(kind: Kind, value: Any = None) -> bytes:
     """Return a line for the other end."""
-    return json.dumps({told: value}).encode() + b"\n"
+    return json.dumps({kind: value}).encode() + b"\n"
 
 
 def bodies_line(bodies: Sequence[Body]) -> bytes:

@@ -228,14 +228,14 @@ class LiveTwin:
         with self._process.stdout as lines:
             for text in lines:
                 with suppress(ValueError):
-                    ((told, value),) = json.loads(text).items()
-                    self._take(told, value)
+                    ((kind, value),) = json.loads(text).items()
+                    self._take(kind, value)
         if self.summary is None and not self.lost and not self._ending.is_set():
             self.lost = f"its process ended: {self._last_words()}"
         self._ready.set()
 
-    def _take(self, told: str, value: Any) -> None:
-        match told:
+    def _take(self, kind: str, value: Any) -> None:
+        match kind:
             case "ready":
                 self._ready.set()
             case "failed":
@@ -246,7 +246,7 @@ class LiveTwin:
                 self.errors += [(at, error) for at, error in value["errors"]]
                 if any(error is not None for _, error in value["errors"]):
                     self._known = time.monotonic()
-                if told == "state":
+                if kind == "state":
                     self._tell(LiveState(**value["state"]))
                 else:
                     self.summary = LiveSummary(**value["summary"])

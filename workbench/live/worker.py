@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, WorkbenchError
 from workbench.fit.online import LEAST_REST, Estimate, OnlineObserver
 from workbench.live.messages import (
+    Kind,
     LiveState,
     LiveSummary,
     LiveTask,
-    Told,
     bodies_from,
     frame_from,
     frame_size,
@@ -52,7 +52,7 @@ _SHOWN_S = 1 / 20  # between two that are shown: the missing force costs as much
 _REST_SHARE, _MOST_REST_S = 0.8, 1.0  # of the rest, how much the observer starts from
 _RATE_WITHIN = 0.01
 
-Tell = Callable[[Told, Any], None]
+Tell = Callable[[Kind, Any], None]
 
 
 def main() -> None:
@@ -60,8 +60,8 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's
     out = sys.stdout.buffer
 
-    def tell(told: Told, value: Any) -> None:
-        out.write(line(told, value))
+    def tell(kind: Kind, value: Any) -> None:
+        out.write(line(kind, value))
         out.flush()
 
     try:
@@ -152,13 +152,12 @@ class _Frames:
             self._news.wait_for(lambda: self._queue or self._ended)
             return self._queue.popleft() if self._queue else None
 
-    def newest(self) -> tuple[Sample | None, int]:
-        """Return the newest and how many before it are left out."""
+    def newest(self) -> Sample:
+        """Return the newest of several that wait; those before it are left out."""
         with self._news:
-            skipped = max(len(self._queue) - 1, 0)
-            while len(self._queue) > 1:
-                self._queue.popleft()
-        return self.take(), skipped
+            newest = self._queue.pop()
+            self._queue.clear()
+            return newest
 
     def first(self, rest_s: float) -> list[Sample]:
         """Return the frames at rest from which the observer starts; fewer when the stream ends."""
@@ -198,7 +197,7 @@ class _Observation:
         self._latencies: list[float] = []
         self._viewer = None if task.viewer is None else _Viewer(task.viewer, self._scene(robot))
         self._shown = Shown(self._observer.model, robot)
-        self._told = self._drawn = 0.0
+        self._reported = self._drawn = 0.0
         tell("observing", rest[-1].time_s - self._zero)
 
     def _scene(self, robot: Robot) -> dict[str, Any]:
@@ -212,23 +211,26 @@ class _Observation:
 
     def follow(self, frames: _Frames) -> None:
         """Observe until the stream ends, then tell how it went."""
-        begun = time.process_time()
+        begun, skips = time.process_time(), False
         while (frame := frames.take()) is not None:
             if len(frames) > BEHIND_S * SAMPLE_RATE_HZ * self._every:
-                newest, skipped = frames.newest()
-                frame = newest or frame
-                self._skipped += skipped + 1
+                frame, skips = frames.newest(), True
             gap = frame.number - self._number
             if gap <= 0 or gap % self._every:  # played in a loop, or between two samples
                 continue
-            self._observe(frame, gap // self._every)
-            self._tell_state()
+            samples = gap // self._every
+            if skips:
+                self._skipped += samples - 1
+            else:
+                self._lost += samples - 1
+            skips = False
+            self._observe(frame, samples)
+            self._report_state()
             if not len(frames):  # nothing is drawn while it is behind
                 self._draw(frame)
         self._report(time.process_time() - begun)
 
     def _observe(self, frame: Sample, samples: int) -> None:
-        self._lost += samples - 1
         self._number = frame.number
         seen = self._points.of(frame)
         estimate = self._observer.advance(seen, samples)
@@ -242,10 +244,10 @@ class _Observation:
                 self._verdict = None
                 self._tell("stop", asdict(stop))
 
-    def _tell_state(self) -> None:
+    def _report_state(self) -> None:
         now = time.monotonic()
-        if now - self._told > _STATES_S:
-            self._told = now
+        if now - self._reported > _STATES_S:
+            self._reported = now
             self._tell("state", {"state": asdict(self._state()), "errors": self._unsent()})
 
     def _draw(self, frame: Sample) -> None:
@@ -267,7 +269,7 @@ class _Observation:
             latency_ms=float(np.percentile(recent, 99)),
             samples=len(self._errors),
             skipped=self._skipped,
-            lost=self._lost - self._skipped,
+            lost=self._lost,
             limit_mm=None if limit is None else 1e3 * limit.above_m,
         )
 
@@ -287,7 +289,7 @@ class _Observation:
         summary = LiveSummary(
             samples=len(errors),
             skipped=self._skipped,
-            lost=self._lost - self._skipped,
+            lost=self._lost,
             latency_ms=(float(p50), float(p99), float(latencies.max())),
             cpu_ms=1e3 * cpu_s / len(errors),
             error_mm=(root, float(known.max())) if len(known) else None,

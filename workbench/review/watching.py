@@ -161,9 +161,9 @@ class _Newest:
     def _read(self) -> None:
         with self._link, self._link.makefile("rb") as lines:
             for text in lines:
-                ((told, value),) = json.loads(text).items()
+                ((kind, value),) = json.loads(text).items()
                 with self._news:
-                    if told == "observing":
+                    if kind == "observing":
                         self._first = value
                     else:
                         self._state = value
