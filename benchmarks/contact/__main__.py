@@ -182,15 +182,14 @@ def print_readings(plan: Plan) -> None:
         cells = "".join(f"{far(events(name, omega, plan)):z11.4f}" for omega in plan.speeds)
         print(f"{name:28}{cells}")
     angles = np.linspace(0, 2 * np.pi, plan.starts, endpoint=False)
-    print(f"\n{CHAOTIC:g} rad/s, rotor started at {plan.starts} angles: mean and deviation [m]")
+    print(f"\n{CHAOTIC:g} rad/s, rotor started at {plan.starts} angles: median, quartiles [m]")
     for name, static in (("slides", 0.0), ("static below v_th", 1.0)):
         jobs = [(CHAOTIC, float(angle)) for angle in angles]
-        ours = np.array(twin_distances(static, jobs, plan.seconds))
-        there = np.array([far(started(static > 0, float(angle), plan)) for angle in angles])
-        print(
-            f"{name:28}twin {ours.mean():.3f} +- {ours.std(ddof=1):.3f}, "
-            f"Moreau {there.mean():.3f} +- {there.std(ddof=1):.3f}"
-        )
+        ours = twin_distances(static, jobs, plan.seconds)
+        there = [far(started(static > 0, float(angle), plan)) for angle in angles]
+        for which, found in (("twin", ours), ("Moreau", there)):
+            low, middle, high = np.percentile(found, [25, 50, 75])
+            print(f"{name:20}{which:8}{middle:.3f}, {low:.3f} to {high:.3f}")
 
 
 def started(static: bool, angle: float, plan: Plan) -> Array:
