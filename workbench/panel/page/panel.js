@@ -250,13 +250,14 @@ function showState() {
   put("run-place", run ? `Run ${run.number} of ${run.of}` : "Run");
   put("run-name", run ? [run.mode, run.asked, run.name].filter(Boolean).join(", ") : "");
   put("phase", !isLive() ? "Not known" :
-    state.question ? "Waiting for an answer" : state.phase || STATES[state.controller]);
+    state.question ? "Waiting for an answer" : (state.phase || STATES[state.controller]).replace(/^run \d+ of \d+: /, ""));
   const output = outputNow();
   put("output", output.text || "–");
   at("output").className = `value ${output.level}`;
   show("notice", isLive() && Boolean(state.notice) && !state.question);
   put("notice", state.notice || "");
   document.body.classList.toggle("no-run", isLive() && (!state.title || isStarting()));
+  document.body.classList.toggle("idle", isLive() && !state.title && !isStarting());
   show("pause", isLive() && state.controller === "alive");
   put("pause", state.pausing ? "Pauses after this run; press to go on" : "Pause after this run");
   at("pause").setAttribute("aria-pressed", String(Boolean(state.pausing)));
