@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.sim.chain import Chain
-from workbench.sim.chain_step import stiffness_of_chain
+from workbench.sim.chain_statics import stiffness_of_chain
 from workbench.sim.robot import Foot
 
 __all__ = ["RotorKeeps", "displace", "moving_dofs", "static_force", "static_stiffness"]
