@@ -151,7 +151,7 @@ def test_a_draw_that_falls_counts_as_the_penalty(changed: Callable[..., Problem]
     heavy = changed(
         duration=2.0, varied=(Varied("rotor_mass", 0.03, 0.2),), uncertainty=uncertainty
     )
-    (found,) = Objective(heavy, Fanout())(other(heavy, rotor_mass=0.07)[None])
+    (found,) = Objective(heavy, Fanout())(other(heavy, rotor_mass=0.095)[None])
     failed = int(found.numbers["failed_draws"])
     assert 0 < failed < 4
     assert found.failure is None
