@@ -147,7 +147,7 @@ def batched(robot: Robot, plan: Plan) -> list[Line]:
     simulated = plan.seconds * plan.hops
     return [
         Line(f"floor: {plan.hops} bare mj_step loops, {THREADS} threads", simulated, base, base),
-        Line(f"ours: {plan.hops} hops, {THREADS} threads", simulated, ours, base, 0.90),
+        Line(f"ours: {plan.hops} hops, {THREADS} threads", simulated, ours, base, 2.50),
     ]
 
 

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
         ("feedback", ["a misspelt key in a protocol", "take of 1.0 kB", "make demo", "floor"]),
         ("catalogue", ["first list, no index yet", "search: speed, mode", "floor: a list of no"]),
         ("film", ["1280 x 720, 2.0 s of film", "processor [s]", "a frame [ms]"]),
-        ("optimize", ["floor: bare mj_step loops", "ours: a search, 0 failed", "spread at most"]),
+        ("optimize", ["near the first shape, 0 failed", "the default search, ", "spread at most"]),
         ("search", ["smooth bowl, 96 evaluations, 2 seeds", "ours: cma", "scipy DE", "GNU Octave"]),
         (
             "fit",
