@@ -6,10 +6,12 @@
 `motor` its numbers and `command` what it is told; `effects` are the causes by which a robot differs
 from its model. `equilibrium` finds the pose at rest, `modes` how it rings about that, `checks`
 refuses what cannot be simulated, `simulate` runs it, `fanout` runs many on one machine or several,
-and `gait` tells how it hopped. Nothing here knows of cameras, supplies or files. A new part of the
-robot is a function in `robot` that edits the spec, a new drive one in `drive`, a new effect an
-entry in a file of `effects`; a force that the engine has no field for belongs in `laws`, whose
-callback is installed once for the process.
+and `gait` tells how it hopped. `stepper` steps what is a planar `chain` by the compiled lines of
+`chain_step`, all else by the engine. Nothing here knows of cameras, supplies or files.
+
+A new part of the robot is a function in `robot` that edits the spec, a new drive one in `drive`, a
+new effect an entry in a file of `effects`; a force that the engine has no field for belongs in
+`laws`, whose callback is installed once for the process, and in `chain_links`.
 """
 
 from workbench.sim.checks import require_stable
