@@ -252,6 +252,23 @@ def foot_forces(
 
 
 @numba.njit(cache=True)
+def planar_forces_again(
+    p: NDArray[np.float64],
+    q: NDArray[np.float64],
+    user: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Add the forces that `user` keeps of the same state; no corner's state moves on twice."""
+    c, s = np.cos(q[2]), np.sin(q[2])
+    for k in range(CORNERS):
+        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
+        bx = p[1] if k < 2 else -p[1]
+        out[0] += corner[2]
+        out[1] += corner[4]
+        out[2] += -s * bx * corner[2] - c * bx * corner[4]
+
+
+@numba.njit(cache=True)
 def planar_forces(
     p: NDArray[np.float64],
     q: NDArray[np.float64],
@@ -269,23 +286,4 @@ def planar_forces(
         fz = _normal(p, corner, z, vz)
         fx = _friction(p, corner, q[0] + arm_x, v[0] + v[2] * arm_z, fz)
         corner[2], corner[3], corner[4] = fx, 0.0, fz
-        out[0] += fx
-        out[1] += fz
-        out[2] += arm_z * fx - arm_x * fz
-
-
-@numba.njit(cache=True)
-def planar_forces_again(
-    p: NDArray[np.float64],
-    q: NDArray[np.float64],
-    user: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Add the forces that `user` keeps of the same state; no corner's state moves on twice."""
-    c, s = np.cos(q[2]), np.sin(q[2])
-    for k in range(CORNERS):
-        corner = user[k * _WIDTH : (k + 1) * _WIDTH]
-        bx = p[1] if k < 2 else -p[1]
-        out[0] += corner[2]
-        out[1] += corner[4]
-        out[2] += -s * bx * corner[2] - c * bx * corner[4]
+    planar_forces_again(p, q, user, out)
