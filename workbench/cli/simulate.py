@@ -101,6 +101,7 @@ def simulate(
     )
     tell(f"simulate {duration:g} s")
     result = simulate_robot(robot, condition)
+    wall = time.perf_counter() - begin
     found: dict[str, Any] = _numbers(condition.mode, result, duration)
     spreads: list[tuple[str, str]] = []
     if mode == "hop" and spread > 1:
@@ -113,7 +114,7 @@ def simulate(
         "fell": result.outcome == "fell",
         "outcome": result.outcome,
         "simulated_s": float(result.motion.times[-1]),
-        "wall_s": time.perf_counter() - begin,
+        "wall_s": wall,
     }
     if as_json:
         emit(found | end)
