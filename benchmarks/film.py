@@ -40,11 +40,11 @@ def main() -> None:
         write_video(run, path, how, lambda text: None)
         wall, processor = time.perf_counter() - wall, time.process_time() - processor
         size = path.stat().st_size / 1e6
-    told = "" if given.quick else f"{BAR_S:.0f} s, {'met' if wall < BAR_S else 'MISSED'}"
+    bar = "" if given.quick else f"{BAR_S:.0f} s, {'met' if wall < BAR_S else 'MISSED'}"
     print(f"{how.width} x {how.height}, {frames / how.rate_hz:.1f} s of film, {size:.1f} MB")
     print(f"{'frames':>8} {'wall [s]':>9} {'processor [s]':>14} {'a frame [ms]':>13} {'bar':>12}")
     each = 1000 * processor / frames
-    print(f"{frames:8} {wall:9.1f} {processor:14.1f} {each:13.0f} {told:>12}")
+    print(f"{frames:8} {wall:9.1f} {processor:14.1f} {each:13.0f} {bar:>12}")
     print(f"load of this computer, its {os.cpu_count()} cores: {os.getloadavg()[0]:.1f}")
 
 

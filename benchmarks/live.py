@@ -122,8 +122,8 @@ def ready(twin: LiveTwin) -> Iterator[LiveTwin]:
 
 def row(name: str, p50: float, p99: float, most: float, bar: float | None = None) -> None:
     """Print a latency: median, 99th percentile and greatest."""
-    told = "" if bar is None else f"      bar {bar:g} at 99 %"
-    print(f"{name + ': 50 %, 99 %, most [ms]':42} {p50:8.1f} {p99:8.1f} {most:8.1f}{told}")
+    limit = "" if bar is None else f"      bar {bar:g} at 99 %"
+    print(f"{name + ': 50 %, 99 %, most [ms]':42} {p50:8.1f} {p99:8.1f} {most:8.1f}{limit}")
 
 
 @contextmanager

@@ -63,6 +63,6 @@ def test_the_benchmark_prints_its_tables() -> None:
         timeout=600,
     )
     assert done.returncode == 0, done.stderr
-    for told in ("references from rest", "landings", "same state", "static below v_th", "Moreau"):
-        assert told in done.stdout
+    for head in ("references from rest", "landings", "same state", "static below v_th", "Moreau"):
+        assert head in done.stdout
     assert "nan" not in done.stdout

@@ -214,8 +214,8 @@ def test_stop_ends_a_run_that_has_no_session_yet(
 ) -> None:
     (folder / "hop.yaml").write_text(f"{HOP}# hangs")
     starter.start(starter.dry_run("hop.yaml")["token"], "Anna")
-    told = {"level": "plain", "title": "Starting", "text": "“One hop”, started by Anna."}
-    assert starter.shown({"start": "another"}) == told
+    starting = {"level": "plain", "title": "Starting", "text": "“One hop”, started by Anna."}
+    assert starter.shown({"start": "another"}) == starting
     assert post(panel, "stop", {})["text"] == "Stopping: One hop, which had not begun."
     found = ended(starter)
     assert found is not None

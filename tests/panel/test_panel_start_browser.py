@@ -177,11 +177,11 @@ def test_a_run_that_is_not_as_expected_is_shown_in_words_and_colour(
         note(bundle, real={"distance_m": 0.1}, twin={"distance_m": 0.12}, error_mm=3.0)
         bundle.finish("complete")
     page.wait_for(has("#runs", "FAIL"))
-    told = page.evaluate(
+    marks = page.evaluate(
         "[...document.querySelectorAll('#runs td:nth-child(7)')]"
         ".map((cell) => cell.innerText + cell.className)"
     )
-    assert sorted(told) == ["FAILbad", "passpass"]
+    assert sorted(marks) == ["FAILbad", "passpass"]
     page.close()
 
 

@@ -44,7 +44,7 @@ def test_a_limit_says_what_it_was_read_from() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         ("error above 5 mm", f"is nothing to stop on; write '{WORDS}'"),
         ("5 mm", f"is nothing to stop on; write '{WORDS}'"),
@@ -55,10 +55,10 @@ def test_a_limit_says_what_it_was_read_from() -> None:
         ("prediction error above 5 mm for 60 s", "for 60 s is outside of 0 s to 10 s"),
     ],
 )
-def test_other_words_are_refused_with_the_form(tmp_path: Path, words: str, told: str) -> None:
+def test_other_words_are_refused_with_the_form(tmp_path: Path, words: str, message: str) -> None:
     with pytest.raises(FileFaults, match="stop_when") as error:
         plan(tmp_path, words)
-    assert told in str(error.value)
+    assert message in str(error.value)
 
 
 def test_a_bench_whose_cameras_do_not_stream_is_refused(tmp_path: Path) -> None:
