@@ -28,7 +28,7 @@ what is scored, so that lines stay small and name no place of the machine."""
 _ANSWERING = [sys.executable, "-m", "benchmarks.bank.answering"]
 _MOST_S = 3600  # for an answer; what takes longer counts as none
 _WORDS = 300  # of an error that are kept
-_SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "adequate", "seconds")
+_SCORED = ("answer", "reason", "rmse_mm", "removable_removed", "seconds")
 _SCORED_OF_A_CAUSE = ("effect", "confidence", "weight", "parameters")
 _ENGINE = ("diagnose", "fit", "sim", "tracking")
 _DIGITS = 8

@@ -100,8 +100,8 @@ def _scored(judged: Sequence[Judged]) -> list[str]:
     columns = {source: scores(_of(judged, source)) for source in _SOURCES}
     for twin, rod in zip(columns["twin"], columns["rod"], strict=True):
         bar = BARS[twin.name]
-        cells = [_cell(twin), _verdict(twin, bar.twin, *bar[2:]), _cell(rod),
-                 _verdict(rod, bar.rod, *bar[2:])]  # fmt: skip
+        cells = [_cell(twin), _verdict(twin, bar.twin, bar.least, bar.most[0]), _cell(rod),
+                 _verdict(rod, bar.rod, bar.least, bar.most[1])]  # fmt: skip
         parts.append(f"| {twin.name} | {' | '.join(cells)} |")
     return parts
 

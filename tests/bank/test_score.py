@@ -89,6 +89,7 @@ def test_a_null_that_is_named_is_a_false_alarm() -> None:
     named, clean = judge(answer("NAMED", "tether"), null), judge(answer("CLEAN"), null)
     listed = judge(answer("SET", "tether"), null)
     assert score("false alarm on nulls", named, clean, listed) == pytest.approx(1 / 3)
+    assert score("nulls CLEAN", named, clean, listed) == pytest.approx(1 / 3)
 
 
 def test_a_pair_needs_both_and_no_third() -> None:
@@ -106,17 +107,24 @@ def test_what_is_outside_the_library_must_stay_unnamed() -> None:
     outside = label("outside", {"magnet": {"force": 1.0}})
     none, named = judge(answer("NONE"), outside), judge(answer("NAMED", "tether"), outside)
     listed = judge(answer("SET", "tether"), outside)
-    flagged = judge(answer("SET", "tether") | {"adequate": False}, outside)
-    assert score("outside: NONE or flagged", none, named, listed, none) == 0.5
-    assert score("outside: NONE or flagged", none, named, flagged, none) == 0.75
+    partial = judge(answer("PARTIAL", "tether"), outside)
+    assert score("outside: NONE or PARTIAL", none, named, listed, none) == 0.5
+    assert score("outside: NONE or PARTIAL", none, named, partial, none) == 0.75
     assert score("outside: named", none, named, listed, none) == 0.25
 
 
-def test_a_name_that_is_said_not_to_be_all_is_a_name() -> None:
+def test_a_part_of_the_misfit_that_is_named_is_a_name() -> None:
     outside = label("outside", {"magnet": {"force": 1.0}})
-    named = judge(answer("NAMED", "tether") | {"adequate": False}, outside)
-    assert score("outside: NONE or flagged", named) == 0
+    named = judge(answer("PARTIAL", "tether"), outside)
     assert score("outside: named", named) == 1
+
+
+def test_causes_of_hops_alone_are_counted_by_themselves_as_well() -> None:
+    drag = label("single", TRUE)
+    slips = label("single", {"sole_adhesion": {"force": 0.1}})
+    judged = judge(answer("NAMED", "root_play"), drag), judge(answer("CLEAN"), slips)
+    assert score("top-1 name, size 1", *judged) == 0.5
+    assert score("top-1 name, size 1, shows in hops alone", *judged) == 0
 
 
 def test_a_tie_is_a_set_of_both() -> None:
