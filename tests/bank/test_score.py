@@ -191,7 +191,7 @@ def test_the_page_shows_scores_confusion_and_failures() -> None:
     text = page(Told(judged, plain, turned, [], 3, ["case 9: no rest"], [4, 5], {"ab": 2}))
     assert "seeds 4, 5: 3 cases drawn, 2 judged. What" in text
     assert "| root_play | tether 1 |" in text
-    assert "at least 0.7, missed" in text
+    assert "at least 0.8, missed" in text
     assert "- case 9: no rest" in text
     sizes = "| top-1 name, size 1 | the independent engine | 0 of 1: 0% (0% to 73%) | 1 of 1: 100%"
     assert sizes in text
@@ -203,7 +203,7 @@ def test_intervals_that_always_hold_the_truth_are_too_wide() -> None:
     text = page(Told([right], {}, [], [], 1, [], [4], {"ab": 1}))
     row = next(line for line in text.splitlines() if line.startswith("| 90 % interval coverage"))
     assert row.endswith(
-        "| no case | 0.82 to 0.97 | 1 of 1: 100% (27% to 100%) | 0.75 to 0.97, missed |"
+        "| no case | 0.85 to 0.95 | 1 of 1: 100% (27% to 100%) | 0.8 to 0.96, missed |"
     )
 
 
