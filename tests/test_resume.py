@@ -69,7 +69,7 @@ def runs(
 
 
 def bundles(root: Path) -> list[Bundle]:
-    return [Bundle.open(path) for path in sorted(root.iterdir())]
+    return [Bundle.open(path) for path in sorted(root.iterdir()) if path.is_dir()]
 
 
 def killed_after(bench: VirtualBench, waits: int) -> None:

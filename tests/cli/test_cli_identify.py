@@ -62,6 +62,10 @@ def test_the_beam_is_found_and_its_report_lies_beside_the_new_model(
         "run 3, held out", "mine.yaml (", *found["runs"],
     ):  # fmt: skip
         assert words_in_page in page, words_in_page
+    shown = re.search(r"k, stiffness of a hinge</th>\s*<td[^>]*>([\d.]+)<", page)
+    assert shown is not None
+    low, high = stiffness["interval90"]
+    assert float(shown[1]) == pytest.approx(stiffness["value"], abs=(high - low) / 4)
     assert not re.search(r'(src|href)="(?!#)', page)
 
 
@@ -82,4 +86,4 @@ def test_beam_and_ground_are_fitted_at_once_and_a_run_that_was_cut_short_is_left
     values = load(out, ModelFile).content.values()
     assert values["hinge_stiffness"] == pytest.approx(9.31, rel=0.01)  # of bench-virtual.yaml
     page = out.with_suffix(".html").read_text(encoding="utf-8")
-    assert '<th scope="row">ground_stiffness</th>' in page
+    assert '<th scope="row">ground stiffness</th>' in page

@@ -53,7 +53,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     places = [str(lab / word) if word.endswith(".yaml") else word for word in words]
     made = CliRunner().invoke(app, [*places, "--runs", str(lab / "out" / "runs")])
     assert made.exit_code == 0, made.output
-    before = {path.name for path in (lab / "out" / "runs").iterdir()}
+    before = {path.name for path in (lab / "out" / "runs").iterdir() if path.is_dir()}
 
     ended = loop(lab, "30min")
     assert ended.exit_code == 0, ended.output
@@ -74,7 +74,7 @@ def test_a_cause_that_the_first_runs_cannot_show_is_found_by_those_proposed(lab:
     assert cause["effect"] == "hinge_cubic_stiffness"
     low, high = cause["parameters"]["k3"]["interval90"]
     assert low < CUBIC < high
-    after = {path.name for path in (lab / "out" / "runs").iterdir()}
+    after = {path.name for path in (lab / "out" / "runs").iterdir() if path.is_dir()}
     facts = [manifest_of(Bundle.open(lab / "out" / "runs" / name)) for name in after - before]
     assert [one["protocol"] for one in facts] == 2 * ["round-1-next.yaml"]
     assert all((lab / "out" / "runs" / name / "report.html").exists() for name in after)

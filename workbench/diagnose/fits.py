@@ -260,7 +260,7 @@ class Fits:
         for start in (goal, x):
             found = minimum(
                 cheap.residuals, lambda _: slopes, np.clip(start, low + _OFF, high - _OFF),
-                (low, high), ROBUST, _STEPS, ROUGH, slopes,
+                (low, high), ROBUST, _STEPS, ROUGH, slopes, edges=estimator.edges,
             )  # fmt: skip
             if best is None or found.cost < best.cost:
                 best = found

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,11 +181,7 @@ class Estimator:
                 return coarse + self.defect if len(self.defect) else coarse
             found = self.innovations(x, keep=True)
         except InputError:
-            sizes = sum(
-                self.samples(k) * self.system.seen(k).shape[1]
-                for k in range(len(self.system.names))
-            )
-            return np.concatenate([np.full(sizes, REFUSED), x[self.vector.weighted]])
+            return np.concatenate([np.full(self.edges[-2], REFUSED), x[self.vector.weighted]])
         return self.residuals_of(found, x)
 
     def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
@@ -227,14 +224,19 @@ class Estimator:
         else:
             base = found[len(moves) :]
             changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
-        lengths = [self.samples(k) * self.system.seen(k).shape[1] for k in runs]
-        begin = np.concatenate([[0], np.cumsum(lengths)])
-        weighted = np.flatnonzero(self.vector.weighted)
-        jacobian = np.zeros((begin[-1] + len(weighted), len(x)))
+        edges, weighted = self.edges, np.flatnonzero(self.vector.weighted)
+        jacobian = np.zeros((edges[-1], len(x)))
         for (k, i), change in zip(moves, changes, strict=True):
-            jacobian[begin[k] : begin[k + 1], i] = change / (ahead[i] - behind[i])
-        jacobian[begin[-1] + np.arange(len(weighted)), weighted] = 1.0
+            jacobian[edges[k] : edges[k + 1], i] = change / (ahead[i] - behind[i])
+        jacobian[edges[-2] + np.arange(len(weighted)), weighted] = 1.0
         return jacobian
+
+    @property
+    def edges(self) -> tuple[int, ...]:
+        """Return between which residuals each run's lie, and the priors at the end."""
+        runs = range(len(self.system.names))
+        sizes = [self.samples(k) * self.system.seen(k).shape[1] for k in runs]
+        return tuple(accumulate([*sizes, int(self.vector.weighted.sum())], initial=0))
 
 
 def reaches(jacobian: Array) -> Array:

@@ -36,6 +36,7 @@ _GLITCH = 7.0  # deviations of one that is left out
 
 _MOST = 10  # evaluations of the residuals in one stage
 _ROUNDS = 4  # of weighing noise and fitting, if the noise has not settled before
+_FIRST_ROUNDS = 2  # the same in the first seconds, which only bring near
 _PASSES = 3  # with coarse steps corrected anew
 _STILL = 1.0  # squared step in standard errors over which that correction does not change
 _OFF = 0.1  # prior deviations between a start and its bounds
@@ -110,7 +111,7 @@ def fit_system(
     count, whole = found.evaluations, estimator.window
     short = replace(estimator.with_noise(system.strong), window=_FIRST_S)
     if any(short.samples(k) < estimator.samples(k) for k in range(len(system.names))):
-        short, found, count = _weighed(short, found, progress, count)[:3]
+        short, found, count = _weighed(short, found, progress, count, _FIRST_ROUNDS)[:3]
     return _rounds(replace(short, window=whole), found, progress, count, central)
 
 
@@ -141,13 +142,13 @@ def _rounds(
 
 
 def _weighed(
-    estimator: Estimator, found: Minimum, progress: Progress, count: int
+    estimator: Estimator, found: Minimum, progress: Progress, count: int, rounds: int = _ROUNDS
 ) -> tuple[Estimator, Minimum, int, bool]:
     """Return the fit at the likeliest process noise, and whether that stayed the same at last."""
     estimator = refined(estimator, found.x)
     same = False
     words = "fit whole runs" if np.isinf(estimator.window) else "fit the first seconds"
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         progress(words)
         before = found.jacobian if len(found.jacobian) else None
         found = _minimum(estimator, found.x, None, _MOST, ROUGH, before)
@@ -236,6 +237,7 @@ def _minimum(
         found = minimum(
             lambda part, cheap=cheap: cheap.residuals(whole(part)), derivative,
             x[moved], (low[moved], high[moved]), ROBUST, most, near, slopes, radius,
+            estimator.edges,
         )  # fmt: skip
         step, slopes = found.x - x[moved], found.jacobian
         x, count, passes = whole(found.x), count + found.evaluations, passes + 1

@@ -8,18 +8,20 @@ every interval: with H = J' w J, the decrease s' H s that is left is the squared
 minimum in standard errors.
 
 A Jacobian costs several times what residuals do. It is kept as long as its steps lower the cost,
-brought up to date by what they did to the residuals (Broyden, Math. Comp. 19, 1965, 577). That also
-measures slopes over the length of a step, where differences over a hair see single kinks.
+brought up to date by what they did to the residuals (Broyden, Math. Comp. 19, 1965, 577; `Blocks`).
+That also measures slopes over the length of a step, where differences over a hair see single kinks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
+
+from workbench.fit.blocks import Blocks
 
 __all__ = ["CLOSE", "ROUGH", "Minimum", "minimum", "soft"]
 
@@ -72,6 +74,7 @@ def minimum(
     near: float = CLOSE,
     jacobian: Array | None = None,
     radius: float = _RADIUS,
+    edges: Sequence[int] = (),
 ) -> Minimum:
     """Return the least robust cost within bounds.
 
@@ -85,16 +88,18 @@ def minimum(
         near: squared distance to the minimum that may be left, in standard errors.
         jacobian: near the start, where one is known.
         radius: of the first region, in prior deviations.
+        edges: (b + 1,) between blocks of residuals that depend on few numbers each.
     """
     x, fresh, failed = start.copy(), jacobian is None, 0
     r = residuals(x)
     cost, count = float(np.sum(soft(r, scale))), 1
-    slopes = derivative(x) if jacobian is None else jacobian
+    slopes = Blocks.of(derivative(x) if jacobian is None else jacobian, edges)
     while True:
-        converged = _step(x, r, slopes, bounds, scale, np.inf)[1] < near
-        step, predicted = _step(x, r, slopes, bounds, scale, radius)
+        normal = slopes.normal(r, 1 / np.sqrt(1 + (r / scale) ** 2))
+        converged = _step(x, *normal, bounds, np.inf)[1] < near
+        step, predicted = _step(x, *normal, bounds, radius)
         if converged or count >= most or predicted < near or failed == _KINKED:
-            return Minimum(x, r, slopes, count, converged, cost)
+            return Minimum(x, r, slopes.dense(), count, converged, cost)
         tried = residuals(x + step)
         value = float(np.sum(soft(tried, scale)))
         count += 1
@@ -106,24 +111,21 @@ def minimum(
         elif share < _POOR and fresh:
             radius = length / 4
         if share > 0:
-            change = tried - r - slopes @ step
+            slopes, fresh = slopes.updated(tried - r, step), False
             x, r, cost = x + step, tried, value
-            slopes, fresh = slopes + np.outer(change, step / length**2), False
         if share < _POOR and not (fresh and share <= 0):
-            slopes, fresh = derivative(x), True
+            slopes, fresh = Blocks.of(derivative(x), edges), True
 
 
 def _step(
-    x: Array, r: Array, slopes: Array, bounds: tuple[Array, Array], scale: float, radius: float
+    x: Array, gradient: Array, curvature: Array, bounds: tuple[Array, Array], radius: float
 ) -> tuple[Array, float]:
     """Return the step of the least predicted cost within region and bounds, and its decrease.
 
     The step itself counts as a residual: it is no longer, in prior deviations, than it lowers the
     cost, so that numbers of which the residuals say nothing stay where they are.
     """
-    weights = 1 / np.sqrt(1 + (r / scale) ** 2)
-    gradient = slopes.T @ (weights * r)
-    curvature = slopes.T @ (slopes * weights[:, None]) + np.eye(len(x))
+    curvature = curvature + np.eye(len(x))
     free, step = np.ones(len(x), dtype=np.bool_), np.zeros(len(x))
     low, high = bounds[0] - x, bounds[1] - x
     for _ in range(len(x) + 1):
