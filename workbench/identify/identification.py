@@ -31,7 +31,7 @@ from workbench.fit import (
     told_apart,
     warnings_of,
 )
-from workbench.fit.systems.hopper import BEAM as BEAM_JOINTS
+from workbench.fit.systems.hopper import FOOT as FOOT_JOINTS
 from workbench.progress import Progress
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
@@ -193,7 +193,15 @@ def lacks(fit: Fit) -> bool:
     A model that lacks nothing ends near a tenth of the strong noise: what is left of the noise of
     the rotor's angle shakes the beam as much.
     """
-    return fit.estimator.noise[BEAM_JOINTS] > _LACK * fit.estimator.system.strong[BEAM_JOINTS]
+    strong = fit.estimator.system.strong
+    return any(noise > _LACK * strong[group] for group, noise in _of_the_beam(fit).items())
+
+
+def _of_the_beam(fit: Fit) -> dict[str, float]:
+    """Return the process noise of the beam's joints, clamped and hopping, where they moved."""
+    estimator = fit.estimator
+    groups = [g for g in estimator.noise if g != FOOT_JOINTS and estimator.depends_on(g)]
+    return {group: estimator.noise[group] for group in groups}
 
 
 def _log_likelihood(fit: Fit) -> float:
@@ -302,7 +310,7 @@ def _warnings(
         worst = max(misfits, key=misfits.__getitem__)
         warnings.append(
             "the model lacks something that the runs show: they ask for process noise of "
-            f"{fit.estimator.noise[BEAM_JOINTS]:.2g} N m sqrt(s) at each hinge, and {worst} is "
+            f"{max(_of_the_beam(fit).values()):.2g} N m sqrt(s) at each hinge, and {worst} is "
             f"missed most, {misfits[worst]:.2f} times the cameras' noise one sample ahead. The "
             "intervals count it, and what beams of other increments make of it, but not that the "
             "missing cause may bend the values; `workbench diagnose` looks for what it is"
