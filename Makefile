@@ -47,7 +47,7 @@ check: install
 	$(BIN)/lint-imports
 
 site: install
-	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs -d build/doctrees . build/site
+	$(BIN)/sphinx-build --quiet --fail-on-warning --fresh-env -c docs -d build/doctrees . build/site
 
 wheel: install
 	.ci/wheel

@@ -12,10 +12,12 @@ import re
 import shutil
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
 
 import workbench
 
@@ -40,8 +42,10 @@ exclude_patterns = [".*", "build", "tests", "workbench"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_heading_anchors = 4
 html_theme = "furo"
+html_static_path = ["site.css"]
+html_css_files = ["site.css"]
 html_copy_source = False
-html_show_sphinx = False
+html_show_sphinx = html_show_copyright = False
 html_show_search_summary = False  # a page opened from a folder may not read its neighbours
 napoleon_use_ivar = True
 default_role = "literal"
@@ -80,10 +84,19 @@ def _is_from(value: object, room: str) -> bool:
     return f"{getattr(value, '__module__', room)}.".startswith(f"{room}.")
 
 
-def make_start_page(app: Sphinx, fault: Exception | None) -> None:
-    """Let a browser that opens the folder find the start page."""
+def loaded_from_elsewhere(text: str) -> list[str]:
+    """Return the addresses in a network that a page or a style sheet would load; links are none."""
+    tags = r"<(?:script|link|img|iframe|source|video)\b[^>]*\s(?:src|href)=[\"']?"
+    return re.findall(rf"(?:{tags}|url\([\"']?|@import\s+[\"'])((?:https?:)?//[^\"'\s>)]+)", text)
+
+
+def finish(app: Sphinx, fault: Exception | None) -> None:
+    """Let a browser that opens the folder find the start page; refuse pages that need a network."""
     if not fault:
-        shutil.copyfile(Path(app.outdir) / f"{root_doc}.html", Path(app.outdir) / "index.html")
+        shutil.copyfile(app.outdir / f"{root_doc}.html", app.outdir / "index.html")
+        for path in [*app.outdir.rglob("*.html"), *app.outdir.rglob("*.css")]:
+            if found := loaded_from_elsewhere(path.read_text("utf-8")):
+                raise ExtensionError(f"{path} would load {found[0]} from a network")
 
 
 def show_examples(
@@ -93,6 +106,12 @@ def show_examples(
     if kind == "module":
         block = r"\1.. code-block:: none\n\n"
         lines[:] = re.sub(r"(?m)(^\S.*\n\n)(?=    )", block, "\n".join(lines)).split("\n")
+
+
+def name_arrays(app: Sphinx, *rest: Any) -> tuple[str | None, ...]:
+    """Write the type of an array as the source does."""
+    array = r"~numpy\.ndarray\[tuple\[~typing\.Any, \.\.\.\], ~numpy\.dtype\[(.*?)\]\]"
+    return tuple(text and re.sub(array, r"NDArray[\1]", text) for text in rest[-2:])
 
 
 def look_up_exactly(app: Sphinx, doctree: nodes.document) -> None:
@@ -106,5 +125,6 @@ def setup(app: Sphinx) -> None:
     app.connect("builder-inited", write_rooms)
     app.connect("source-read", add_navigation)
     app.connect("autodoc-process-docstring", show_examples)
+    app.connect("autodoc-process-signature", name_arrays)
     app.connect("doctree-read", look_up_exactly)
-    app.connect("build-finished", make_start_page)
+    app.connect("build-finished", finish)
