@@ -102,6 +102,7 @@ pictures: install
 	WORKBENCH_PICTURES=docs/pictures $(BIN)/python -m pytest -q tests/review/test_review_bar.py
 	$(BIN)/python docs/make_template_picture.py docs/pictures
 	$(BIN)/python docs/make_output_picture.py docs/pictures
+	$(BIN)/python docs/make_architecture_picture.py docs/pictures
 	$(BIN)/python -m docs.make_panel_picture docs/pictures
 
 clean:
