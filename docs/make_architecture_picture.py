@@ -18,7 +18,7 @@ PAGE = ROOT / "docs" / "explanation" / "architecture.md"
 WAYS = {"The way of a run": "#1f6fd0", "The way of a diagnosis": "#c4570a"}
 """Sections of the page, and the colour of their steps."""
 
-WIDTH, ROW, CHARACTER, GAP = 740, 27, 7.3, 8  # px
+WIDTH, ROW, CHARACTER, GAP = 480, 26, 7.3, 8  # px
 STYLE = "font: 12px ui-monospace, monospace"
 FRAME = '<rect x="0.5" y="0.5" width="{}" height="{}" rx="8" fill="#ffffff" stroke="#d0d4da"/>'
 ROOM = '<rect x="{:.0f}" y="{}" width="{:.0f}" height="20" rx="4" fill="{}" stroke="#b6bcc6"/>'
