@@ -53,7 +53,7 @@ def drawn() -> str:
             own = {c: " ".join(map(str, way[room])) for c, way in ways.items() if room in way}
             words = [(room, "#1c2430"), *((text, colour) for colour, text in own.items())]
             width = sum(len(text) * CHARACTER + GAP for text, _ in words) + GAP
-            if x + width > WIDTH:
+            if x + width > WIDTH - 8:
                 x, y = 12.0, y + ROW
             parts.append(ROOM.format(x, y, width, "#eef3fb" if own else "#f7f8fa"))
             at = x + GAP
@@ -63,9 +63,8 @@ def drawn() -> str:
             x += width + GAP
         y += ROW
     height = y + 6
-    head = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" style="{STYLE}">'
-    )
+    size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="{STYLE}">'
     frame = FRAME.format(WIDTH - 1, height - 1)
     return "\n".join([head, frame, *parts, "</svg>", ""])
 
