@@ -2,8 +2,8 @@
 
 Counted is each array among the parameters, fields and results of what rooms export: its text in the
 docstring has a shape such as "(n, 3)" and a unit such as "[m]"; "[1]" where it has no dimension.
-Whole numbers, truth values and names need a shape alone. `python -m tests.test_array_docs` lists what
-lacks either.
+Whole numbers, truth values and names need a shape alone. `python -m tests.test_array_docs` lists
+what lacks either.
 """
 
 from __future__ import annotations

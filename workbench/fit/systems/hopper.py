@@ -116,7 +116,11 @@ class Hopper:
         return (*self.free, *self.candidates, *(p for own in self.own for p in own.every))
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
-        """Return the system with other rotor angles."""
+        """Return the system with other rotor angles.
+
+        Args:
+            turned: (n,) of each run, against T [rad]; None where nothing drives it.
+        """
         return Hopper(
             self.robot, self.runs, self.free, self.candidates, turned, self.warmth, self.coloured
         )
@@ -137,7 +141,7 @@ class Hopper:
         return angle[first : first + len(self._seen[run].seen)]
 
     def seen(self, run: int) -> Array:
-        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        """Return the measured channels of a run, (n, c) [m], pitch [rad], NaN where not seen."""
         return self._seen[run].seen
 
     def channels_of(self, run: int) -> tuple[str, ...]:
@@ -159,15 +163,19 @@ class Hopper:
         return clock_words(one.name, self.times(run), turned, one.steps, sigma)
 
     def sigma(self, run: int) -> Array:
-        """Return the standard deviation of their noise, (c,)."""
+        """Return the standard deviation of their noise, (c,) [m], pitch [rad]."""
         return self._seen[run].sigma
 
     def memory(self, run: int) -> Array:
-        """Return the correlation of their noise with that of the sample before, (c,)."""
+        """Return the correlation of their noise with that of the sample before, (c,) [1]."""
         return self._seen[run].memory
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
-        """Return the process noise of each degree of freedom, (nv,); that of the rotor is zero."""
+        """Return the process noise of each degree of freedom; that of the rotor is zero.
+
+        Returns:
+            (nv,) [N sqrt(s)] of what slides, [N m sqrt(s)] of what turns.
+        """
         hinges = [noise[BEAM] for hinge in self.robot.hinges if hinge.stiffness is not None]
         lever = self.robot.values["foot_length"] / 2
         foot = [] if self._held(run) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
@@ -336,12 +344,22 @@ class Hopper:
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
     def turn_of_top(self, run: int, qpos: Array) -> Array:
-        """Return how far T has turned since the first sample in states (n, nq), (n,) [rad]."""
+        """Return how far T has turned since the first sample, (n,) [rad].
+
+        Args:
+            run: its number.
+            qpos: (n, nq) states [m, rad].
+        """
         turn = qpos[:, 0 if self._held(run) else 2 : -1].sum(axis=1)
         return np.asarray(turn - turn[0])
 
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
-        """Return a rotor's angle against T, (n,) [rad], with the turn of T in states (n, nq)."""
+        """Return a rotor's angle against T, (n,) [rad], with the turn that T has in states.
+
+        Args:
+            run: its number.
+            qpos: (n, nq) states [m, rad].
+        """
         one = self.runs[run]
         if not one.driven:
             return None
@@ -358,7 +376,7 @@ class Hopper:
         """Return the system with rotor angles against T whose turn was estimated.
 
         Args:
-            qpos: (n, nq) of each run, of an observer.
+            qpos: (n, nq) of each run, of an observer [m, rad].
         """
         return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
 
