@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import workbench
 
 LEAST = 0.95
-ARRAY = re.compile(r"\b(?:NDArray|[Aa]rray|Points|Picture|ndarray)\b")
+ARRAY = re.compile(r"\b(?:NDArray|[Aa]rray|ArrayLike|Points|Picture|ndarray)\b")
 COUNTED = re.compile(r"np\.(?:bool_?|str_|u?int\w+)\]")
-SHAPE = re.compile(r"\((?:\w+|\d+|\.\.\.)(?: [+*-] \w+)?,(?: ?[\w.]+(?: [+*-] \w+)?,?)*\)")
+SIZE = r"(?:\w+|\.\.\.)(?: [+*-] \w+| \w+)*"
+SHAPE = re.compile(rf"\({SIZE},(?: {SIZE},?)*\)")
 WITHIN: dict[type, str] = {
     property: "fget", cached_property: "func", classmethod: "__func__", staticmethod: "__func__"
 }  # fmt: skip
@@ -94,15 +95,18 @@ def of_class(thing: type) -> Iterator[Passed]:
         if name == "__init__" and not dataclasses.is_dataclass(thing):
             yield from _arguments(where, _annotations(member), Doc.of(thing))
         elif name[0] != "_":
-            yield from of_function(getattr(member, WITHIN.get(type(member), ""), member))
+            function = getattr(member, WITHIN.get(type(member), ""), member)
+            above = next((vars(c)[name] for c in thing.__mro__[1:] if name in vars(c)), None)
+            yield from of_function(function, Doc.of(above))
 
 
-def of_function(thing: Any) -> Iterator[Passed]:
-    """Yield the arrays of a function."""
+def of_function(thing: Any, above: Doc | None = None) -> Iterator[Passed]:
+    """Yield the arrays of a function; arguments that its contract `above` describes count."""
     if not inspect.isfunction(inspect.unwrap(thing)):
         return
     where, kinds = f"{thing.__module__}.{thing.__qualname__}", _annotations(thing)
-    yield from _arguments(where, kinds, Doc.of(thing))
+    own = Doc.of(thing)
+    yield from _arguments(where, kinds, own if own.section("Args") else above or own)
     if ARRAY.search(kinds.get("return", "")):
         yield Passed(f"{where} ->", kinds["return"], Doc.of(thing).result())
 
@@ -119,7 +123,7 @@ def _arguments(where: str, kinds: dict[str, str], doc: Doc) -> Iterator[Passed]:
 
 def test_arrays_have_shape_and_unit_in_the_docstrings() -> None:
     found = list(passed())
-    assert len(found) > 100
+    assert len(found) > 250
     lacking = [one for one in found if not (one.shaped and one.measured)]
     share = 1 - len(lacking) / len(found)
     print(f"{share:.1%} of {len(found)} arrays have shape and unit")
