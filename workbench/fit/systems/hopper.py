@@ -171,11 +171,7 @@ class Hopper:
         return self._seen[run].memory
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
-        """Return the process noise of each degree of freedom; that of the rotor is zero.
-
-        Returns:
-            (nv,) [N sqrt(s)] of what slides, [N m sqrt(s)] of what turns.
-        """
+        """Return the process noise, (nv,) [N sqrt(s), N m sqrt(s)]; that of the rotor is zero."""
         hinges = [noise[BEAM] for hinge in self.robot.hinges if hinge.stiffness is not None]
         lever = self.robot.values["foot_length"] / 2
         foot = [] if self._held(run) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
@@ -344,7 +340,7 @@ class Hopper:
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
     def turn_of_top(self, run: int, qpos: Array) -> Array:
-        """Return how far T has turned since the first sample, (n,) [rad].
+        """Return how far T has turned since the first sample in states, (n,) [rad].
 
         Args:
             run: its number.
@@ -354,12 +350,7 @@ class Hopper:
         return np.asarray(turn - turn[0])
 
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
-        """Return a rotor's angle against T, (n,) [rad], with the turn that T has in states.
-
-        Args:
-            run: its number.
-            qpos: (n, nq) states [m, rad].
-        """
+        """Return a rotor's angle against T, (n,) [rad]; arguments as for `turn_of_top`."""
         one = self.runs[run]
         if not one.driven:
             return None
