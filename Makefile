@@ -5,6 +5,7 @@
 # make check  ruff, format, pyright, import-linter
 # make wheel  install the wheel with an extra outside the clone, and use it there
 # make feedback  time tests, CI and commands beside their bars
+# make site   build/site: these pages and those of each room's names, to be searched without a network
 # make bench  time the twin, print its ground law beside references, the thesis' results beside ours, measure cleaning and reading,
 #             kill clients and print how long their outputs stayed on
 # make bank   draw hidden-effect cases with SEED, diagnose them, write docs/reference/bank.md
@@ -20,7 +21,7 @@ INSTALLED := .venv/installed
 # Compiled modules are kept: the tests start hundreds of processes, each of which would compile anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: install demo test test-all check wheel feedback bench bank fuzz schemas effects supplies pictures clean
+.PHONY: install demo test test-all check site wheel feedback bench bank fuzz schemas effects supplies pictures clean
 
 install: $(INSTALLED)
 
@@ -44,6 +45,9 @@ check: install
 	$(BIN)/ruff format --check
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
+
+site: install
+	$(BIN)/sphinx-build --quiet --fail-on-warning --fresh-env -c docs -d build/doctrees . build/site
 
 wheel: install
 	.ci/wheel
@@ -98,6 +102,7 @@ pictures: install
 	WORKBENCH_PICTURES=docs/pictures $(BIN)/python -m pytest -q tests/review/test_review_bar.py
 	$(BIN)/python docs/make_template_picture.py docs/pictures
 	$(BIN)/python docs/make_output_picture.py docs/pictures
+	$(BIN)/python docs/make_architecture_picture.py docs/pictures
 	$(BIN)/python -m docs.make_panel_picture docs/pictures
 
 clean:

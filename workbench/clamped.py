@@ -94,7 +94,11 @@ def steady_end(start: float, stop: float) -> float:
 
 
 def terms(phi: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return cosine and sine of each order of the rotor's angle, (n, 2 orders)."""
+    """Return cosine and sine of each order of the rotor's angle, (n, 2 orders) [1].
+
+    Args:
+        phi: (n,) unwrapped angle of the rotor [rad], NaN where not seen.
+    """
     sense = 1.0 if np.nanmedian(np.diff(phi)) >= 0 else -1.0
     columns = []
     for order in ORDERS:
@@ -133,7 +137,7 @@ def answer(
 
 
 def factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Return the complex answer along x and z and its errors, (2, orders) each."""
+    """Return the complex answer along x and z and its errors, (2, orders) each [m]."""
     pairs = found.beside[1:].T.reshape(2, len(ORDERS), 2)
     variances = np.array([np.diag(c)[1:] for c in found.beside_covariance])
     error = np.sqrt(variances.reshape(2, len(ORDERS), 2).mean(axis=2))
@@ -141,6 +145,10 @@ def factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]]
 
 
 def lag(found: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """Return by how much T follows the rotor's pull along x and z, (2,) [rad] in -pi to pi."""
+    """Return by how much T follows the rotor's pull along x and z, (2,) [rad] in -pi to pi.
+
+    Args:
+        found: (2, orders) complex answer along x and z [m], of `factors`.
+    """
     pull = np.array([1.0, 1j])  # along x cos(angle), along z -sin(angle)
     return -np.angle(found[:, _FIRST] / pull)

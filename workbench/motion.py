@@ -325,7 +325,11 @@ def _mean_speed(t: NDArray[np.float64], angle: NDArray[np.float64], duration: fl
 
 
 def seen_median(values: NDArray[np.float64]) -> float:
-    """Return the median of the finite values, NaN where there are none."""
+    """Return the median of the finite values, NaN where there are none.
+
+    Args:
+        values: (n,) [any unit].
+    """
     seen = values[np.isfinite(values)]
     return float(np.median(seen)) if len(seen) else float("nan")
 

@@ -23,9 +23,12 @@ def robust_sigma(values: ArrayLike, *, centred: bool = False, axis: int | None =
     """Return the standard deviation that normal noise of the same median size has.
 
     Args:
-        values: residuals in any unit; those that are NaN are left out.
+        values: residuals, (...,) [any unit]; those that are NaN are left out.
         centred: whether their median is taken off first; else it is the deviation about zero.
-        axis: along which; all together where None, which gives a shape of ().
+        axis: along which; all together where None.
+
+    Returns:
+        (...,) without that axis, a scalar where there is none [unit of the values].
     """
     values = np.asarray(values)
     if centred:
@@ -47,11 +50,11 @@ def white_noise(
     hides from differences. 0 where steps are so coarse that most differences vanish.
 
     Args:
-        values: (n,), NaN where not seen.
+        values: (n,) [any unit], NaN where not seen.
         orders: of the differences; one where it is known which the motion does not survive.
         least: differences of an order that must be seen for it to count.
-        sigma: how the deviation of differences is taken; the robust one is deaf to impacts and
-            glitches.
+        sigma: how the deviation of differences, (m,) [unit of the values], is taken; the robust
+            one ignores impacts and glitches.
 
     Returns:
         The deviation; NaN where too few samples are seen.

@@ -51,10 +51,10 @@ class Swings:
     Args:
         poles: m of them.
         pole_errors: standard errors of each pole's frequency [Hz] and decay [1/s].
-        amplitudes: (m, c) complex; the swing is Re(amplitude exp((2 pi i hz - decay) t)).
-        beside: (k, c) factors of the columns beside the swings; the first is the centre.
-        beside_covariance: (c, k, k) of those factors.
-        left: (n, c) what the fit leaves, NaN where not seen.
+        amplitudes: (m, c) complex [m]; the swing is Re(amplitude exp((2 pi i hz - decay) t)).
+        beside: (k, c) factors of the columns beside the swings [m]; the first is the centre.
+        beside_covariance: (c, k, k) of those factors [m^2].
+        left: (n, c) what the fit leaves [m], NaN where not seen.
     """
 
     poles: tuple[Pole, ...]
@@ -84,7 +84,7 @@ def fit_swings(
         times: (n,) increasing, nearly evenly spaced [s].
         paths: (n, c) [m], NaN where not seen; a sample counts where all paths were seen.
         count: of the swings; with 0 only the centre and the columns beside are fitted.
-        beside: (n, k - 1) further columns that are linear in the paths, for example of a drive.
+        beside: (n, k - 1) further columns [1] that the paths are linear in, as those of a drive.
         start: poles that are known about; the rest is searched.
 
     Raises:

@@ -17,7 +17,7 @@ class TimeSeries:
 
     Args:
         times: (n,) [s], strictly increasing.
-        values: (n, k) in the units named.
+        values: (n, k) [units named].
         names: k column names; by custom they end in the unit, `foot_x_m`.
         valid: (n, k) True where the sample was really seen.
 
@@ -51,7 +51,13 @@ class TimeSeries:
         columns: Mapping[str, ArrayLike],
         valid: Mapping[str, NDArray[np.bool_]] | None = None,
     ) -> TimeSeries:
-        """Build from one (n,) array a column; a column not in `valid` is valid where finite."""
+        """Build from one (n,) array a column; a column not in `valid` is valid where finite.
+
+        Args:
+            times: (n,) [s], increasing.
+            columns: name -> (n,) [unit named].
+            valid: name -> (n,) True where the sample was really seen.
+        """
         # a column is one piece of memory
         values = np.array([np.asarray(c, dtype=float) for c in columns.values()]).T
         mask = np.isfinite(values)
@@ -97,7 +103,11 @@ class TimeSeries:
         return TimeSeries(self.times, self.values[:, index], chosen, self.valid[:, index])
 
     def replaced(self, columns: Mapping[str, NDArray[np.float64]]) -> TimeSeries:
-        """Return the series with other values, (n,), in some of its columns; the mask stays."""
+        """Return the series with other values in some of its columns; the mask stays.
+
+        Args:
+            columns: name -> (n,) [unit named].
+        """
         values = self.values.copy()
         for name, column in columns.items():
             values[:, self._index(name)] = column
@@ -108,6 +118,9 @@ class TimeSeries:
 
         A sample is valid only where both neighbours are, and never outside the series; of fewer
         than two samples none is.
+
+        Args:
+            times: (m,) [s].
         """
         if len(self) < 2:
             shape = (len(times), len(self.names))

@@ -76,7 +76,11 @@ class Appraisal:
 
 
 def appraise(problem: Problem, candidate: NDArray[np.float64]) -> Appraisal:
-    """Return what a candidate (d,) of a problem is; it hops once, as its model's robot.
+    """Return what a candidate of a problem is; it hops once, as its model's robot.
+
+    Args:
+        problem: whose candidate it is.
+        candidate: (d,) the variables of its space [SI].
 
     Raises:
         InputError: when the robot does not stand.

@@ -39,7 +39,7 @@ class Strip:
         """Refuse angles that no strip can be bent to.
 
         Args:
-            angles: alpha_0 to alpha_15 [rad].
+            angles: (16,) alpha_0 to alpha_15 [rad].
 
         Raises:
             InputError: with the joint, its radius and what is allowed.

@@ -63,7 +63,11 @@ class Objective:
         ]
 
     def possible(self, candidate: NDArray[np.float64]) -> bool:
-        """Tell whether a candidate (d,) can be bent and stands; nothing is simulated."""
+        """Tell whether a candidate can be bent and stands; nothing is simulated.
+
+        Args:
+            candidate: (d,) the variables of the problem's space [SI].
+        """
         if self._refusal(candidate) is not None:
             return False
         robot = unloaded(applied(self.problem.robot(candidate)))

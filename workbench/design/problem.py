@@ -100,12 +100,20 @@ class Problem:
         return f"{goals} in {self.duration:g} s at {self.omega:g} rad/s{robust}"
 
     def numbers(self, candidate: NDArray[np.float64]) -> Mapping[str, float]:
-        """Return a candidate's variables beside the angles, and the speed, by name."""
+        """Return a candidate's variables beside the angles, and the speed, by name.
+
+        Args:
+            candidate: (d,) the variables of the space [SI].
+        """
         values = dict(zip(self.space.names, map(float, candidate), strict=True))
         return {SPEED: self.omega} | {k: v for k, v in values.items() if k not in ANGLES}
 
     def robot(self, candidate: NDArray[np.float64]) -> Robot:
-        """Return the robot of a candidate (d,); it moves in the hopping plane."""
+        """Return the robot of a candidate; it moves in the hopping plane.
+
+        Args:
+            candidate: (d,) the variables of the space, angles [rad] first [SI].
+        """
         values = self.model.values()
         values |= {k: v for k, v in self.numbers(candidate).items() if k != SPEED}
         made = make_robot(values, self.shape, self.model.increments, self.model.quantities())
@@ -115,7 +123,12 @@ class Problem:
     def condition(
         self, candidate: NDArray[np.float64], departure: Departure | None = None
     ) -> Condition:
-        """Return what a candidate is put through, speed and start angle off by a departure's."""
+        """Return what a candidate is put through, speed and start angle off by a departure's.
+
+        Args:
+            candidate: (d,) the variables of the space [SI].
+            departure: from what is stated; none where left out.
+        """
         speed, angle = self.numbers(candidate)[SPEED], START_ANGLE_RAD
         if departure is not None:
             speed, angle = speed + departure.omega, angle + departure.turned

@@ -105,7 +105,7 @@ def shape_text(start: ShapeFile, name: str, angles: np.ndarray, source: str) -> 
     Args:
         start: whose strip it is.
         name: of the new shape.
-        angles: alpha_0 to alpha_15 [rad], written so that they are read back bit for bit.
+        angles: (16,) alpha_0 to alpha_15 [rad], written so that they are read back bit for bit.
         source: where they come from.
     """
     numbers = [repr(float(angle)) for angle in angles]

@@ -94,9 +94,12 @@ class Uncertainty:
         )
 
     def fitness(self, each: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return mean plus spread of the fitness of the draws, (draws, goals) to (goals,).
+        """Return mean plus spread of the fitness of the draws, (goals,) [unit of each goal].
 
         Fitness is less where a goal is met better, so the spread counts against a candidate.
+
+        Args:
+            each: (draws, goals) [unit of each goal].
         """
         return each.mean(axis=0) + self.weight * each.std(axis=0, ddof=1)
 

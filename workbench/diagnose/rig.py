@@ -120,7 +120,7 @@ class Rig(Protocol):
         Args:
             runs: their numbers.
             values: of the model's own numbers, where they are not those of its file.
-            angles: of each run, how its drive turns [rad]; as it was seen where left out.
+            angles: (n,) of each run, how its drive turns [rad]; as it was seen where left out.
             threads: 0 takes all cores.
         """
         ...

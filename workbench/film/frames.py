@@ -46,7 +46,7 @@ class Film:
     height: int = 720
 
     def times(self, comparison: Comparison) -> NDArray[np.float64]:
-        """Return when in the run each frame is [s], from a little before time zero to its end.
+        """Return when in the run each frame is, (n,) [s], from a little before zero to its end.
 
         Raises:
             InputError: when the film cannot be this slow, or nothing of the run moves.
@@ -67,6 +67,9 @@ class Film:
 @contextmanager
 def film(comparison: Comparison, how: Film) -> Iterator[Iterator[tuple[float, NDArray[np.uint8]]]]:
     """Give the frames of a run, each with its time [s], as long as the `with` block lasts.
+
+    Yields:
+        An iterator over time [s] and picture, (height, width, 3) in RGB.
 
     Raises:
         InputError: as `Film.times`.

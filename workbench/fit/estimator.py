@@ -62,8 +62,8 @@ class Estimator:
         masks: of each run, (n, c): samples that are left out.
         threads: 0 takes all cores.
         window: how much of each run is observed, from its first sample [s].
-        defect: what the residuals of full steps are beyond those of coarse ones, near some
-            parameters; None where residuals are of full steps.
+        defect: (m,) what the residuals of full steps are beyond those of coarse ones, near some
+            parameters [1]; None where residuals are of full steps.
     """
 
     system: System
@@ -86,7 +86,15 @@ class Estimator:
         masks: Sequence[NDArray[np.bool_]] = (),
         threads: int = 0,
     ) -> Estimator:
-        """Return the estimator of a system with a process noise."""
+        """Return the estimator of a system with a process noise.
+
+        Args:
+            system: with its runs.
+            vector: of the parameters.
+            noise: process noise of each group of joints.
+            masks: of each run, (n, c): samples that are left out; none where left out.
+            threads: 0 takes all cores.
+        """
         runs = range(len(system.names))
         modes = tuple(system.modes(k) for k in runs)
         given = tuple(masks) or tuple(np.zeros(system.seen(k).shape, dtype=np.bool_) for k in runs)
@@ -117,6 +125,9 @@ class Estimator:
         """Return log L at parameters (p,), without the priors and what does not depend on them.
 
         Innovations count as in a robust fit: far beyond the noise they count in proportion.
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
         """
         total = 0.0
         for one in self.innovations(x, keep=True):
@@ -128,9 +139,9 @@ class Estimator:
 
         Args:
             run: its number.
-            x: (p,) parameters.
+            x: (p,) the minimiser's numbers [1].
             coarse: whether the steps may be coarser than the model's own.
-            gate: of `Job`; every sample is looked at where one is given.
+            gate: (c,) of `Job` [unit of the channel]; every sample is looked at where one is given.
 
         Raises:
             InputError: when they cannot be simulated.
@@ -152,7 +163,7 @@ class Estimator:
         """Return the innovations of every run.
 
         Args:
-            x: (p,) parameters.
+            x: (p,) the minimiser's numbers [1].
             keep: whether the states are kept, and the answer for whoever asks for it again.
         """
         for at, found in self._found:
@@ -168,12 +179,19 @@ class Estimator:
 
         What coarse steps do otherwise hardly changes with the parameters: they are corrected by
         what they were off there (defect correction; Stetter, Numer. Math. 29, 1978, 425).
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
         """
         coarse = replace(self, defect=np.zeros(0))
         return replace(self, defect=self.residuals(x) - coarse.residuals(x))
 
     def residuals(self, x: Array) -> Array:
-        """Return the whitened innovations of all runs, then the priors, (m,)."""
+        """Return the whitened innovations of all runs, then the priors, (m,) [1].
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
+        """
         try:
             if self.defect is not None:
                 jobs = [self.job(k, x, coarse=True) for k in range(len(self.masks))]
@@ -185,7 +203,12 @@ class Estimator:
         return self.residuals_of(found, x)
 
     def residuals_of(self, found: Sequence[Innovations], x: Array) -> Array:
-        """Return the residuals, (m,), of innovations that were observed at parameters (p,)."""
+        """Return the residuals, (m,) [1], of innovations that were observed.
+
+        Args:
+            found: innovations of each run.
+            x: (p,) the minimiser's numbers that they were observed at [1].
+        """
         return np.concatenate([*(counted(one).ravel() for one in found), x[self.vector.weighted]])
 
     def jacobian(
@@ -195,12 +218,12 @@ class Estimator:
         steps: Array | None = None,
         central: bool = False,
     ) -> Array:
-        """Return the derivatives of the residuals, (m, p), by differences of coarse simulations.
+        """Return the derivatives of the residuals, (m, p) [1], by differences of coarse steps.
 
         Args:
-            x: (p,) parameters.
-            asked: columns that are wanted, the others stay zero; all where left out.
-            steps: (p,) how far each parameter is moved, of `reaches`; the farthest where left out.
+            x: (p,) the minimiser's numbers [1].
+            asked: (k,) columns that are wanted, the others stay zero; all where left out.
+            steps: (p,) how far each is moved, of `reaches` [1]; the farthest where left out.
             central: whether differences go to both sides: twice the cost, and directions that do
                 nothing are seen to do nothing.
         """

@@ -48,9 +48,9 @@ class Fit:
 
     Args:
         estimator: with the process noise that was chosen.
-        x: (p,) the minimiser's numbers.
+        x: (p,) the minimiser's numbers [1].
         innovations: of each run there.
-        jacobian: (m, p) of the residuals there.
+        jacobian: (m, p) of the residuals there [1].
         evaluations: how often all runs were observed for residuals.
         converged: whether the minimiser came to rest.
     """
@@ -69,7 +69,7 @@ class Fit:
 
     @property
     def residuals(self) -> Array:
-        """Return whitened innovations and priors, (m,), as the Jacobian's rows."""
+        """Return whitened innovations and priors, (m,) [1], as the Jacobian's rows."""
         return self.estimator.residuals_of(self.innovations, self.x)
 
     @property
@@ -95,7 +95,7 @@ def fit_system(
     Args:
         system: with its runs.
         vector: of the parameters; those of single runs are held in the first stage.
-        start: (p,) numbers to begin at; nominal where left out.
+        start: (p,) the minimiser's numbers to begin at [1]; nominal where left out.
         progress: is told each stage.
         threads: 0 takes all cores.
         central: whether the Jacobian at the end is taken anew, by differences to both sides.
@@ -116,14 +116,25 @@ def fit_system(
 
 
 def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: None) -> Fit:
-    """Return the fit from numbers (p,) that are near, weighing the process noise anew."""
+    """Return the fit from a place that is near, weighing the process noise anew.
+
+    Args:
+        estimator: with the process noise to begin with.
+        x: (p,) the minimiser's numbers there [1].
+        progress: is told each stage.
+    """
     x = _inside(estimator.vector, x)
     begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, np.inf)
     return _rounds(estimator, begin, progress, 0)
 
 
 def settled(estimator: Estimator, x: Array) -> Fit:
-    """Return the fit that ends near numbers (p,), with the estimator's process noise."""
+    """Return the fit that ends near a place, with the estimator's process noise.
+
+    Args:
+        estimator: of the residuals.
+        x: (p,) the minimiser's numbers there [1].
+    """
     found = _minimum(estimator, _inside(estimator.vector, x), None, _MOST)
     return _ended(estimator, found, found.evaluations)
 
@@ -183,11 +194,11 @@ def minimised(
 
     Args:
         estimator: of the residuals.
-        x: (p,) start.
+        x: (p,) the minimiser's numbers at the start [1].
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
         near: of `minimum`.
-        jacobian: of the residuals near the start, where one is known.
+        jacobian: (m, p) of the residuals near the start [1], where one is known.
         radius: of `minimum`.
     """
     return _minimum(estimator, x, free, most, near, jacobian, jacobian is not None, radius)
@@ -207,7 +218,7 @@ def _minimum(
 
     Args:
         estimator: of the residuals.
-        x: (p,) start.
+        x: (p,) the minimiser's numbers at the start [1].
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
         near: of `minimum`.
@@ -264,6 +275,10 @@ def refined(estimator: Estimator, x: Array) -> Estimator:
 
     The states are those of the strongest correction, which are what was seen whatever the
     parameters: with a weak one near a resonance a wrong input makes the turn of T that makes it.
+
+    Args:
+        estimator: of the runs.
+        x: (p,) the minimiser's numbers that they are observed at [1].
     """
     system = estimator.system
     whole = replace(estimator.with_noise(_far(system)), window=np.inf)

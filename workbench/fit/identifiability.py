@@ -63,7 +63,7 @@ def undetermined(vector: ParameterVector, information: Array) -> list[Combinatio
 
     Args:
         vector: of the parameters.
-        information: (p, p) of the minimiser's numbers, priors of single runs included.
+        information: (p, p) of the minimiser's numbers [1], priors of single runs included.
     """
     shared = np.array([p.scope is not Scope.RUN for p in vector.parameters])
     own = ~shared

@@ -46,8 +46,8 @@ class Covariance:
     """Of the minimiser's numbers.
 
     Args:
-        matrix: (p, p) the sandwich.
-        information: (p, p) B: what the data and the priors say, for white innovations.
+        matrix: (p, p) the sandwich [1].
+        information: (p, p) B: what the data and the priors say, for white innovations [1].
         blocks: how many there were.
     """
 

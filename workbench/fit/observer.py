@@ -43,10 +43,10 @@ class Observation:
     Args:
         bodies: (p,) of the points.
         offsets: (p, 3) in the bodies' frames [m].
-        mix: (c, 3 p).
-        pick: (c, nq).
-        bias: (c,).
-        pick_rate: (c, nv); None where no rate is seen.
+        mix: (c, 3 p) [unit of the channel by m].
+        pick: (c, nq) [unit of the channel by that of qpos].
+        bias: (c,) [unit of the channel].
+        pick_rate: (c, nv) [unit of the channel by that of qvel]; None where no rate is seen.
         delay: (c,) [s]; None where nothing is seen late.
     """
 
@@ -59,19 +59,19 @@ class Observation:
     delay: Array | None = None
 
     def of(self, data: mujoco.MjData) -> Array:
-        """Return what is seen of a state without rates, (c,)."""
+        """Return what is seen of a state without rates, (c,) [unit of the channel]."""
         turns = data.xmat[self.bodies].reshape(-1, 3, 3)
         points = data.xpos[self.bodies] + np.einsum("pij,pj->pi", turns, self.offsets)
         return np.asarray(self.mix @ points.ravel() + self.pick @ data.qpos + self.bias)
 
     @property
     def rates(self) -> Array:
-        """Return pick_rate, zeros where no rate is seen, (c, nv)."""
+        """Return pick_rate, zeros where no rate is seen, (c, nv) [as `pick_rate`]."""
         return np.zeros_like(self.pick) if self.pick_rate is None else self.pick_rate
 
     @property
     def delays(self) -> Array:
-        """Return delay, zeros where nothing is seen late, (c,)."""
+        """Return delay, zeros where nothing is seen late, (c,) [s]."""
         return np.zeros(len(self.bias)) if self.delay is None else self.delay
 
 
@@ -81,8 +81,8 @@ class Start:
 
     Args:
         model: compiled.
-        state: mjSTATE_INTEGRATION at the start.
-        control: (n, nu) from each sample to the next.
+        state: (s,) mjSTATE_INTEGRATION at the start [SI].
+        control: (n, nu) ctrl from each sample to the next [unit of the actuator].
         observation: of the run's channels.
         steps: of the engine from one sample to the next.
         lead: time from the start to the first sample [s].
@@ -103,10 +103,10 @@ class Job(Start):
     """A start that is observed.
 
     Args:
-        seen: (n, c) measured channels, NaN where not seen.
+        seen: (n, c) measured channels, NaN where not seen [unit of the channel].
         gain: of the correction.
-        gate: (c,) innovation beyond which a sample is taken for a glitch and left out; None takes
-            every sample.
+        gate: (c,) innovation beyond which a sample is taken for a glitch and left out [unit of the
+            channel]; None takes every sample.
     """
 
     seen: Array
@@ -115,13 +115,20 @@ class Job(Start):
 
     @classmethod
     def of(cls, start: Start, seen: Array, gain: Gain, gate: Array | None = None) -> Job:
-        """Return the job of the first samples of a start, as many as were measured."""
+        """Return the job of the first samples of a start, as many as were measured.
+
+        Args:
+            start: of the run.
+            seen: (n, c) measured channels, NaN where not seen [unit of the channel].
+            gain: of the correction.
+            gate: (c,) of `Job` [unit of the channel].
+        """
         given: dict[str, Any] = vars(start) | {"control": start.control[: len(seen)]}
         return cls(**given, seen=seen, gain=gain, gate=gate)
 
     @property
     def gates(self) -> Array:
-        """Return gate, infinite where every sample is taken, (c,)."""
+        """Return gate, infinite where every sample is taken, (c,) [unit of the channel]."""
         return np.full(self.seen.shape[1], np.inf) if self.gate is None else self.gate
 
     @property
@@ -138,14 +145,15 @@ class Innovations:
     """What a run shows that was not predicted.
 
     Args:
-        error: (n, c) measured less predicted, NaN where not seen or left out. Noise with a memory
-            is predicted as well.
-        white: (n, c) L^-1 error with L L' = S; zero where not seen.
-        information: (n,) log det S.
-        slopes: (n, c, m) derivative of the channels by the modes' coordinates.
-        rates: (n, c, m) the same by the coordinates' rates.
-        qpos: (n, nq) before each correction; empty unless kept.
-        qvel: (n, nv) the same.
+        error: (n, c) measured less predicted, NaN where not seen or left out [unit of the channel].
+            Noise with a memory is predicted as well.
+        white: (n, c) L^-1 error with L L' = S; zero where not seen [1].
+        information: (n,) log det S [1].
+        slopes: (n, c, m) derivative of the channels by the modes' coordinates [unit of the channel
+            by m sqrt(kg)].
+        rates: (n, c, m) the same by the coordinates' rates [unit of the channel by m sqrt(kg)/s].
+        qpos: (n, nq) before each correction; empty unless kept [m, rad].
+        qvel: (n, nv) the same [m/s, rad/s].
         sane: samples before the numbers blew up.
     """
 

@@ -96,7 +96,7 @@ class ParameterVector:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Return the least and greatest numbers, (p,) each."""
+        """Return the least and greatest of the minimiser's numbers, (p,) each [1]."""
         low = [-np.inf if p.positive and p.low <= 0 else p.number(p.low) for p in self.parameters]
         return np.array(low), np.array([p.number(p.high) for p in self.parameters])
 
@@ -106,11 +106,15 @@ class ParameterVector:
         return np.array([not p.flat for p in self.parameters], dtype=np.bool_)
 
     def values(self, x: Array) -> dict[Parameter, float]:
-        """Return the value of each parameter at numbers (p,)."""
+        """Return the value of each parameter [its unit].
+
+        Args:
+            x: (p,) the minimiser's numbers [1].
+        """
         return {p: p.value(float(v)) for p, v in zip(self.parameters, x, strict=True)}
 
     def numbers(self, values: Mapping[Parameter, float]) -> Array:
-        """Return the numbers (p,) of values; a parameter that is not given is nominal."""
+        """Return the numbers (p,) [1] of values; a parameter that is not given is nominal."""
         return np.array([p.number(values.get(p, p.nominal)) for p in self.parameters])
 
     def touching(self, run: int) -> Sequence[int]:

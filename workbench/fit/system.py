@@ -46,7 +46,7 @@ class System(Protocol):
         ...
 
     def seen(self, run: int) -> Array:
-        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        """Return the measured channels of a run, (n, c) [unit of each], NaN where not seen."""
         ...
 
     def channels_of(self, run: int) -> Sequence[str]:
@@ -62,11 +62,11 @@ class System(Protocol):
         ...
 
     def sigma(self, run: int) -> Array:
-        """Return the standard deviation of their noise, (c,)."""
+        """Return the standard deviation of their noise, (c,) [unit of each]."""
         ...
 
     def memory(self, run: int) -> Array:
-        """Return the correlation of their noise with that of the sample before, (c,)."""
+        """Return the correlation of their noise with that of the sample before, (c,) [1]."""
         ...
 
     def modes(self, run: int) -> Modes:
@@ -74,11 +74,19 @@ class System(Protocol):
         ...
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
-        """Return the process noise of each degree of freedom, (nv,), from that of the groups."""
+        """Return the process noise of each degree of freedom, from that of the groups.
+
+        Returns:
+            (nv,) [N sqrt(s)] of what slides, [N m sqrt(s)] of what turns.
+        """
         ...
 
     def refined(self, qpos: Sequence[Array]) -> System:
-        """Return the system with inputs made from observed states, (n, nq) of each run."""
+        """Return the system with inputs made from observed states.
+
+        Args:
+            qpos: (n, nq) of each run [m, rad].
+        """
         ...
 
     def start(self, run: int, values: Mapping[Parameter, float], coarse: bool) -> Start:

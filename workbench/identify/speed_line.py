@@ -172,7 +172,11 @@ class SpeedLine:
         return point.speed - float(self.at(np.array([point.voltage]))[0])
 
     def at(self, voltages: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the speeds of the line at voltages (m,) [V]."""
+        """Return the speeds of the line, (m,) [rad/s].
+
+        Args:
+            voltages: (m,) [V].
+        """
         return self.fit.coefficients[0] * (voltages - self.middle) + self.fit.coefficients[1]
 
     def half_width(

@@ -43,15 +43,16 @@ class Algorithm(ABC):
 
     @abstractmethod
     def ask(self) -> NDArray[np.float64]:
-        """Return the next generation's candidates, (n, d), all inside the space."""
+        """Return the next generation's candidates, (n, d) [unit of each variable], all inside."""
 
     @abstractmethod
     def tell(self, candidates: NDArray[np.float64], fitness: NDArray[np.float64]) -> None:
         """Take what the candidates are worth, less is better.
 
         Args:
-            candidates: as asked, (n, d).
-            fitness: (n,), or (n, goals) where an algorithm has several goals; finite.
+            candidates: as asked, (n, d) [unit of each variable].
+            fitness: (n,), or (n, goals) where an algorithm has several goals [unit of each goal];
+                finite.
         """
 
     @abstractmethod

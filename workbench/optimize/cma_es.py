@@ -83,7 +83,11 @@ class Cmaes(Algorithm):
         return {"seed": self.seed} | asdict(self._chosen)
 
     def ask(self) -> NDArray[np.float64]:
-        """Return pairs mirrored at the mean; the first candidate of all is the start itself."""
+        """Return pairs mirrored at the mean; the first candidate of all is the start itself.
+
+        Returns:
+            (n, d) [unit of each variable].
+        """
         self._strategy.reseed_rng(int(self.generator.integers(_SEEDS)))
         pairs = self._chosen.population_size // 2
         one = np.array([self._strategy.ask() for _ in range(pairs)])

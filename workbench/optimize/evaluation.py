@@ -32,7 +32,12 @@ Evaluate = Callable[[NDArray[np.float64]], Sequence[Evaluation]]
 
 
 def candidate_key(problem_id: str, candidate: NDArray[np.float64]) -> str:
-    """Return the hash of a problem and a candidate (d,) that its evaluation is kept under."""
+    """Return the hash of a problem and a candidate that its evaluation is kept under.
+
+    Args:
+        problem_id: of the problem.
+        candidate: (d,) [unit of each variable].
+    """
     digest = hashlib.sha256(problem_id.encode())
     digest.update(np.ascontiguousarray(candidate, dtype="<f8").tobytes())
     return digest.hexdigest()[:32]

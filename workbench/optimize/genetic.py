@@ -96,7 +96,11 @@ class GeneticAlgorithm(Algorithm):
         return {"seed": self.seed} | asdict(self._chosen)
 
     def ask(self) -> NDArray[np.float64]:
-        """Return the initial population, then the children of the one told last."""
+        """Return the initial population, then the children of the one told last.
+
+        Returns:
+            (n, d) [unit of each variable].
+        """
         if not self._generation:
             return self._create()
         chosen = self._chosen

@@ -104,7 +104,11 @@ class Guided(Algorithm):
         return {"seed": self.seed} | asdict(self._chosen)
 
     def ask(self) -> Points:
-        """Return candidates of every niche at first, then such as promise most."""
+        """Return candidates of every niche at first, then such as promise most.
+
+        Returns:
+            (n, d) [unit of each variable].
+        """
         if self._generations < self._chosen.first:
             return self._spread_out()
         if self._is_time_to_learn():

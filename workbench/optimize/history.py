@@ -21,7 +21,7 @@ class Trial:
     """A candidate with what it was worth.
 
     Args:
-        candidate: (d,).
+        candidate: (d,) [unit of each variable].
         evaluation: of it.
     """
 
@@ -45,7 +45,7 @@ class Generation:
 
     @property
     def fitness(self) -> NDArray[np.float64]:
-        """Fitness with penalties, (n, goals)."""
+        """Fitness with penalties, (n, goals) [unit of each goal]."""
         return np.array([trial.evaluation.fitness for trial in self.trials])
 
     @property
@@ -125,7 +125,7 @@ class History:
         return tuple(sorted(chosen, key=lambda trial: trial.evaluation.fitness))
 
     def columns(self) -> Mapping[str, NDArray[np.float64]]:
-        """Return the table of the generations: a column (generations,) under each heading."""
+        """Return the table of the generations: heading -> (generations,) [unit of its heading]."""
         best = [g.best.evaluation.fitness[0] for g in self.generations]
         values = (
             np.arange(1, len(best) + 1),

@@ -77,6 +77,9 @@ class Pareto(Algorithm):
         """Return the start and its neighbourhood, then the children of the last survivors.
 
         There can be fewer than the population's size: two equal candidates are never asked for.
+
+        Returns:
+            (n, d) [unit of each variable].
         """
         self._asked = self._search.ask()
         return np.zeros((0, len(self.space))) if self._asked is None else self._asked.get("X")

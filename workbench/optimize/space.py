@@ -23,9 +23,9 @@ class Space:
 
     Args:
         names: of the d variables.
-        lower: least value of each, (d,).
-        upper: greatest value of each, (d,).
-        start: where a search begins, (d,), inside.
+        lower: least value of each, (d,) [unit of each].
+        upper: greatest value of each, (d,) [unit of each].
+        start: where a search begins, (d,) [unit of each], inside.
         summed: names of the variables that the sum takes; empty for no sum.
         sum_lower: least sum.
         sum_upper: greatest sum.
@@ -63,7 +63,7 @@ class Space:
 
     @property
     def widths(self) -> NDArray[np.float64]:
-        """How far each variable can go, (d,)."""
+        """How far each variable can go, (d,) [unit of each]."""
         return self.upper - self.lower
 
     @cached_property
@@ -74,19 +74,26 @@ class Space:
         return taken
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which points (..., d) are inside, (...,); bounds belong to the inside."""
+        """Tell which points are inside, (...,); bounds belong to the inside.
+
+        Args:
+            points: (..., d) [unit of each].
+        """
         points = np.asarray(points, dtype=np.float64)
         boxed = np.all((points >= self.lower) & (points <= self.upper), axis=-1)
         sums = points[..., self.in_sum].sum(axis=-1)
         return boxed & (sums >= self.sum_lower) & (sums <= self.sum_upper)
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Return the nearest points inside, in the Euclidean sense, (..., d).
+        """Return the nearest points inside, in the Euclidean sense, (..., d) [unit of each].
 
         The nearest point of box and sum shifts all summed variables by one number and clips them:
         that number is a root of a piecewise linear function, found exactly between its corners.
         A shifted sum stops a rounding error short of the interval's end, so that it is inside in
         whatever order it is added up. What is inside stays as it is, bit for bit.
+
+        Args:
+            points: (..., d) [unit of each].
         """
         points = np.asarray(points, dtype=np.float64)
         flat = np.clip(points.reshape(-1, len(self)), self.lower, self.upper)
@@ -101,7 +108,7 @@ class Space:
         return flat.reshape(points.shape)
 
     def sample(self, generator: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """Draw points of the set, (count, d), evenly as long as it is no thin slice of the box."""
+        """Draw points of the set, (count, d) [unit of each], evenly unless it is a thin slice."""
         drawn = generator.uniform(self.lower, self.upper, (count, len(self)))
         for _ in range(_ROUNDS):
             outside = ~self.contains(drawn)

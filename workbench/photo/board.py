@@ -108,7 +108,11 @@ class Board:
         )
 
     def sheet_of(self, points: Array) -> NDArray[np.int_]:
-        """Return the sheet, from below, that points lie on, (n, 2) [m] to (n,)."""
+        """Return the sheet, from below, that each point lies on, (n,).
+
+        Args:
+            points: (n, 2) on the board [m].
+        """
         height = self.square * self.rows_a_sheet
         return np.clip(points[:, 1] // height, 0, self.sheets - 1).astype(int)
 

@@ -29,8 +29,8 @@ class Box:
     """A rectangle along the axes [m].
 
     Args:
-        low: (2,) least x and z.
-        high: (2,) greatest x and z.
+        low: (2,) least x and z [m].
+        high: (2,) greatest x and z [m].
     """
 
     low: Array
@@ -83,7 +83,11 @@ class Arcs:
         return self.start + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
     def headings_at(self, distance: ArrayLike) -> Array:
-        """Return headings; arguments as for `points_at`, (...) [rad]."""
+        """Return headings, (...,) [rad].
+
+        Args:
+            distance: (...,) along the line [m], as for `points_at`.
+        """
         piece, along, rate = self._place(distance)
         return self.headings[piece] + rate * along
 
@@ -91,21 +95,28 @@ class Arcs:
         """Return the points at distances along the line, (..., 2) as x, z [m].
 
         Args:
-            distance: (...) from its start [m]; before the start and beyond the end the first and
+            distance: (...,) from its start [m]; before the start and beyond the end the first and
                 the last piece go on.
         """
         piece, along, rate = self._place(distance)
         return self.knot_points[piece] + _chord(self.headings[piece], rate * along, along)
 
     def tangents_at(self, distance: ArrayLike) -> Array:
-        """Return the unit vectors along the line, (..., 2); arguments as for `points_at`."""
+        """Return the unit vectors along the line, (..., 2) [1].
+
+        Args:
+            distance: (...,) along the line [m], as for `points_at`.
+        """
         heading = self.headings_at(distance)
         return np.stack([np.cos(heading), -np.sin(heading)], axis=-1)
 
     def normals_at(self, distance: ArrayLike) -> Array:
-        """Return the unit vectors to the left of the line, (..., 2), where `offset` goes.
+        """Return the unit vectors to the left of the line, (..., 2) [1], where `offset` goes.
 
-        On the outer side of a positive bend; arguments as for `points_at`.
+        On the outer side of a positive bend.
+
+        Args:
+            distance: (...,) along the line [m], as for `points_at`.
         """
         heading = self.headings_at(distance)
         return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
@@ -192,7 +203,7 @@ def crossing(points: ArrayLike) -> tuple[int, int] | None:
     """Return two sides of a polygon that cross each other, or None.
 
     Args:
-        points: (n, 2) its corners; the last side leads back to the first corner.
+        points: (n, 2) its corners [m]; the last side leads back to the first corner.
     """
     corner = np.asarray(points, dtype=float)
     side = np.roll(corner, -1, axis=0) - corner

@@ -28,6 +28,10 @@ def bend_radii(angles: ArrayLike, length: float) -> NDArray[np.float64]:
     """Return the radius of curvature at each joint but the root's, (..., N - 1) [m].
 
     The bend of a joint is spread over one increment's length; a straight joint is infinite.
+
+    Args:
+        angles: (..., N) alpha_0 to alpha_{N-1} [rad].
+        length: of the whole beam [m].
     """
     bends = np.abs(np.asarray(angles, dtype=float))
     step = length / bends.shape[-1]

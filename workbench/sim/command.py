@@ -14,7 +14,7 @@ __all__ = ["replayed", "sample_times", "staircase"]
 
 
 def sample_times(duration: float) -> NDArray[np.float64]:
-    """Return the times of the samples that cover a duration [s]."""
+    """Return the times of the samples that cover a duration [s], (n,) [s]."""
     count = int(np.floor(duration * SAMPLE_RATE_HZ + 1e-9)) + 1
     return np.arange(count, dtype=np.float64) / SAMPLE_RATE_HZ
 
@@ -22,7 +22,7 @@ def sample_times(duration: float) -> NDArray[np.float64]:
 def staircase(
     times: NDArray[np.float64], changes: Sequence[tuple[float, float]]
 ) -> NDArray[np.float64]:
-    """Return a command that holds each value from its time on; zero before the first.
+    """Return a command, (n,) [unit of the drive]: each value from its time on, zero before.
 
     Args:
         times: (n,) [s].

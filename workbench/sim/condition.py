@@ -24,7 +24,7 @@ class Condition:
         mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
             released at time zero; in `drop` the robot, still in the shape it has while its foot is
             held, is let go. Zero speed locks the rotor in both.
-        command: (n,) what the drive is given from each sample to the next, in the drive's unit; its
+        command: (n,) what the drive is given from each sample to the next [unit of `drive`]; its
             length is that of the simulation.
         start_angle: where the rotor stands at rest, about +y from +x [rad].
         rest: still time that is put before time zero [s].

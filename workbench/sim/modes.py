@@ -71,7 +71,7 @@ class DrivenResponse:
         speed: (n,) of the rotor against T [rad/s], in the order in which they were run.
         x: (n,) amplitude of T forward, half of peak to peak [m]; NaN where T fell.
         z: (n,) the same upward [m].
-        change: (n,) of the greater amplitude over that of the window before, less one; far from
+        change: (n,) of the greater amplitude over that of the window before, less one [1]; far from
             zero where the time held was too short or the motion is not periodic.
     """
 

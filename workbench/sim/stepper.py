@@ -70,7 +70,7 @@ class Stepper:
 
         Args:
             steps: of the engine.
-            rows: which.
+            rows: (k,) which; all where left out.
         """
         rows = self._all if rows is None else rows
         if self._only_chains:

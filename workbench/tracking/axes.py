@@ -48,28 +48,43 @@ class Axes:
 
     @property
     def export_to_bench(self) -> NDArray[np.float64]:
-        """(3, 3) rotation matrix; its rows are forward, left and up in the export's axes."""
+        """(3, 3) rotation matrix [1]; its rows are forward, left and up in the export's axes."""
         up, forward = _vector(self.up), _vector(self.forward)
         return np.array([forward, np.cross(up, forward), up])
 
     def points_to_bench(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return points (..., 3) of the export in bench axes."""
+        """Return points in bench axes, (..., 3) [m].
+
+        Args:
+            points: (..., 3) in the export's axes [m].
+        """
         return _mapped(points, self.export_to_bench)
 
     def points_to_export(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return points (..., 3) of the bench in the export's axes."""
+        """Return points in the export's axes, (..., 3) [m].
+
+        Args:
+            points: (..., 3) in bench axes [m].
+        """
         return _mapped(points, self.export_to_bench.T)
 
     def quaternions_to_bench(self, quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return rotations (..., 4) w, x, y, z of the export, told in bench axes.
+        """Return rotations in bench axes, (..., 4) w, x, y, z [1].
 
         A rotation keeps its angle and its axis in space, only the axis' coordinates change. So a
         body that stands as it was defined has the identity in both.
+
+        Args:
+            quaternions: (..., 4) w, x, y, z in the export's axes [1].
         """
         return _turned(quaternions, self.export_to_bench)
 
     def quaternions_to_export(self, quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return rotations (..., 4) w, x, y, z of the bench, told in the export's axes."""
+        """Return rotations in the export's axes, (..., 4) w, x, y, z [1].
+
+        Args:
+            quaternions: (..., 4) w, x, y, z in bench axes [1].
+        """
         return _turned(quaternions, self.export_to_bench.T)
 
 

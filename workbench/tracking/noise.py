@@ -64,11 +64,11 @@ class Harmonics(NamedTuple):
     The channel is drift + Re sum over k of h_k exp(i k phi), h_0 real and at the window's middle.
 
     Args:
-        coefficients: (order + 1,) complex h_k in the channel's unit.
-        covariance: (2 order + 1, 2 order + 1) of h_0, Re h_1, Im h_1, Re h_2, ... from blocks of
-            whole turns or more, so that what is left may hang together.
+        coefficients: (order + 1,) complex h_k [unit of the channel].
+        covariance: (2 order + 1, 2 order + 1) [that unit squared] of h_0, Re h_1, Im h_1, Re h_2,
+            ... from blocks of whole turns or more, so that what is left may be correlated.
         times: (n,) of the samples used [s].
-        left: (n,) what the harmonics and the drift do not explain.
+        left: (n,) what the harmonics and the drift do not explain [unit of the channel].
         turns: of the rotor in the window.
     """
 

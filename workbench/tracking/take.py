@@ -43,14 +43,14 @@ class BodyTake:
         name: the body's name as the file gives it.
         id: the body's identifier as text.
         position: (n, 3) pose position [m], NaN where the file gives none.
-        quaternion: (n, 4) w, x, y, z, NaN where the file gives none.
+        quaternion: (n, 4) w, x, y, z [1], NaN where the file gives none.
         measured: (n, m, 3) markers as the cameras saw them [m], NaN where not seen.
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
         missing: (n,) values of `Missing`.
         reported_error: (n,) what the export calls the body's error: [m] in Motive files, in a
             unit that nobody has told in row formats; None where the file gives none.
-        marker_quality: (n, m) from 0 to 1; None where the file gives none.
+        marker_quality: (n, m) from 0 to 1 [1]; None where the file gives none.
         solved_only: names of the markers whose measured places the file does not hold.
     """
 
@@ -72,7 +72,12 @@ class BodyTake:
         return self.missing == Missing.SEEN
 
     def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
-        """Return the body without what its seen samples in some rows hold, (n,) True there."""
+        """Return the body without what its seen samples in some rows hold.
+
+        Args:
+            rows: (n,) True in those.
+            reason: why they do not count as seen.
+        """
         rows = rows & self.seen
         return replace(
             self,
@@ -108,7 +113,7 @@ class Cloud:
     Args:
         position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is a place in the
             frame's list and may hold another marker in the next frame.
-        names: (n, k) the name of the marker in each slot; empty where there is none.
+        names: (n, k) the name of the marker in each slot [text]; empty where there is none.
     """
 
     position: NDArray[np.float64]

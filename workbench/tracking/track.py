@@ -55,9 +55,9 @@ class Track:
         raw: the same channels, origin and time zero on the take's own samples: no filter, nothing
             filled. NaN where not seen; what cleaning rejected keeps its number and is not valid.
             Its rotor speed is the local parabola of `motion`'s, through the raw angle.
-        missing: by role, foot, top and rotor, the values of `Missing` for each sample of `motion`:
+        missing: role, foot, top or rotor -> (n,) values of `Missing` for each sample of `motion`:
             why it was not seen, FILLED where it has a value all the same.
-        raw_missing: the same for each sample of `raw`, GLITCH where cleaning rejected it.
+        raw_missing: the same, (m,) for each sample of `raw`, GLITCH where cleaning rejected it.
         floor: the plane that the foot stood on, None where it tells none. It is never taken off.
         start_angle_rad: the rotor's angle at rest [rad].
         rest_s: how long foot and T stood still before time zero [s].

@@ -39,11 +39,9 @@ __all__ = ["BEAM", "FOOT", "HOPPING_BEAM", "Hopper", "free_parameters"]
 Array = NDArray[np.float64]
 
 BEAM, HOPPING_BEAM, FOOT = "beam", "hopping beam", "foot"
-"""Groups of joints; process noise in N m sqrt(s) at a hinge, in N sqrt(s) at the foot.
-
-What a model lacks grows with the motion: a clamped beam at its resonance, that of the independent
-engine in 16 increments, asks for 6e-4, the same beam where it hops for 6e-5 or less.
-"""
+"""Groups of joints; process noise in N m sqrt(s) at a hinge, in N sqrt(s) at the foot. What a model
+lacks grows with the motion: the independent engine's beam in 16 increments asks for 6e-4 near a
+resonance, where it hops for 6e-5."""
 
 OF_FLOOR = (
     "foot_mass", "ground_stiffness", "ground_damping", "friction_slide", "friction_stick",
@@ -120,7 +118,11 @@ class Hopper:
         return (*self.free, *self.candidates, *(p for own in self.own for p in own.every))
 
     def turning(self, turned: Sequence[Array | None]) -> Hopper:
-        """Return the system with other rotor angles."""
+        """Return the system with other rotor angles.
+
+        Args:
+            turned: (n,) of each run, against T [rad]; None where nothing drives it.
+        """
         return Hopper(
             self.robot, self.runs, self.free, self.candidates, turned, self.warmth, self.coloured
         )
@@ -141,7 +143,7 @@ class Hopper:
         return angle[first : first + len(self._seen[run].seen)]
 
     def seen(self, run: int) -> Array:
-        """Return the measured channels of a run, (n, c), NaN where not seen."""
+        """Return the measured channels of a run, (n, c) [m], pitch [rad], NaN where not seen."""
         return self._seen[run].seen
 
     def channels_of(self, run: int) -> tuple[str, ...]:
@@ -152,7 +154,7 @@ class Hopper:
         """Tell whether a parameter can change a run: a clamped foot feels no floor."""
         if parameter in self.candidates:
             return self.runs[run].mode in EFFECTS[self.candidates[parameter][0]].excited_by
-        return not (self._held(run) and parameter.name in OF_FLOOR)
+        return not (_clamped(self.runs[run]) and parameter.name in OF_FLOOR)
 
     def drive_words(self, run: int) -> list[str]:
         """Return by how much the rotor turned otherwise than commanded, where beyond doubt."""
@@ -163,19 +165,19 @@ class Hopper:
         return clock_words(one.name, self.times(run), turned, one.steps, sigma)
 
     def sigma(self, run: int) -> Array:
-        """Return the standard deviation of their noise, (c,)."""
+        """Return the standard deviation of their noise, (c,) [m], pitch [rad]."""
         return self._seen[run].sigma
 
     def memory(self, run: int) -> Array:
-        """Return the correlation of their noise with that of the sample before, (c,)."""
+        """Return the correlation of their noise with that of the sample before, (c,) [1]."""
         return self._seen[run].memory
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
-        """Return the process noise of each degree of freedom, (nv,); that of the rotor is zero."""
-        beam = noise[BEAM if self._held(run) else HOPPING_BEAM]
+        """Return the process noise, (nv,) [N sqrt(s), N m sqrt(s)]; that of the rotor is zero."""
+        beam = noise[BEAM if _clamped(self.runs[run]) else HOPPING_BEAM]
         hinges = [beam for hinge in self.robot.hinges if hinge.stiffness is not None]
         lever = self.robot.values["foot_length"] / 2
-        foot = [] if self._held(run) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
+        foot = [] if _clamped(self.runs[run]) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
         return np.array([*foot, *hinges, 0.0])
 
     def modes(self, run: int) -> Modes:
@@ -188,7 +190,7 @@ class Hopper:
         dofs = moving_dofs(model, "fixed")
         stiffness = static_stiffness(model, data, dofs, rotor_keeps="top")
         mujoco.mj_forward(model, data)
-        if self._held(run):
+        if _clamped(self.runs[run]):
             count = _MODES
         else:
             model, data = settle(robot, "free", self.runs[run].start_angle)
@@ -277,9 +279,6 @@ class Hopper:
             effects.setdefault(effect, {})[quantity] = values.get(parameter, parameter.nominal)
         return replace(self.robot, values=own, effects=effects)
 
-    def _held(self, run: int) -> bool:
-        return _clamped(self.runs[run])
-
     def _observation(
         self, run: int, model: mujoco.MjModel, data: mujoco.MjData, view: View
     ) -> Observation:
@@ -291,7 +290,7 @@ class Hopper:
             data: of it at rest, where the point taken for T is known.
             view: of the cameras.
         """
-        names = ["top"] if self._held(run) else ["foot", "top"]
+        names = ["top"] if _clamped(self.runs[run]) else ["foot", "top"]
         bodies = np.array([model.body(name).id for name in names], dtype=np.int64)
         count = len(self.sigma(run))
         mix, pick = np.zeros((count, 3 * len(bodies))), np.zeros((count, model.nq))
@@ -341,12 +340,17 @@ class Hopper:
         return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
 
     def turn_of_top(self, run: int, qpos: Array) -> Array:
-        """Return how far T has turned since the first sample in states (n, nq), (n,) [rad]."""
-        turn = qpos[:, 0 if self._held(run) else 2 : -1].sum(axis=1)
+        """Return how far T has turned since the first sample in states, (n,) [rad].
+
+        Args:
+            run: its number.
+            qpos: (n, nq) states [m, rad].
+        """
+        turn = qpos[:, 0 if _clamped(self.runs[run]) else 2 : -1].sum(axis=1)
         return np.asarray(turn - turn[0])
 
     def angle_against_top(self, run: int, qpos: Array) -> Array | None:
-        """Return a rotor's angle against T, (n,) [rad], with the turn of T in states (n, nq)."""
+        """Return a rotor's angle against T, (n,) [rad]; arguments as for `turn_of_top`."""
         one = self.runs[run]
         if not one.driven:
             return None
@@ -363,7 +367,7 @@ class Hopper:
         """Return the system with rotor angles against T whose turn was estimated.
 
         Args:
-            qpos: (n, nq) of each run, of an observer.
+            qpos: (n, nq) of each run, of an observer [m, rad].
         """
         return self.turning([self.angle_against_top(k, states) for k, states in enumerate(qpos)])
 
