@@ -189,7 +189,7 @@ def _print_fit(
             f"{_verdict(abs(error) <= bar)}",
             flush=True,
         )
-    noise = _sizes(found.fit.estimator.noise)
+    noise = _sizes(found.process_noise)
     print(f"process noise {noise}, beam of {found.robot.increments} increments")
     for word in (*found.not_determined, *found.warnings):
         print(word)
