@@ -78,7 +78,7 @@ class Rectangle:
         return {self.vocabulary[code]: np.flatnonzero(codes == code) for code in used}
 
 
-def find_rows(data: bytes, start: int) -> Rows:
+def find_rows(data: bytes | memoryview, start: int) -> Rows:
     """Find the rows from a place on; one with a carriage return within it will be declined."""
     text = np.frombuffer(data, np.uint8)
     stops = [np.empty(0, np.int64)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -77,8 +78,10 @@ def read_bulk(source: Source, version: str) -> RowTable | None:
 
 
 def _read(source: Source, version: str) -> RowTable:
-    at = source.data.find(b"\nframe,") + 1
-    _require(at > 0)
+    found = re.search(rb"\nframe,", source.data)
+    if found is None:
+        raise _Declined
+    at = found.start() + 1
     head = _head(replace(source, data=source.data[:at]))
     lines = _Lines(source.data, at)
     frames = _Frames(np.empty(lines.n), np.empty(lines.n))
@@ -128,7 +131,7 @@ class _Lines:
         at: where the first frame starts.
     """
 
-    def __init__(self, data: bytes, at: int) -> None:
+    def __init__(self, data: bytes | memoryview, at: int) -> None:
         self._rows = rows = find_rows(data, at)
         self._width = rows.widths()
         given = self._width > 0
