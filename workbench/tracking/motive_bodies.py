@@ -199,13 +199,11 @@ def _warn_of_one_pose(
     source: Source,
 ) -> None:
     """Warn of a body that has the same pose in all of many rows: cameras are never that still."""
+    if known(measured).any():
+        return
     given = known(position) & (missing != Missing.PLACEHOLDER)
     count = int(np.count_nonzero(given))
-    if (
-        known(measured).any()
-        or count < _MANY
-        or not never_moves(position[given], quaternion[given])
-    ):
+    if count < _MANY or not never_moves(position[given], quaternion[given]):
         return
     verdict = "was it ever tracked?"
     if not (missing == Missing.SEEN).any():

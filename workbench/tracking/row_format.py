@@ -138,7 +138,9 @@ def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
         x, y, z = np.ascontiguousarray(seen[block].transpose(2, 1, 0))  # (k, frames) each
         for body in bodies:
             for marker in np.ascontiguousarray(body.measured[block].transpose(1, 2, 0)):
-                free[:, block] &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2]))
+                for k in np.flatnonzero((x == marker[0]).any(axis=1)):  # mostly one
+                    same = (x[k] == marker[0]) & (y[k] == marker[1]) & (z[k] == marker[2])
+                    free[k, block] &= ~same
     free = free.T
     most = int(free.sum(axis=1).max(initial=0))
     if most == 0:
