@@ -49,9 +49,8 @@ def fit_poses(
         the weighted root mean square distance of the visible markers to their places.
     """
     n, m = cloud.shape[:2]
-    # samples run along the fast axis, as `_fit` gives them
-    origin, matrix = np.full((3, n), np.nan).T, np.full((3, 3, n), np.nan).transpose(2, 0, 1)
-    poses = Poses(origin, matrix, np.full(n, np.nan))
+    fitted, place, count = np.empty((13, n + 1)), np.full(n, -1), 0
+    fitted[:, -1] = np.nan  # of samples without a pose
     weights = np.ones(m) if weights is None else weights
     visible = known(cloud) & known(places)
     pattern = visible @ (1 << np.arange(m))
@@ -61,12 +60,14 @@ def fit_poses(
         if on_a_line(places[shown]):
             continue
         alike, own = np.flatnonzero(pattern == code), bench if len(shown) == m else bench[shown]
+        place[alike] = np.arange(count, count + len(alike))
         for start in range(0, len(alike), _BLOCK):
-            samples = alike[start : start + _BLOCK]
-            fitted = _fit(places[shown], own.take(samples, axis=2), weights[shown])
-            for kept, new in zip(poses, fitted, strict=True):
-                kept[samples] = new
-    return poses
+            seen = own.take(alike[start : start + _BLOCK], axis=2)
+            some = slice(count, count + seen.shape[2])
+            fitted[:, some] = _fit(places[shown], seen, weights[shown])
+            count = some.stop
+    fitted = fitted.take(place, axis=1)  # samples run along the fast axis
+    return Poses(fitted[:3].T, fitted[3:12].reshape(3, 3, n).transpose(2, 0, 1), fitted[12])
 
 
 def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -84,8 +85,8 @@ def on_a_line(places: NDArray[np.float64]) -> bool:
 
 def _fit(
     places: NDArray[np.float64], bench: NDArray[np.float64], weights: NDArray[np.float64]
-) -> Poses:
-    """Fit all samples (m, 3, n), whose array is used up, at once; the last axis is the fast one."""
+) -> NDArray[np.float64]:
+    """Return poses (13, n), origin, matrix and misfit, of samples (m, 3, n), which are used up."""
     share = weights / weights.sum()
     middle = share @ places
     body = places - middle  # (m, 3)
@@ -97,7 +98,7 @@ def _fit(
     bench -= np.einsum("ijn,mj->min", matrix, body)
     origin = centre - np.einsum("ijn,j->in", matrix, middle)
     rmsd = np.sqrt(share @ _square(bench))
-    return Poses(origin.T, np.moveaxis(matrix, -1, 0), rmsd)
+    return np.vstack([origin, matrix.reshape(9, -1), rmsd])
 
 
 def _square(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -141,7 +142,8 @@ def _largest_root(
         over = root**2 - square
         value = over**2 - 8 * root * determinant - 4 * cofactor_square
         slope = 4 * root * over - 8 * determinant
-        step = value / np.where(slope > 0, slope, np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.where(slope > 0, value / slope, 0.0)
         root = root - step
         if np.all(np.abs(step) <= _CONVERGED * root):
             break

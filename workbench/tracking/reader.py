@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -26,6 +27,7 @@ _READABLE = (
     "readable are OptiTrack exports: CSV of Motive 1.2 to 1.25, CSV of row format 1.0 and 1.1, "
     "C3D, TRC"
 )
+_BLOCK = 1 << 22  # bytes
 _MAGIC = {
     b"PK\x03\x04": "a zip archive or an .xlsx workbook; save the sheet as CSV or export again",
     b"PK\x05\x06": "an empty zip archive",
@@ -50,27 +52,31 @@ def read_take(path: str | Path) -> Take:
     Raises:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
-    data = _bytes(Path(path))
+    digest = hashlib.sha256()
     with ThreadPoolExecutor(1) as beside:
-        return checked(_parsed(str(path), beside.submit(_sha256, data).result, data))
+        data = _bytes(Path(path), lambda part: beside.submit(digest.update, part))
+        return checked(_parsed(str(path), beside.submit(digest.hexdigest).result, data))
 
 
-def _bytes(path: Path) -> memoryview:
+def _bytes(path: Path, hashed: Callable[[memoryview], object]) -> memoryview:
+    """Return the bytes of a file; each part of them is given away as soon as it is read."""
+    size = 0
     try:
-        with path.open("rb") as file:
+        with path.open("rb", buffering=0) as raw:
+            file = raw if raw.seekable() else io.BytesIO(raw.readall())
             # into large pages, which numpy asks for: small ones take longer than reading
-            data = np.fromfile(file, np.uint8).data if file.seekable() else memoryview(file.read())
+            data = np.empty(file.seek(0, io.SEEK_END), np.uint8).data
+            file.seek(0)
+            while count := file.readinto(data[size : size + _BLOCK]):
+                hashed(data[size : size + count])
+                size += count
     except OSError as error:
         raise TakeError(f"{path}: cannot be read: {what_to_do(error)}") from error
     except ValueError as error:
         raise TakeError(f"{path}: cannot be read: {error}") from error
-    if re.fullmatch(rb"\s*", data):
-        raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
-    return data
-
-
-def _sha256(data: memoryview) -> str:
-    return hashlib.sha256(data).hexdigest()
+    if re.fullmatch(rb"\s*", data[:size]):
+        raise TakeError(f"{path}:1: the file is empty ({size} bytes); {_READABLE}")
+    return data[:size]
 
 
 def _parsed(path: str, sha256: Callable[[], str], data: memoryview) -> Take:
