@@ -45,10 +45,9 @@ class _Scaled:
         values = self.table.block(entity.position)
         if self.metres != 1.0:
             values = self.metres * values
-        x, y, z = values.T
-        unknown = np.isnan(x + y + z)
-        if 3 * np.count_nonzero(unknown) != np.count_nonzero(np.isnan(values)):
-            values = np.where(unknown[:, None], np.nan, values)
+        blank = self.table.blank[self.table.places(entity.position)]
+        if np.not_equal(blank, blank[0]).any():
+            values = np.where(blank.any(axis=0)[:, None], np.nan, values)
         return values
 
     def error(self, entity: Entity) -> NDArray[np.float64] | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +93,7 @@ class BodyTake:
         """(n, 3) centroid of the solved markers [m]; stays finite while a body is lost."""
         return _centroid(self.solved)
 
-    @property
+    @cached_property
     def fit_error(self) -> NDArray[np.float64]:
         """(n,) root mean square distance of visible measured to solved markers [m], or NaN."""
         squares = np.sum((self.measured - self.solved) ** 2, axis=2)
