@@ -26,13 +26,20 @@ _HASH_START, _HASH_FACTOR, _HASH_MASK = 5381, 33, 0x7FFFFFFF  # Bernstein's
 
 
 @numba.njit(cache=True, nogil=True)
-def count_cells(text, begins, ends, widths):
-    """Fill `widths` (n,) with the cells of the rows from `begins` to `ends`; 0 where blank."""
+def count_cells(text, begins, ends, widths, edges):
+    """Look over the rows from `begins` to `ends`.
+
+    Fill `widths` (n,) with their cells and `edges` (2, n) with their first and last bytes; all are
+    0 where a row is blank.
+    """
     for row in range(len(begins)):
         commas = 0
         for i in range(begins[row], ends[row]):
             commas += text[np.uint64(i)] == _COMMA
-        widths[row] = commas + 1 if ends[row] > begins[row] else 0
+        given = ends[row] > begins[row]
+        widths[row] = commas + 1 if given else 0
+        edges[0, row] = text[begins[row]] if given else 0
+        edges[1, row] = text[ends[row] - 1] if given else 0
 
 
 @numba.njit(cache=True, nogil=True)

@@ -46,8 +46,9 @@ class _Scaled:
         if self.metres != 1.0:
             values = self.metres * values
         blank = self.table.blank[self.table.places(entity.position)]
-        if np.not_equal(blank, blank[0]).any():
-            values = np.where(blank.any(axis=0)[:, None], np.nan, values)
+        unknown = blank.any(axis=0)
+        if (unknown != blank.all(axis=0)).any():
+            values = np.where(unknown[:, None], np.nan, values)
         return values
 
     def error(self, entity: Entity) -> NDArray[np.float64] | None:

@@ -48,17 +48,18 @@ class Rows:
         """Return some of the rows."""
         return Rows(self.text, self.begins[some], self.ends[some])
 
-    def widths(self) -> NDArray[np.int32]:
-        """Return the number of cells of each row, 0 where it is blank."""
+    def looked_over(self) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+        """Return the cells of each row (n,), and first and last bytes (2, n); 0 where blank."""
         from workbench.tracking.cells import count_cells
 
-        widths = np.empty(len(self), np.int32)
+        widths, edges = np.empty(len(self), np.int32), np.empty((2, len(self)), np.uint8)
 
         def count(some: slice) -> None:
-            count_cells(self.text, self.begins[some], self.ends[some], widths[some])
+            own = self.of(some)
+            count_cells(own.text, own.begins, own.ends, widths[some], edges[:, some])
 
         list(at_once(count, _blocks(self)))
-        return widths
+        return widths, edges
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ from workbench.tracking.source import Source
 
 __all__ = ["read_bulk"]
 
-_COMMA = ord(",")
+_FRAME, _COMMA = b"f,"
 
 
 class _Declined(Exception):
@@ -144,12 +144,11 @@ class _Lines:
 
     def __init__(self, data: bytes | memoryview, at: int) -> None:
         self._rows = rows = find_rows(data, at)
-        self._width = rows.widths()
-        given = self._width > 0
+        self._width, (first, last) = rows.looked_over()
         # spreadsheets add blank cells at the end of a line, and lost cells leave them
-        _require(not (rows.text[rows.ends[given] - 1] == _COMMA).any())
-        self.is_frame = rows.text[rows.begins] == ord("f")
-        self.is_other = ~self.is_frame & given
+        _require(not (last == _COMMA).any())
+        self.is_frame = first == _FRAME
+        self.is_other = ~self.is_frame & (self._width > 0)
         self._frame = np.cumsum(self.is_frame) - 1
         self._after_frame = np.arange(len(rows)) - np.flatnonzero(self.is_frame)[self._frame]
         self.n = int(self._frame[-1]) + 1
@@ -233,7 +232,7 @@ def _bodies(
     _require(kind.width > LEAD)
     numbers = [1, 5, 6, *range(LEAD, kind.width)]
     # lines that follow their frames alike become neighbours: mostly they are of one body
-    order = np.argsort(kind.after, kind="stable")
+    order = np.argsort(np.minimum(kind.after, 255).astype(np.uint8), kind="stable")
     places = np.empty_like(order)
     places[order] = np.arange(len(order))
     found = _read_kind(kind, numbers, [0, 3, 4], source, places)

@@ -135,16 +135,16 @@ def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
     free = np.ascontiguousarray(known(seen).T)  # (k, n): frames along the fast axis
     for start in range(0, len(seen), _BLOCK):
         block = slice(start, start + _BLOCK)
-        x, y, z = np.ascontiguousarray(seen[block].transpose(2, 1, 0))  # (k, frames) each
+        x, y, z = seen[block].transpose(2, 1, 0)  # (k, frames) each
         for body in bodies:
-            for marker in np.ascontiguousarray(body.measured[block].transpose(1, 2, 0)):
+            for marker in body.measured[block].transpose(1, 2, 0):
                 for k in np.flatnonzero((x == marker[0]).any(axis=1)):  # mostly one
                     same = (x[k] == marker[0]) & (y[k] == marker[1]) & (z[k] == marker[2])
                     free[k, block] &= ~same
     free = free.T
-    most = int(free.sum(axis=1).max(initial=0))
-    if most == 0:
+    if not free.any():
         return Cloud.empty(len(free))
+    most = int(free.sum(axis=1).max())
     order = np.argsort(~free, axis=1, kind="stable")[:, :most]
     free = np.take_along_axis(free, order, axis=1)
     points = np.take_along_axis(table.points, order[:, :, None], axis=1)
