@@ -46,7 +46,7 @@ class _Scaled:
         if self.metres != 1.0:
             values = self.metres * values
         blank = self.table.blank[self.table.places(entity.position)]
-        unknown = blank.any(axis=0)
+        unknown = np.asarray(blank.any(axis=0))
         if (unknown != blank.all(axis=0)).any():
             values = np.where(unknown[:, None], np.nan, values)
         return values

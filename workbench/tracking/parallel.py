@@ -1,4 +1,4 @@
-"""Work on several bodies at once: numpy lets other threads run while it computes."""
+"""Work on several parts at once: compiled loops let other threads run while they compute."""
 
 from __future__ import annotations
 
