@@ -100,15 +100,17 @@ def _least_distance(some: NDArray[np.float64]) -> float:
 
 def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
-    found = [np.empty(0, dtype=np.intp)]
-    # samples along the last axis, which is the fast one
-    paths = np.ascontiguousarray(cloud.transpose(1, 2, 0))  # (m, 3, n)
-    for start in range(0, len(rows) - 1, _BLOCK):
-        full = paths.take(rows[start : start + _BLOCK + 1], axis=2)
-        step = np.diff(full - full.mean(axis=0), axis=2)
-        far = np.einsum("mik,mik->mk", step, step) > (_LEFT * nearest) ** 2
-        found.append(np.flatnonzero(far.any(axis=0)) + start + 1)
-    return np.concatenate(found)
+    limit = _LEFT * nearest
+    # what moves less than half as far in space is no candidate; samples run along the fast axis
+    still = np.zeros(len(cloud), dtype=np.bool_)
+    for start in range(0, len(cloud) - 1, _BLOCK):
+        step = np.diff(cloud[start : start + _BLOCK + 1].transpose(1, 2, 0), axis=2)
+        near = np.einsum("mik,mik->mk", step, step) < (limit / 2) ** 2
+        still[start + 1 : start + 1 + step.shape[2]] = near.all(axis=0)
+    places = np.flatnonzero(~still[rows[1:]]) + 1
+    before, after = (_about_middle(cloud[rows[each]]) for each in (places - 1, places))
+    far = np.linalg.norm(after - before, axis=2) > limit
+    return places[far.any(axis=1)]
 
 
 def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:
