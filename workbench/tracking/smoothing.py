@@ -35,7 +35,8 @@ def smooth_stretch(
         rate: [Hz].
     """
     penalty = (2 * np.sin(np.pi * cutoff / rate)) ** (-2 * _ORDER)
-    bands = penalty * _roughness(len(values))
+    bands = _roughness(len(values))
+    bands *= penalty
     bands[-1] += seen
     known = np.where(seen[:, None], values, 0.0)
     in_place = {"overwrite_ab": True, "overwrite_b": True, "check_finite": False}
