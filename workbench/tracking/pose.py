@@ -53,7 +53,7 @@ def fit_poses(
     fitted[:, -1] = np.nan  # of samples without a pose
     weights = np.ones(m) if weights is None else weights
     visible = known(cloud) & known(places)
-    pattern = visible @ (1 << np.arange(m))
+    pattern = np.einsum("nm,m->n", visible, 1 << np.arange(m))
     bench = np.ascontiguousarray(np.moveaxis(cloud, 0, -1))  # (m, 3, n)
     for code in np.flatnonzero(np.bincount(pattern)) if m < _FEW else np.unique(pattern):
         shown = np.flatnonzero(code >> np.arange(m) & 1)
