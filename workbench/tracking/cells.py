@@ -69,23 +69,13 @@ def read_cells(text, begins, ends, columns, numbers, places, words, odd):
             if column >= 0:
                 minus = i < stop and text[np.uint64(i)] == _MINUS
                 i += minus
-                start, whole, decimals = i, 0, 0
-                while i < stop:
-                    digit = np.int64(text[np.uint64(i)]) - _ZERO
-                    if digit < 0 or digit > 9:
-                        break
-                    whole = 10 * whole + digit
-                    i += 1
+                start, decimals = i, 0
+                whole, i = _digits(text, i, stop, 0)
                 digits = i - start
                 if i < stop and text[np.uint64(i)] == _POINT:
                     i += 1
                     start = i
-                    while i < stop:
-                        digit = np.int64(text[np.uint64(i)]) - _ZERO
-                        if digit < 0 or digit > 9:
-                            break
-                        whole = 10 * whole + digit
-                        i += 1
+                    whole, i = _digits(text, i, stop, whole)
                     decimals = i - start
                     digits += decimals
                 if (
@@ -163,6 +153,28 @@ def number_words(text, words, codes):
                 known += 1
             codes[column, row] = table[at]
     return different[:known]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _digits(text, i, stop, whole):
+    """Append the digits from a place on to a whole number; return it and where they end."""
+    while i + 4 <= stop:  # four at a time: one by one each would wait for the last
+        a, b = _digit(text, i), _digit(text, i + 1)
+        c, d = _digit(text, i + 2), _digit(text, i + 3)
+        if (a > 9) | (b > 9) | (c > 9) | (d > 9):
+            break
+        whole = 10_000 * whole + (1000 * a + 100 * b + 10 * c + d)
+        i += 4
+    while i < stop and _digit(text, i) <= 9:
+        whole = 10 * whole + _digit(text, i)
+        i += 1
+    return whole, i
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _digit(text, i):
+    """Return the digit that a byte is, or a number above 9."""
+    return np.int64(text[np.uint64(i)]) ^ _ZERO
 
 
 @numba.njit(cache=True, nogil=True)
