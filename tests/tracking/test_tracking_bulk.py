@@ -128,7 +128,7 @@ def test_more_words_and_rows_than_one_block_holds_are_read() -> None:
     order = np.arange(150_000)
     assert (found.numbers[0] == order).all()
     assert found.numbers[2].tolist() == [float(f"{k}e-3") for k in order]
-    assert found.vocabulary == tuple(f"label {k}" for k in range(1000))
+    assert tuple(found.vocabulary) == tuple(f"label {k}" for k in range(1000))
     assert (found.codes[0] == order % 1000).all()
 
 

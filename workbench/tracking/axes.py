@@ -106,7 +106,11 @@ def _mapped(points: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray
     pick, sign = np.abs(matrix).argmax(axis=1), matrix.sum(axis=1)
     if points.ndim == 1:
         return points[pick] * sign
-    return np.moveaxis(np.moveaxis(points, 0, -1)[..., pick, :] * sign[:, None], -1, 0)
+    given = np.moveaxis(points, 0, -1)
+    mapped = np.empty(given.shape)
+    for i in range(3):
+        np.multiply(given[..., pick[i], :], sign[i], out=mapped[..., i, :])
+    return np.moveaxis(mapped, -1, 0)
 
 
 def _turned(quaternions: NDArray[np.float64], matrix: NDArray[np.float64]) -> NDArray[np.float64]:

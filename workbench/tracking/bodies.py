@@ -15,7 +15,6 @@ from workbench.tracking.axes import Axes
 from workbench.tracking.body_names import BodyNames, check_names
 from workbench.tracking.exchanges import without_exchanges
 from workbench.tracking.identity import told_exchanges, untangle
-from workbench.tracking.parallel import at_once
 from workbench.tracking.placing import POOR_FIT_M, Placed, place
 from workbench.tracking.pose import pitch_of
 from workbench.tracking.size import in_plausible_unit
@@ -153,8 +152,8 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
     """Undo exchanges within each body, then those between T and rotor."""
     out = dict(marked)
     measured = {role: each for role, each in marked.items() if each.kind == "measured"}
-    untangled = at_once(lambda each: untangle(take.times, each.cloud), measured.values())
-    for (role, each), mine in zip(measured.items(), untangled, strict=True):
+    for role, each in measured.items():
+        mine = untangle(take.times, each.cloud)
         _warn(warnings, told_exchanges(take.times, mine.exchanged, repr(each.body.name)))
         out[role] = replace(each, cloud=mine.cloud)
     top, rotor = out["top"], out["rotor"]
@@ -226,7 +225,7 @@ def _told(
     told = _placed(take, marked, places)
     if marked.kind == "solved":
         return told
-    share = 0.0 if told is None else float(known(told.position[body.seen]).mean())
+    share = 0.0 if told is None else float(known(told.position)[body.seen].mean())
     if share >= _WORTH or not np.isfinite(body.solved).any():
         return told
     solved = _placed(take, _solved_marked(body, axes), places)
@@ -266,8 +265,9 @@ def _warn(warnings: list[str], text: str | None) -> None:
 
 
 def _solved(body: BodyTake) -> tuple[NDArray[np.float64], str]:
-    if np.isfinite(body.centroid_solved).any():
-        return body.centroid_solved, "centroid of the solved markers"
+    solved = body.centroid_solved
+    if np.isfinite(solved).any():
+        return solved, "centroid of the solved markers"
     return body.position, "pose position"
 
 

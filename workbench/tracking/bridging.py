@@ -50,7 +50,7 @@ def bridge(
     told = known(position)
     anchors = np.flatnonzero(told)
     used = known(about(anchors[:1])).any(axis=0)
-    wanted = np.flatnonzero(~told & known(cloud).any(axis=1))
+    wanted = np.flatnonzero(~told)
     wanted = wanted[known(cloud[wanted][:, used]).any(axis=1)]
     bridged = np.zeros(len(times), dtype=np.bool_)
     if not len(wanted) or len(anchors) < 2:

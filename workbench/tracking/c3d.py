@@ -54,7 +54,7 @@ class _Points(NamedTuple):
     screen: tuple[str, ...]
 
 
-def is_c3d(data: bytes) -> bool:
+def is_c3d(data: bytes | memoryview) -> bool:
     """Tell a C3D file by its second byte and by the key of the parameters that the first names."""
     at = BLOCK * (data[0] - 1) if data else 0
     is_keyed = len(data) >= BLOCK and data[1] == _KEY and at > 0
@@ -228,9 +228,9 @@ def _check_parameters(source: Source) -> None:
         raise _fault(source, f"the parameters run beyond their section at byte {end}; damaged")
 
 
-def _parameter_end(data: bytes, at: int) -> int:
+def _parameter_end(data: bytes | memoryview, at: int) -> int:
     """Return where the values of a parameter end, whose type stands at a byte."""
-    kind, rank = struct.unpack_from("<bB", data.ljust(at + 2, b"\0"), at)
+    kind, rank = struct.unpack("<bB", bytes(data[at : at + 2]).ljust(2, b"\0"))
     return at + 2 + rank + abs(kind) * prod(data[at + 2 : at + 2 + rank])
 
 

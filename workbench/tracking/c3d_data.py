@@ -48,7 +48,7 @@ class Header(NamedTuple):
         return (4 * self.points + self.analog) * (4 if self.scale < 0 else 2)
 
 
-def read_header(data: bytes) -> Header:
+def read_header(data: bytes | memoryview) -> Header:
     """Return the header, in the byte order that the parameters name."""
     processor = PROCESSORS[data[BLOCK * (data[0] - 1) + 3]]
     order = ">" if processor == "MIPS" else "<"
@@ -58,18 +58,18 @@ def read_header(data: bytes) -> Header:
     return Header(points, analog, first, last, scale, BLOCK * (start - 1), processor)
 
 
-def whole_frames(data: bytes, header: Header) -> int:
+def whole_frames(data: bytes | memoryview, header: Header) -> int:
     """Return how many frames the file has room for, without the zeros that fill its last block."""
     size = header.frame_bytes
     if size == 0 or header.start >= len(data):
         return 0
     count = (len(data) - header.start) // size
-    filled = len(data.rstrip(b"\0"))
+    filled = len(bytes(data).rstrip(b"\0"))
     least = -(-(filled - header.start) // size)
     return count if count - least > BLOCK // size else max(least, 0)
 
 
-def read_points(data: bytes, header: Header, count: int) -> NDArray[np.float64]:
+def read_points(data: bytes | memoryview, header: Header, count: int) -> NDArray[np.float64]:
     """Return points (count, k, 3) in the file's unit, NaN where the residual says not seen."""
     width = 4 * header.points + header.analog
     text = data[header.start : header.start + count * header.frame_bytes]
@@ -83,7 +83,7 @@ def read_points(data: bytes, header: Header, count: int) -> NDArray[np.float64]:
     return places
 
 
-def _floats(processor: str) -> Callable[[bytes], NDArray[np.float32]]:
+def _floats(processor: str) -> Callable[[bytes | memoryview], NDArray[np.float32]]:
     """Return what makes numbers of bytes in a byte order."""
     if processor == "DEC":
         return _dec_floats
@@ -91,7 +91,7 @@ def _floats(processor: str) -> Callable[[bytes], NDArray[np.float32]]:
     return lambda text: np.frombuffer(text, order)
 
 
-def _dec_floats(text: bytes) -> NDArray[np.float32]:
+def _dec_floats(text: bytes | memoryview) -> NDArray[np.float32]:
     """Return DEC's floats: the two words of an IEEE one in the other order, four times as large."""
     words = np.frombuffer(text, "<u2").reshape(-1, 2)[:, ::-1]
     return np.multiply(np.ascontiguousarray(words).view("<f4").ravel(), 0.25, dtype=np.float32)

@@ -26,13 +26,20 @@ _HASH_START, _HASH_FACTOR, _HASH_MASK = 5381, 33, 0x7FFFFFFF  # Bernstein's
 
 
 @numba.njit(cache=True, nogil=True)
-def count_cells(text, begins, ends, widths):
-    """Fill `widths` (n,) with the cells of the rows from `begins` to `ends`; 0 where blank."""
+def count_cells(text, begins, ends, widths, edges):
+    """Look over the rows from `begins` to `ends`.
+
+    Fill `widths` (n,) with their cells and `edges` (2, n) with their first and last bytes; all are
+    0 where a row is blank.
+    """
     for row in range(len(begins)):
         commas = 0
         for i in range(begins[row], ends[row]):
             commas += text[np.uint64(i)] == _COMMA
-        widths[row] = commas + 1 if ends[row] > begins[row] else 0
+        given = ends[row] > begins[row]
+        widths[row] = commas + 1 if given else 0
+        edges[0, row] = text[begins[row]] if given else 0
+        edges[1, row] = text[ends[row] - 1] if given else 0
 
 
 @numba.njit(cache=True, nogil=True)
@@ -62,23 +69,13 @@ def read_cells(text, begins, ends, columns, numbers, places, words, odd):
             if column >= 0:
                 minus = i < stop and text[np.uint64(i)] == _MINUS
                 i += minus
-                start, whole, decimals = i, 0, 0
-                while i < stop:
-                    digit = np.int64(text[np.uint64(i)]) - _ZERO
-                    if digit < 0 or digit > 9:
-                        break
-                    whole = 10 * whole + digit
-                    i += 1
+                start, decimals = i, 0
+                whole, i = _digits(text, i, stop, 0)
                 digits = i - start
                 if i < stop and text[np.uint64(i)] == _POINT:
                     i += 1
                     start = i
-                    while i < stop:
-                        digit = np.int64(text[np.uint64(i)]) - _ZERO
-                        if digit < 0 or digit > 9:
-                            break
-                        whole = 10 * whole + digit
-                        i += 1
+                    whole, i = _digits(text, i, stop, whole)
                     decimals = i - start
                     digits += decimals
                 if (
@@ -156,6 +153,28 @@ def number_words(text, words, codes):
                 known += 1
             codes[column, row] = table[at]
     return different[:known]
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _digits(text, i, stop, whole):
+    """Append the digits from a place on to a whole number; return it and where they end."""
+    while i + 4 <= stop:  # four at a time: one by one each would wait for the last
+        a, b = _digit(text, i), _digit(text, i + 1)
+        c, d = _digit(text, i + 2), _digit(text, i + 3)
+        if (a > 9) | (b > 9) | (c > 9) | (d > 9):
+            break
+        whole = 10_000 * whole + (1000 * a + 100 * b + 10 * c + d)
+        i += 4
+    while i < stop and _digit(text, i) <= 9:
+        whole = 10 * whole + _digit(text, i)
+        i += 1
+    return whole, i
+
+
+@numba.njit(cache=True, nogil=True, inline="always")
+def _digit(text, i):
+    """Return the digit that a byte is, or a number above 9."""
+    return np.int64(text[np.uint64(i)]) ^ _ZERO
 
 
 @numba.njit(cache=True, nogil=True)

@@ -62,9 +62,11 @@ def _held(body: BodyTake) -> _Held | None:
     at rest is one long repeat, however often it is out of sight.
     """
     values = body.measured.reshape(len(body.missing), -1)
-    if not np.isfinite(values).any():
+    finite = np.isfinite(values)
+    if not finite.any():
         values = np.hstack([body.position, body.quaternion])
-    given = np.flatnonzero(np.isfinite(values).any(axis=1))
+        finite = np.isfinite(values)
+    given = np.flatnonzero(finite.any(axis=1))
     alike = np.arange(1, len(given))
     for column in values.T:  # what differs in one of them is not looked at again
         before, after = column[given[alike - 1]], column[given[alike]]
@@ -100,10 +102,10 @@ def _on_solved(bodies: Mapping[str, BodyTake]) -> list[str]:
     told: list[str] = []
     for name, body in bodies.items():
         off = apart(body.solved, body.measured)
-        error = body.reported_error
-        reported = np.nan if error is None else error[body.seen & known(error[:, None])]
-        usual = float(np.median(reported)) if np.size(reported) else np.nan
         if off > _APART_M:
+            error = body.reported_error
+            reported = np.nan if error is None else error[body.seen & known(error[:, None])]
+            usual = float(np.median(reported)) if np.size(reported) else np.nan
             stated = (
                 "" if np.isnan(usual) else f", the file states an error of {1e3 * usual:.1f} mm"
             )

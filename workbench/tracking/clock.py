@@ -12,6 +12,7 @@ __all__ = ["column_rate", "jitter", "motive_times", "row_clock", "warn_of_index_
 _TIME_TOLERANCE_S = 1e-3
 _SNAP = 1e-4  # a printed step of 0.00833333 s is 120 Hz
 _ORDINARY = 0.6  # of the usual step; larger ones are gaps that the index does not count
+_PRINTED_S = 1e-9
 _DECIMALS = (2, 3, 4)  # of clocks that are cut; finer ones tell each step
 _ROUND_HZ = (10.0, 5.0, 1.0)
 _APART = 2e-3  # a column that leaves a stated rate by more tells another one
@@ -118,7 +119,8 @@ def _resolution(times: NDArray[np.float64]) -> float:
     """Return to what a clock is cut [s]: 0.01, 0.001 or 0.0001 s, or zero where it is finer."""
     some = times[np.isfinite(times)]
     for decimals in _DECIMALS:
-        if np.allclose(some, np.round(some, decimals), rtol=0, atol=1e-9):
+        cut = (np.abs(part - np.round(part, decimals)) <= _PRINTED_S for part in (some[:100], some))
+        if all(each.all() for each in cut):
             return 10.0**-decimals
     return 0.0
 

@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.noise import robust_sigma
-from workbench.tracking.take import known
+from workbench.tracking.take import known, samples_of
 
 __all__ = ["bursts", "off_length", "out_of_reach", "spikes", "strays"]
 
@@ -42,9 +42,11 @@ def spikes(
     for _ in range(_ROUNDS):
         if len(seen) < _WINDOW:
             break
-        own = path[seen]
+        own = samples_of(path, seen)
         apart = _length(own - _running_median(own))
-        far = apart > _far(apart, least) + _unseen_way(times[seen], own)
+        if not (apart > least).any():
+            break
+        far = _far(apart, least, _unseen_way(times[seen], own))
         if not far.any():
             break
         found[seen[far]] = True
@@ -68,7 +70,7 @@ def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
     if len(seen) < 2:
         return found
     lasted = np.diff(times[seen])
-    velocity = np.diff(path[seen], axis=0) / lasted[:, None]
+    velocity = np.diff(samples_of(path, seen), axis=0) / lasted[:, None]
     _mark_fast(found, seen, times, _length(velocity) > _FASTEST_M_S)
     if len(seen) > _WINDOW:
         excess = (velocity - _running_median(velocity)) * lasted[:, None]
@@ -105,8 +107,7 @@ def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[
     seen = np.isfinite(length)
     found = np.zeros(len(length), dtype=bool)
     if seen.any():
-        apart = np.abs(length[seen] - np.median(length[seen]))
-        found[seen] = apart > _far(apart)
+        found[seen] = _far(np.abs(length[seen] - np.median(length[seen])))
     return found
 
 
@@ -125,11 +126,8 @@ def strays(
         seen: (n,).
         rate: [Hz].
     """
-    apart = np.zeros(len(path))
-    apart[seen] = _length(path[seen] - curve[seen])
-    usual = float(robust_sigma(apart[seen])) if seen.any() else 0.0
-    slow = max(1.0, _RESOLVING_HZ / rate) ** 2
-    far = apart > max(_PULL_M * slow, _FAR_SCALES * usual)
+    apart, far = np.where(seen, _length(path - curve), 0.0), np.zeros(len(path), dtype=np.bool_)
+    far[seen] = _far(apart[seen], _PULL_M * max(1.0, _RESOLVING_HZ / rate) ** 2)
     if not far.any():
         return far
     return far & (apart == scipy.ndimage.maximum_filter1d(apart, _WINDOW))
@@ -149,8 +147,12 @@ def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
 
 
-def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
-    return max(least, _FAR_SCALES * float(robust_sigma(apart)))
+def _far(
+    apart: NDArray[np.float64], least: float = _FAR_M, more: NDArray[np.float64] | float = 0.0
+) -> NDArray[np.bool_]:
+    """Tell deviations (n,) above the least that is far, or eight times the usual one, and more."""
+    far = apart > least + more
+    return apart > max(least, _FAR_SCALES * float(robust_sigma(apart))) + more if far.any() else far
 
 
 def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -192,7 +194,7 @@ def _mark_returned(
     `bend` (n,) is how far a body may leave its straight way in a step [m].
     """
     size = _length(excess)
-    jumps = np.flatnonzero(size > _far(size) + bend)
+    jumps = np.flatnonzero(_far(size, more=bend))
     aside = np.concatenate([np.zeros((1, 3)), np.cumsum(excess, axis=0)])
     done = -1
     for number, out in enumerate(jumps):

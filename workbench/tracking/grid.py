@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.tracking.take import known
+from workbench.tracking.take import known, samples_of
 
 __all__ = ["ABSENT", "even_grid", "nearest_sample", "on_grid", "stretches"]
 
@@ -69,7 +69,7 @@ def on_grid(
         source: (k,) as `nearest_sample` gives it.
         longest_gap: [s].
     """
-    out = np.where((source == ABSENT)[:, None], np.nan, values[source])
+    out = np.where((source == ABSENT)[:, None], np.nan, samples_of(values, source))
     off = np.abs(times[source] - grid) > _SAME * (grid[-1] - grid[0]) / max(len(grid) - 1, 1)
     if not off[source != ABSENT].any():
         return out

@@ -32,16 +32,10 @@ _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
 class Untangled(NamedTuple):
-    """(n, m, 3) markers, each in its own slot; (n, m) the file's slot that each came from."""
+    """(n, m, 3) markers, each in its own slot; (n,) True where an exchange was undone."""
 
     cloud: NDArray[np.float64]
-    slots: NDArray[np.intp]
-
-    @property
-    def exchanged(self) -> NDArray[np.bool_]:
-        """(n,) True where an exchange was undone."""
-        moved = self.slots != np.arange(self.slots.shape[1])
-        return moved.any(axis=1) if moved.any() else np.zeros(len(moved), dtype=bool)
+    exchanged: NDArray[np.bool_]
 
 
 def untangle(
@@ -62,10 +56,10 @@ def untangle(
         The markers; the cloud itself where there was nothing to undo.
     """
     n, m = cloud.shape[:2]
-    unchanged = np.broadcast_to(np.arange(m), (n, m))
+    unchanged, never = np.broadcast_to(np.arange(m), (n, m)), np.zeros(n, dtype=np.bool_)
     rows = np.flatnonzero(np.isfinite(np.einsum("nmi->n", cloud)))
     if len(rows) < 2 or m < 2:
-        return Untangled(cloud, unchanged)
+        return Untangled(cloud, never)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
     order = unchanged
     cuts = _cuts(cloud, rows, nearest)
@@ -77,9 +71,10 @@ def untangle(
     if by_paths:
         order = order.copy()
         order[list(by_paths)] = list(by_paths.values())
-    if order is unchanged or (order == unchanged).all():
-        return Untangled(cloud, unchanged)
-    return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), order)
+    exchanged = never if order is unchanged else (order != unchanged).any(axis=1)
+    if not exchanged.any():
+        return Untangled(cloud, never)
+    return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), exchanged)
 
 
 def told_exchanges(
@@ -105,15 +100,17 @@ def _least_distance(some: NDArray[np.float64]) -> float:
 
 def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
-    found = [np.empty(0, dtype=np.intp)]
-    for start in range(0, len(rows) - 1, _BLOCK):
-        own = rows[start : start + _BLOCK + 1]
-        # samples along the last axis, which is the fast one
-        full = np.ascontiguousarray(cloud[own].transpose(1, 2, 0))  # (m, 3, k)
-        step = np.diff(full - full.mean(axis=0), axis=2)
-        far = np.einsum("mik,mik->mk", step, step) > (_LEFT * nearest) ** 2
-        found.append(np.flatnonzero(far.any(axis=0)) + start + 1)
-    return np.concatenate(found)
+    limit = _LEFT * nearest
+    # what moves less than half as far in space is no candidate; samples run along the fast axis
+    still = np.zeros(len(cloud), dtype=np.bool_)
+    for start in range(0, len(cloud) - 1, _BLOCK):
+        step = np.diff(cloud[start : start + _BLOCK + 1].transpose(1, 2, 0), axis=2)
+        near = np.einsum("mik,mik->mk", step, step) < (limit / 2) ** 2
+        still[start + 1 : start + 1 + step.shape[2]] = near.all(axis=0)
+    places = np.flatnonzero(~still[rows[1:]]) + 1
+    before, after = (_about_middle(cloud[rows[each]]) for each in (places - 1, places))
+    far = np.linalg.norm(after - before, axis=2) > limit
+    return places[far.any(axis=1)]
 
 
 def _about_middle(full: NDArray[np.float64]) -> NDArray[np.float64]:

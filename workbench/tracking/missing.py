@@ -79,7 +79,9 @@ def without_zeros(
         indices: (n,) of the frames, for the warning.
         warn: takes the warning.
     """
-    zero = (points[..., 0] == 0) & (points[..., 1] == 0) & (points[..., 2] == 0)
+    zero = points[..., 0] == 0
+    if zero.any():
+        zero &= (points[..., 1] == 0) & (points[..., 2] == 0)
     count = int(np.count_nonzero(zero))
     if not count:
         return points

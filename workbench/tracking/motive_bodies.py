@@ -45,9 +45,9 @@ class _Scaled:
         values = self.table.block(entity.position)
         if self.metres != 1.0:
             values = self.metres * values
-        x, y, z = values.T
-        unknown = np.isnan(x + y + z)
-        if 3 * np.count_nonzero(unknown) != np.count_nonzero(np.isnan(values)):
+        blank = self.table.blank[self.table.places(entity.position)]
+        unknown = np.asarray(blank.any(axis=0))
+        if (unknown != blank.all(axis=0)).any():
             values = np.where(unknown[:, None], np.nan, values)
         return values
 
@@ -199,13 +199,11 @@ def _warn_of_one_pose(
     source: Source,
 ) -> None:
     """Warn of a body that has the same pose in all of many rows: cameras are never that still."""
+    if known(measured).any():
+        return
     given = known(position) & (missing != Missing.PLACEHOLDER)
     count = int(np.count_nonzero(given))
-    if (
-        known(measured).any()
-        or count < _MANY
-        or not never_moves(position[given], quaternion[given])
-    ):
+    if count < _MANY or not never_moves(position[given], quaternion[given]):
         return
     verdict = "was it ever tracked?"
     if not (missing == Missing.SEEN).any():

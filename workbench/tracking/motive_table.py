@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +47,18 @@ class MotiveTable:
 
         Samples run along the fast axis. Neighbouring columns are not copied.
         """
+        return self.values[self.places(columns)].T
+
+    def places(self, columns: Sequence[int]) -> slice | list[int]:
+        """Return where columns of the file are in `values`."""
         at = [self.columns.index(column) for column in columns]
-        if at == list(range(at[0], at[0] + len(at))):
-            return self.values[at[0] : at[0] + len(at)].T
-        return self.values[at].T
+        is_range = at == list(range(at[0], at[0] + len(at)))
+        return slice(at[0], at[0] + len(at)) if is_range else at
+
+    @cached_property
+    def blank(self) -> NDArray[np.bool_]:
+        """(k, n) True where there is no number."""
+        return np.isnan(self.values)
 
 
 def read_table(layout: Layout, source: Source) -> MotiveTable:

@@ -1,8 +1,8 @@
-"""Work on several bodies at once: numpy lets other threads run while it computes."""
+"""Work on several parts at once: compiled loops let other threads run while they compute."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -12,10 +12,10 @@ _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 
-def at_once(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> list[_Result]:
-    """Return what a function makes of each item, in their order.
+def at_once(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
+    """Yield what a function makes of each item, in their order.
 
     The first error in that order is raised. The function must not change what items share.
     """
     with ThreadPoolExecutor() as pool:
-        return list(pool.map(function, items))
+        yield from pool.map(function, items)

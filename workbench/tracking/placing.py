@@ -12,7 +12,7 @@ from workbench.tracking.bridging import Offsets, bridge
 from workbench.tracking.line import point_on_line
 from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_of
 from workbench.tracking.take import known
-from workbench.tracking.template import learn_places, marker_weights
+from workbench.tracking.template import learn_places, marker_weights, sample_of
 
 __all__ = ["POOR_FIT_M", "Placed", "place"]
 
@@ -102,10 +102,11 @@ def place(
 
 
 def _fit(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
-    rigid = learn_places(cloud) if places is None else places
+    some = sample_of(cloud)
+    rigid = learn_places(some) if places is None else places
     if rigid is None or on_a_line(rigid[known(rigid)]):
         return _lined(name, cloud, places)
-    return _posed(name, cloud, rigid, given=places is not None)
+    return _posed(name, cloud, rigid, marker_weights(rigid, some), given=places is not None)
 
 
 def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[str, ...]:
@@ -119,9 +120,13 @@ def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[st
 
 
 def _posed(
-    name: str, cloud: NDArray[np.float64], places: NDArray[np.float64], *, given: bool
+    name: str,
+    cloud: NDArray[np.float64],
+    places: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    *,
+    given: bool,
 ) -> _Fit:
-    weights = marker_weights(places, cloud)
     poses = fit_poses(places, cloud, weights)
     usual = _median(poses.rmsd)
     limit = max(POOR_FIT_M, _USUAL_TIMES * usual)

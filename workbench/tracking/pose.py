@@ -49,26 +49,25 @@ def fit_poses(
         the weighted root mean square distance of the visible markers to their places.
     """
     n, m = cloud.shape[:2]
-    # samples run along the fast axis, as `_fit` gives them
-    origin, matrix = np.full((3, n), np.nan).T, np.full((3, 3, n), np.nan).transpose(2, 0, 1)
-    poses = Poses(origin, matrix, np.full(n, np.nan))
+    fitted, place, count = np.empty((13, n + 1)), np.full(n, -1), 0
+    fitted[:, -1] = np.nan  # of samples without a pose
     weights = np.ones(m) if weights is None else weights
     visible = known(cloud) & known(places)
-    pattern = visible @ (1 << np.arange(m))
+    pattern = np.einsum("nm,m->n", visible, 1 << np.arange(m))
+    bench = np.ascontiguousarray(np.moveaxis(cloud, 0, -1))  # (m, 3, n)
     for code in np.flatnonzero(np.bincount(pattern)) if m < _FEW else np.unique(pattern):
         shown = np.flatnonzero(code >> np.arange(m) & 1)
         if on_a_line(places[shown]):
             continue
-        alike = np.flatnonzero(pattern == code)
+        alike, own = np.flatnonzero(pattern == code), bench if len(shown) == m else bench[shown]
+        place[alike] = np.arange(count, count + len(alike))
         for start in range(0, len(alike), _BLOCK):
-            samples = alike[start : start + _BLOCK]
-            seen = cloud[samples]
-            fitted = _fit(
-                places[shown], seen if len(shown) == m else seen[:, shown], weights[shown]
-            )
-            for kept, new in zip(poses, fitted, strict=True):
-                kept[samples] = new
-    return poses
+            seen = own.take(alike[start : start + _BLOCK], axis=2)
+            some = slice(count, count + seen.shape[2])
+            fitted[:, some] = _fit(places[shown], seen, weights[shown])
+            count = some.stop
+    fitted = fitted.take(place, axis=1)  # samples run along the fast axis
+    return Poses(fitted[:3].T, fitted[3:12].reshape(3, 3, n).transpose(2, 0, 1), fitted[12])
 
 
 def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -85,13 +84,12 @@ def on_a_line(places: NDArray[np.float64]) -> bool:
 
 
 def _fit(
-    places: NDArray[np.float64], seen: NDArray[np.float64], weights: NDArray[np.float64]
-) -> Poses:
-    """Fit all samples at once; samples run along the last axis, which is the fast one."""
+    places: NDArray[np.float64], bench: NDArray[np.float64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return poses (13, n), origin, matrix and misfit, of samples (m, 3, n), which are used up."""
     share = weights / weights.sum()
     middle = share @ places
     body = places - middle  # (m, 3)
-    bench = np.ascontiguousarray(np.moveaxis(seen, 0, -1))  # (m, 3, n)
     centre = np.einsum("m,min->in", share, bench)
     bench -= centre
     moment = np.einsum("min,mj->ijn", bench, share[:, None] * body)
@@ -100,7 +98,7 @@ def _fit(
     bench -= np.einsum("ijn,mj->min", matrix, body)
     origin = centre - np.einsum("ijn,j->in", matrix, middle)
     rmsd = np.sqrt(share @ _square(bench))
-    return Poses(origin.T, np.moveaxis(matrix, -1, 0), rmsd)
+    return np.vstack([origin, matrix.reshape(9, -1), rmsd])
 
 
 def _square(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,19 +113,21 @@ def _rotations(moment: NDArray[np.float64], size: NDArray[np.float64]) -> NDArra
         moment: (3, 3, n) sums of weighted outer products, bench times body.
         size: (n,) upper bounds of that trace, where Newton's iteration starts.
     """
-    cofactors = np.stack([_cross(moment[i - 2], moment[i - 1]) for i in range(3)])
+    cofactors = np.empty_like(moment)
+    for i, j in np.ndindex(3, 3):
+        a, b = moment[i - 2], moment[i - 1]
+        cofactors[i, j] = a[j - 2] * b[j - 1] - a[j - 1] * b[j - 2]
     determinant = np.einsum("in,in->n", moment[0], cofactors[0])
     square = _square(moment).sum(axis=0)
     trace = _largest_root(size, square, determinant, _square(cofactors).sum(axis=0))
     half = (trace**2 - square) / 2
     gram = np.einsum("ijn,kjn->ikn", moment, moment)
-    top = (half + square) * moment + trace * cofactors - np.einsum("ikn,kjn->ijn", gram, moment)
+    top = (half + square) * moment
+    top += trace * cofactors
+    top -= np.einsum("ikn,kjn->ijn", gram, moment)
     with np.errstate(divide="ignore", invalid="ignore"):  # markers that all coincide
-        return top / (half * trace - determinant)
-
-
-def _cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.stack([a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)])
+        top /= half * trace - determinant
+    return top
 
 
 def _largest_root(
@@ -142,7 +142,8 @@ def _largest_root(
         over = root**2 - square
         value = over**2 - 8 * root * determinant - 4 * cofactor_square
         slope = 4 * root * over - 8 * determinant
-        step = np.divide(value, slope, out=np.zeros_like(root), where=slope > 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.where(slope > 0, value / slope, 0.0)
         root = root - step
         if np.all(np.abs(step) <= _CONVERGED * root):
             break

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import io
+import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
 
 from workbench.errors import TakeError, what_to_do
 from workbench.tracking.c3d import is_c3d, parse_c3d
@@ -23,6 +27,7 @@ _READABLE = (
     "readable are OptiTrack exports: CSV of Motive 1.2 to 1.25, CSV of row format 1.0 and 1.1, "
     "C3D, TRC"
 )
+_BLOCK = 1 << 22  # bytes
 _MAGIC = {
     b"PK\x03\x04": "a zip archive or an .xlsx workbook; save the sheet as CSV or export again",
     b"PK\x05\x06": "an empty zip archive",
@@ -47,33 +52,39 @@ def read_take(path: str | Path) -> Take:
     Raises:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
-    data = _bytes(Path(path))
+    digest = hashlib.sha256()
     with ThreadPoolExecutor(1) as beside:
-        return checked(_parsed(str(path), beside.submit(_sha256, data).result, data))
+        data = _bytes(Path(path), lambda part: beside.submit(digest.update, part))
+        return checked(_parsed(str(path), beside.submit(digest.hexdigest).result, data))
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, hashed: Callable[[memoryview], object]) -> memoryview:
+    """Return the bytes of a file; each part of them is given away as soon as it is read."""
+    size = 0
     try:
-        data = path.read_bytes()
+        with path.open("rb", buffering=0) as raw:
+            file = raw if raw.seekable() else io.BytesIO(raw.readall())
+            # into large pages, which numpy asks for: small ones take longer than reading
+            data = np.empty(file.seek(0, io.SEEK_END), np.uint8).data
+            file.seek(0)
+            while count := file.readinto(data[size : size + _BLOCK]):
+                hashed(data[size : size + count])
+                size += count
     except OSError as error:
         raise TakeError(f"{path}: cannot be read: {what_to_do(error)}") from error
     except ValueError as error:
         raise TakeError(f"{path}: cannot be read: {error}") from error
-    if not data or data.isspace():
-        raise TakeError(f"{path}:1: the file is empty ({len(data)} bytes); {_READABLE}")
-    return data
+    if re.fullmatch(rb"\s*", data[:size]):
+        raise TakeError(f"{path}:1: the file is empty ({size} bytes); {_READABLE}")
+    return data[:size]
 
 
-def _sha256(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
-
-
-def _parsed(path: str, sha256: Callable[[], str], data: bytes) -> Take:
+def _parsed(path: str, sha256: Callable[[], str], data: memoryview) -> Take:
     if is_c3d(data):
         return parse_c3d(Source(path, sha256, data))
-    _refuse_binary(data, path)
+    _refuse_binary(bytes(data[:1024]), path)
     encoding, warnings = _encoding(data)
-    if not data.endswith((b"\n", b"\r")):
+    if data[-1] not in b"\n\r":
         warnings.append(
             "the last row has no line end; if the file was cut off, so is its last number"
         )
@@ -81,24 +92,24 @@ def _parsed(path: str, sha256: Callable[[], str], data: bytes) -> Take:
     return parse_trc(source) if is_trc(data) else _parser(source)(source)
 
 
-def _refuse_binary(data: bytes, path: str) -> None:
+def _refuse_binary(head: bytes, path: str) -> None:
     for magic, what in _MAGIC.items():
-        if data.startswith(magic):
+        if head.startswith(magic):
             raise TakeError(f"{path}:1: this is {what}; {_READABLE}")
-    if b"\0" in data[:1024]:
+    if b"\0" in head:
         raise TakeError(
-            f"{path}:1: binary data (starts with {data[:8].hex(' ')}); {_READABLE}; "
+            f"{path}:1: binary data (starts with {head[:8].hex(' ')}); {_READABLE}; "
             "a .tak file needs an export from Motive: File, Export Tracking Data, or its Batch "
             "Processor for many; elsewhere optitrack-motive-file-converter does it on Windows"
         )
 
 
-def _encoding(data: bytes) -> tuple[str, list[str]]:
+def _encoding(data: memoryview) -> tuple[str, list[str]]:
     """Return the encoding; a start time in another PC's code page must not stop the reader."""
-    if data.isascii():
+    if np.frombuffer(data, np.int8).min() >= 0:
         return "utf-8-sig", []
     try:
-        data.decode("utf-8-sig")
+        str(data, "utf-8-sig")
     except UnicodeDecodeError as error:
         return "latin-1", [f"byte {error.start} is not UTF-8; the text is read as Latin-1"]
     return "utf-8-sig", []

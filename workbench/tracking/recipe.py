@@ -85,8 +85,8 @@ Recipe = Callable[[RawPoints], Cleaned]
 """Turns raw points into evenly sampled columns, with the reason for each sample not seen."""
 
 
-def advancing(times: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell samples later than all before, (n,); rewritten files repeat frames."""
+def advancing(times: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the samples later than all before, (m,); rewritten files repeat frames."""
     given = np.where(np.isfinite(times), times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(given)[:-1]))
-    return given > before
+    return np.flatnonzero(given > before)

@@ -6,22 +6,22 @@ names line and cause. Where it answers, the answer is the one that the csv modul
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.tracking.parallel import at_once
 from workbench.tracking.source import LARGEST
 
-__all__ = ["Rectangle", "Rows", "find_rows", "read_rectangle"]
+__all__ = ["ABSENT", "Rectangle", "Rows", "find_rows", "read_rectangle"]
 
+ABSENT = -1
+"""Stands for a column that some rows do not have: NaN, and no word."""
 _BLOCK = 1 << 21  # bytes that one thread reads at a time
-_CHUNK = 1 << 18  # bytes searched at a time, so that they stay in the cache
 _NEWLINE, _RETURN = b"\n\r"
 _WHOLLY_QUOTED = re.compile(r'"[^"]*"')
 
@@ -48,43 +48,60 @@ class Rows:
         """Return some of the rows."""
         return Rows(self.text, self.begins[some], self.ends[some])
 
-    def widths(self) -> NDArray[np.int32]:
-        """Return the number of cells of each row, 0 where it is blank."""
+    def looked_over(self) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+        """Return the cells of each row (n,), and first and last bytes (2, n); 0 where blank."""
         from workbench.tracking.cells import count_cells
 
-        widths = np.empty(len(self), np.int32)
-        count_cells(self.text, self.begins, self.ends, widths)
-        return widths
+        widths, edges = np.empty(len(self), np.int32), np.empty((2, len(self)), np.uint8)
+
+        def count(some: slice) -> None:
+            own = self.of(some)
+            count_cells(own.text, own.begins, own.ends, widths[some], edges[:, some])
+
+        list(at_once(count, _blocks(self)))
+        return widths, edges
 
 
 @dataclass(frozen=True, eq=False)
 class Rectangle:
-    """The columns asked for, over n rows.
+    """Columns of n rows.
 
     Args:
-        numbers: (k, n) the columns of numbers in the order asked for, NaN where blank.
-        codes: (w, n) the columns of words in the order asked for, as places in `vocabulary`.
-        vocabulary: the different words of all columns, without quotes around them.
+        numbers: (k, n) the columns of numbers, NaN where blank.
+        codes: (w, n) the columns of words, as places in `vocabulary`.
+        vocabulary: the different words of all columns, without quotes around them, and their code.
     """
 
     numbers: NDArray[np.float64]
     codes: NDArray[np.int32]
-    vocabulary: tuple[str, ...]
+    vocabulary: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def empty(cls, numbers: int, words: int, n: int) -> Rectangle:
+        """Return room for n rows."""
+        return cls(np.empty((numbers, n)), np.empty((words, n), np.int32))
+
+    def used(self, columns: int | slice) -> dict[str, int]:
+        """Return the words of some columns, and their code."""
+        words = list(self.vocabulary)
+        count = np.bincount(self.codes[columns].ravel() - ABSENT)[-ABSENT:]
+        return {words[code]: code for code in np.flatnonzero(count).tolist()}
 
     def words(self, column: int) -> dict[str, NDArray[np.intp]]:
         """Return the rows that hold each of the different words of a column."""
-        codes = self.codes[column]
-        used = np.flatnonzero(np.bincount(codes, minlength=len(self.vocabulary)))
-        return {self.vocabulary[code]: np.flatnonzero(codes == code) for code in used}
+        found = self.used(column).items()
+        return {word: np.flatnonzero(self.codes[column] == code) for word, code in found}
 
 
-def find_rows(data: bytes, start: int) -> Rows:
+def find_rows(data: bytes | memoryview, start: int) -> Rows:
     """Find the rows from a place on; one with a carriage return within it will be declined."""
     text = np.frombuffer(data, np.uint8)
-    stops = [np.empty(0, np.int64)]
-    for at in range(start, len(text), _CHUNK):
-        stops.append(np.flatnonzero(text[at : at + _CHUNK] == _NEWLINE) + at)
-    ends = np.concatenate(stops)
+
+    def stops(at: int) -> NDArray[np.int64]:
+        return np.flatnonzero(text[at : at + _BLOCK] == _NEWLINE) + at
+
+    some = at_once(stops, range(start, len(text), _BLOCK))
+    ends = np.concatenate([np.empty(0, np.int64), *some])
     if start < len(text) and text[-1] != _NEWLINE:
         ends = np.append(ends, len(text))
     begins = np.concatenate(([start], ends[:-1] + 1))[: len(ends)]
@@ -99,6 +116,7 @@ def read_rectangle(
     words: Sequence[int] = (),
     encoding: str = "utf-8",
     places: NDArray[np.intp] | None = None,
+    found: Rectangle | None = None,
 ) -> Rectangle | None:
     """Read columns of rows that have `width` cells each.
 
@@ -107,58 +125,74 @@ def read_rectangle(
     Args:
         rows: of a text, none of them blank.
         width: cells in each of them.
-        numbers: columns that hold numbers or are blank, from 0.
-        words: columns that hold text.
+        numbers: columns that hold numbers or are blank, from 0, or `ABSENT`; as found holds them.
+        words: columns that hold text, likewise.
         encoding: of the text.
-        places: of the rows in the result, (n,); in their own order if None.
+        places: of the rows in what is found, (n,); in their own order if None.
+        found: takes these rows beside others; None if they are all.
 
     Returns:
-        The columns, or None where a row, a quote, a carriage return or a number is out of the
+        What is found, or None where a row, a quote, a carriage return or a number is out of the
         ordinary.
     """
     from workbench.tracking.cells import SKIPPED, WORDS
 
-    columns = np.full(width, SKIPPED)
+    found = found or Rectangle.empty(len(numbers), len(words), len(rows))
+    places = np.arange(len(rows)) if places is None else places
+    columns = np.full(width + 1, SKIPPED)  # the last one is that of ABSENT
     columns[list(numbers)] = np.arange(len(numbers))
-    columns[list(words)] = WORDS - np.arange(len(words))
-    values = np.empty((len(numbers), len(rows)))
-    codes = np.empty((len(words), len(rows)), np.int32)
+    given = [row for row, column in enumerate(words) if column != ABSENT]
+    columns[[words[row] for row in given]] = WORDS - np.arange(len(given))
+    for table, each, nothing in ((found.numbers, numbers, np.nan), (found.codes, words, ABSENT)):
+        for row in np.flatnonzero(np.equal(each, ABSENT)):
+            table[row, places] = nothing
+
+    def read(some: slice) -> tuple[NDArray[np.int32], list[bytes]] | None:
+        return _read(rows.of(some), columns[:-1], len(given), found.numbers, places[some])
+
+    blocks = _blocks(rows)
+    for some, block in zip(blocks, at_once(read, blocks), strict=True):
+        if block is None:
+            return None
+        texts = (_unquoted(word.decode(encoding)) for word in block[1])
+        known = found.vocabulary
+        moved = np.array([known.setdefault(text, len(known)) for text in texts], np.int32)
+        for row, codes in zip(given, block[0], strict=True):
+            found.codes[row, places[some]] = moved[codes]
+    return found
+
+
+def _blocks(rows: Rows) -> list[slice]:
+    """Return parts of the rows that one thread reads at a time."""
     size = int((rows.ends - rows.begins).sum())
     edges = np.linspace(0, len(rows), size // _BLOCK + 2).astype(int).tolist()
-    blocks = [slice(*edge) for edge in pairwise(edges)]
-    places = np.arange(len(rows)) if places is None else places
-    vocabulary: dict[str, int] = {}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        read = pool.map(lambda some: _read(rows.of(some), columns, values, places[some]), blocks)
-        for some, block in zip(blocks, read, strict=True):
-            if block is None:
-                return None
-            texts = (_unquoted(word.decode(encoding)) for word in block[1])
-            moved = [vocabulary.setdefault(text, len(vocabulary)) for text in texts]
-            codes[:, places[some]] = np.array(moved, np.int32)[block[0]]
-    return Rectangle(values, codes, tuple(vocabulary))
+    return [slice(*edge) for edge in pairwise(edges)]
 
 
 def _read(
-    rows: Rows, columns: NDArray[np.int64], values: NDArray[np.float64], places: NDArray[np.intp]
+    rows: Rows,
+    columns: NDArray[np.int64],
+    words: int,
+    values: NDArray[np.float64],
+    places: NDArray[np.intp],
 ) -> tuple[NDArray[np.int32], list[bytes]] | None:
     """Fill in the numbers of a block of rows.
 
     Returns:
         Its words (w, rows) as places among the different ones, or None where it is declined.
     """
-    from workbench.tracking.cells import WORDS, number_words, read_cells
+    from workbench.tracking.cells import number_words, read_cells
 
-    words = np.empty((max(0, WORDS + 1 - min(columns)), len(rows), 2), np.int64)
-    codes, odd = np.empty(words.shape[:2], np.int32), np.empty((0, 4), np.int64)
-    given = rows.text, rows.begins, rows.ends, columns, values, places, words
+    texts = np.empty((words, len(rows), 2), np.int64)
+    codes, odd = np.empty(texts.shape[:2], np.int32), np.empty((0, 4), np.int64)
+    given = rows.text, rows.begins, rows.ends, columns, values, places, texts
     count = read_cells(*given, odd)
     if count > 0:  # again, with room for what is odd
         odd = np.empty((count, 4), np.int64)
         read_cells(*given, odd)
     if count < 0 or not _put_odd(odd, rows.text, values):
         return None
-    different = number_words(rows.text, words, codes) if len(words) else ()
+    different = number_words(rows.text, texts, codes) if words else ()
     return codes, [rows.text[begin:end].tobytes() for begin, end in different]
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.rectangle import Rectangle, Rows, find_rows, read_rectangle
+from workbench.tracking.rectangle import ABSENT, Rectangle, Rows, find_rows, read_rectangle
 from workbench.tracking.row_table import (
     BODY_WORDS,
     LEAD,
@@ -30,7 +32,7 @@ from workbench.tracking.source import Source
 
 __all__ = ["read_bulk"]
 
-_COMMA = ord(",")
+_FRAME, _COMMA = b"f,"
 
 
 class _Declined(Exception):
@@ -43,29 +45,42 @@ class _Kind(NamedTuple):
     Args:
         rows: k rows.
         width: cells of each.
-        places: (k,) where each goes in the result.
-        frames: (k,) of each place.
+        frames: (k,) of each row.
+        after: (k,) how many rows after its frame's each is.
     """
 
     rows: Rows
     width: int
-    places: NDArray[np.int64]
     frames: NDArray[np.int64]
+    after: NDArray[np.int64]
 
 
-@dataclass
-class _Frames:
-    """What gathers from the frame rows, n in all; poses by id, points by kind of row."""
+_Poses = tuple[NDArray[np.bool_], NDArray[np.float64]]
+
+
+class _Frames(NamedTuple):
+    """What the n frame rows hold.
+
+    Args:
+        indices: (n,).
+        times: (n,) [s].
+        poses: by id (n,) True where a frame lists the body, and (n, 7) its poses, else NaN.
+        points: (n, k, 3) NaN in places without one.
+        labels: (n, k) places in the vocabulary.
+        vocabulary: the different words.
+    """
 
     indices: NDArray[np.float64]
     times: NDArray[np.float64]
-    poses: dict[str, list[tuple[NDArray[np.int64], NDArray[np.float64]]]] = field(
-        default_factory=dict
-    )
-    points: list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int32]]] = field(
-        default_factory=list
-    )
-    vocabulary: dict[str, int] = field(default_factory=dict)
+    poses: dict[str, _Poses]
+    points: NDArray[np.float64]
+    labels: NDArray[np.int32]
+    vocabulary: tuple[str, ...]
+
+    def poses_of(self, identity: str) -> _Poses:
+        """Return the poses of a body, also of one that no frame lists."""
+        n = len(self.indices)
+        return self.poses.get(identity) or (np.zeros(n, dtype=np.bool_), np.full((n, 7), np.nan))
 
 
 def read_bulk(source: Source, version: str) -> RowTable | None:
@@ -77,29 +92,28 @@ def read_bulk(source: Source, version: str) -> RowTable | None:
 
 
 def _read(source: Source, version: str) -> RowTable:
-    at = source.data.find(b"\nframe,") + 1
-    _require(at > 0)
+    found = re.search(rb"\nframe,", source.data)
+    if found is None:
+        raise _Declined
+    at = found.start() + 1
     head = _head(replace(source, data=source.data[:at]))
     lines = _Lines(source.data, at)
-    frames = _Frames(np.empty(lines.n), np.empty(lines.n))
-    for kind in lines.kinds(lines.is_frame):
-        _take_frames(frames, kind, version, source)
+    frames = _frames(lines, version, source)
     bodies: dict[str, BodyRows] = {}
     for kind in lines.kinds(lines.is_other):
         for rows in _bodies(head, frames, kind, version, source):
             _require(rows.id not in bodies)
             bodies[rows.id] = rows
     _require(frames.poses.keys() <= head.names.keys())
-    points, labels = _points(frames)
     return RowTable(
         version=version,
         info=head.info,
         indices=frames.indices.astype(np.int64),
         times=frames.times,
         bodies=tuple(bodies.get(i) or _rowless(i, head, frames, version) for i in head.names),
-        points=points,
-        labels=labels,
-        vocabulary=tuple(frames.vocabulary),
+        points=frames.points,
+        labels=frames.labels,
+        vocabulary=frames.vocabulary,
     )
 
 
@@ -128,80 +142,87 @@ class _Lines:
         at: where the first frame starts.
     """
 
-    def __init__(self, data: bytes, at: int) -> None:
+    def __init__(self, data: bytes | memoryview, at: int) -> None:
         self._rows = rows = find_rows(data, at)
-        self._width = rows.widths()
-        given = self._width > 0
+        self._width, (first, last) = rows.looked_over()
         # spreadsheets add blank cells at the end of a line, and lost cells leave them
-        _require(not (rows.text[rows.ends[given] - 1] == _COMMA).any())
-        self.is_frame = rows.text[rows.begins] == ord("f")
-        self.is_other = ~self.is_frame & given
+        _require(not (last == _COMMA).any())
+        self.is_frame = first == _FRAME
+        self.is_other = ~self.is_frame & (self._width > 0)
         self._frame = np.cumsum(self.is_frame) - 1
         self._after_frame = np.arange(len(rows)) - np.flatnonzero(self.is_frame)[self._frame]
         self.n = int(self._frame[-1]) + 1
 
     def kinds(self, mask: NDArray[np.bool_]) -> Iterator[_Kind]:
-        """Yield the lines of a mask, those of the same width together.
-
-        Lines that follow their frames alike are neighbours: mostly they are of one body.
-        """
+        """Yield the lines of a mask, those of the same width together."""
         for width in np.flatnonzero(np.bincount(self._width[mask])).tolist():
             members = np.flatnonzero(mask & (self._width == width))
-            order = np.argsort(self._after_frame[members], kind="stable")
-            places = np.empty_like(order)
-            places[order] = np.arange(len(order))
-            yield _Kind(self._rows.of(members), width, places, self._frame[members[order]])
+            frames, after = self._frame[members], self._after_frame[members]
+            yield _Kind(self._rows.of(members), width, frames, after)
 
 
-def _read_kind(kind: _Kind, numbers: list[int], words: list[int], source: Source) -> Rectangle:
-    found = read_rectangle(
-        kind.rows, kind.width, numbers, words, source.plain_encoding, kind.places
+def _frames(lines: _Lines, version: str, source: Source) -> _Frames:
+    """Read the frame rows; those of a kind list the same number of bodies and of points."""
+    kinds = list(lines.kinds(lines.is_frame))
+    counts = [_counts(kind, version) for kind in kinds]
+    bodies, points = (max(each) for each in zip(*counts, strict=True))
+    found = Rectangle.empty(4 + 7 * bodies + 3 * points, 1 + bodies + points, lines.n)
+    last = POINT_WIDTH[version] - 1
+    for kind, (tracked, seen) in zip(kinds, counts, strict=True):
+        count = POSE_START + POSE_WIDTH * tracked
+        poses = [POSE_START + POSE_WIDTH * j if j < tracked else None for j in range(bodies)]
+        each = [count + 1 + (last + 1) * k if k < seen else None for k in range(points)]
+        numbers = [1, 2, 3, count, *_cells(poses, range(1, 8)), *_cells(each, range(3))]
+        words = [0, *_cells(poses, [0]), *_cells(each, [last])]
+        _read_kind(kind, numbers, words, source, kind.frames, found)
+        stated = found.numbers[2:4, kind.frames]
+        _require((stated[0] == tracked).all() and (stated[1] == seen).all())
+    index, time = found.numbers[:2]
+    _require(found.words(0).keys() == {"frame"})
+    _require((index == np.round(index)).all() and np.isfinite(time).all())
+    return _Frames(
+        indices=index,
+        times=time,
+        poses=_poses(found, bodies),
+        # of frames that show nothing there are no numbers, so the count has to be stated
+        points=found.numbers[4 + 7 * bodies :].reshape(points, 3, lines.n).transpose(2, 0, 1),
+        labels=found.codes[1 + bodies :].T,
+        vocabulary=tuple(found.vocabulary),
     )
+
+
+def _read_kind(
+    kind: _Kind,
+    numbers: list[int],
+    words: list[int],
+    source: Source,
+    places: NDArray[np.int64],
+    found: Rectangle | None = None,
+) -> Rectangle:
+    encoding = source.plain_encoding
+    found = read_rectangle(kind.rows, kind.width, numbers, words, encoding, places, found)
     if found is None:
         raise _Declined
     _require("" not in found.vocabulary)
     return found
 
 
-def _take_frames(frames: _Frames, kind: _Kind, version: str, source: Source) -> None:
-    """Read frame rows that list the same number of bodies and of points."""
-    tracked, seen = _counts(kind.rows)
-    _require(kind.width == frame_width(tracked, seen, version))
-    poses = [POSE_START + POSE_WIDTH * j for j in range(tracked)]
-    count = POSE_START + POSE_WIDTH * tracked
-    points = [count + 1 + POINT_WIDTH[version] * k for k in range(seen)]
-    numbers = [1, 2, 3, count]
-    numbers += [start + 1 + i for start in poses for i in range(7)]
-    numbers += [start + i for start in points for i in range(3)]
-    words = [0, *poses, *(start + POINT_WIDTH[version] - 1 for start in points)]
-    found = _read_kind(kind, numbers, words, source)
-    _require(found.words(0).keys() == {"frame"})
-    index, time, bodies, visible = found.numbers[:4]
-    _require((index == np.round(index)).all() and np.isfinite(time).all())
-    _require((bodies == tracked).all() and (visible == seen).all())
-    frames.indices[kind.frames], frames.times[kind.frames] = index, time
-    for j in range(tracked):
-        values = found.numbers[4 + 7 * j : 11 + 7 * j]
-        for identity, of in found.words(1 + j).items():
-            pose = (kind.frames[of], np.take(values, of, axis=1).T)
-            frames.poses.setdefault(identity.strip(), []).append(pose)
-    # of a frame that shows nothing there are no numbers, so the count of rows has to be stated
-    places = found.numbers[4 + 7 * tracked :].reshape(seen, 3, len(kind.frames)).transpose(2, 0, 1)
-    codes = found.codes[1 + tracked :]
-    known = np.zeros(len(found.vocabulary), dtype=np.int32)
-    for code in np.flatnonzero(np.bincount(codes.ravel())):
-        known[code] = frames.vocabulary.setdefault(found.vocabulary[code], len(frames.vocabulary))
-    frames.points.append((kind.frames, places, known[codes].T))
+def _cells(starts: Sequence[int | None], offsets: Sequence[int]) -> list[int]:
+    """Return the cells at some offsets from where groups of them start, in rows that have them."""
+    return [ABSENT if start is None else start + i for start in starts for i in offsets]
 
 
-def _counts(rows: Rows) -> tuple[int, int]:
-    """Return the counts of tracked bodies and of visible points in the first of some rows."""
+def _counts(kind: _Kind, version: str) -> tuple[int, int]:
+    """Return the counts of tracked bodies and of visible points in the first of some frame rows."""
+    rows = kind.rows
     cells = rows.text[rows.begins[0] : rows.ends[0]].tobytes().split(b",")
     try:
         tracked = int(cells[3])
-        return tracked, int(cells[POSE_START + POSE_WIDTH * tracked])
+        seen = int(cells[POSE_START + POSE_WIDTH * tracked])
     except (IndexError, ValueError):
         raise _Declined from None
+    _require(min(tracked, seen) >= 0 and kind.width == frame_width(tracked, seen, version))
+    return tracked, seen
 
 
 def _bodies(
@@ -210,19 +231,24 @@ def _bodies(
     """Yield the bodies whose rows are that wide."""
     _require(kind.width > LEAD)
     numbers = [1, 5, 6, *range(LEAD, kind.width)]
-    found = _read_kind(kind, numbers, [0, 3, 4], source)
+    # lines that follow their frames alike become neighbours: mostly they are of one body
+    order = np.argsort(np.minimum(kind.after, 255).astype(np.uint8), kind="stable")
+    places = np.empty_like(order)
+    places[order] = np.arange(len(order))
+    found = _read_kind(kind, numbers, [0, 3, 4], source, places)
+    frame_of = kind.frames[order]
     index, lost, markers = found.numbers[:3]
     _require(found.words(0).keys() <= set(BODY_WORDS))
-    _require((index == frames.indices[kind.frames]).all())
+    _require((index == frames.indices[frame_of]).all())
     _require((lost == np.round(lost)).all() and (lost >= 0).all())
     _require(markers[0] >= 0 and (markers == markers[0]).all())
     _require(body_width(int(markers[0]), version) == kind.width)
     for text, of in found.words(2).items():
-        of = of[np.argsort(kind.frames[of], kind="stable")]
-        identity, own = text.strip(), kind.frames[of]
+        of = of[np.argsort(frame_of[of], kind="stable")]
+        identity, own = text.strip(), frame_of[of]
         some = slice(of[0], of[-1] + 1) if (np.diff(of) == 1).all() else of
         _require(head.names.get(identity, "") != "" and (np.diff(own) > 0).all())
-        pose_frames, poses = _poses(identity, frames)
+        posed, poses = frames.poses_of(identity)
         yield BodyRows(
             name=head.names[identity],
             id=identity,
@@ -230,20 +256,26 @@ def _bodies(
             frames=own,
             lost=lost[of].astype(np.int64),
             values=found.numbers[3:, some].T,
-            pose_frames=pose_frames,
+            posed=posed,
             poses=poses,
         )
 
 
-def _poses(identity: str, frames: _Frames) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return a body's poses in the order of the frames."""
-    pieces = frames.poses.get(identity, [])
-    if not pieces:
-        return np.empty(0, dtype=np.int64), np.empty((0, 7))
-    of = np.concatenate([piece[0] for piece in pieces])
-    order = np.argsort(of, kind="stable")
-    _require((np.diff(of[order]) > 0).all())
-    return of[order], np.concatenate([piece[1] for piece in pieces])[order]
+def _poses(found: Rectangle, bodies: int) -> dict[str, _Poses]:
+    """Return by id where frames list a body, and its poses; the first columns of words are ids."""
+    ids, here = slice(1, 1 + bodies), defaultdict[str, Any](bool)
+    for text, code in found.used(ids).items():
+        here[text.strip()] |= found.codes[ids] == code
+    n = found.numbers.shape[1]
+    places, poses = found.numbers[4 : 4 + 7 * bodies].reshape(bodies, 7, n), {}
+    for identity, where in here.items():
+        pose = np.full((7, n), np.nan)
+        for own, values in zip(where, places, strict=True):
+            pose = np.where(own, values, pose) if own.any() else pose
+        listed = where.any(axis=0)
+        _require(np.count_nonzero(where) == np.count_nonzero(listed))
+        poses[identity] = listed, pose.T
+    return poses
 
 
 def _rowless(identity: str, head: Head, frames: _Frames, version: str) -> BodyRows:
@@ -251,15 +283,5 @@ def _rowless(identity: str, head: Head, frames: _Frames, version: str) -> BodyRo
     markers = head.markers[identity]
     none = np.empty(0, dtype=np.int64)
     values = np.empty((0, body_width(markers, version) - LEAD))
-    pose_frames, poses = _poses(identity, frames)
-    return BodyRows(head.names[identity], identity, markers, none, none, values, pose_frames, poses)
-
-
-def _points(frames: _Frames) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    n, most = len(frames.indices), max(labels.shape[1] for _, _, labels in frames.points)
-    points = np.empty((most, 3, n)).transpose(2, 0, 1)  # frames along the fast axis
-    names = np.zeros((n, most), dtype=np.int32)
-    for of, places, labels in frames.points:
-        count = labels.shape[1]
-        points[of, :count], points[of, count:], names[of, :count] = places, np.nan, labels
-    return points, names
+    posed, poses = frames.poses_of(identity)
+    return BodyRows(head.names[identity], identity, markers, none, none, values, posed, poses)

@@ -184,8 +184,10 @@ def _body_rows(body: _Body, rows: _Rows, source: Source) -> BodyRows:
     markers = body.markers or 0  # none where no row but a frame's names the body
     width = body_width(markers, rows.version) - LEAD
     values = np.array(body.values).reshape(len(body.frames), width)
-    pose_frames = np.array(body.pose_frames, dtype=np.int64)
-    poses = np.array(body.poses).reshape(len(pose_frames), 7)
+    n = len(rows.indices)
+    posed, poses = np.zeros(n, dtype=np.bool_), np.full((n, 7), np.nan)
+    posed[body.pose_frames] = True
+    poses[body.pose_frames] = np.reshape(body.poses, (-1, 7))
     return BodyRows(
         name=body.name,
         id=body.id,
@@ -193,8 +195,8 @@ def _body_rows(body: _Body, rows: _Rows, source: Source) -> BodyRows:
         frames=np.array(body.frames, dtype=np.int64),
         lost=np.array(body.lost, dtype=np.int64),
         values=source.checked(values, body.lines, name),
-        pose_frames=pose_frames,
-        poses=source.checked(poses, [rows.lines[i] for i in body.pose_frames], name),
+        posed=posed,
+        poses=source.checked(poses, rows.lines, name),
     )
 
 

@@ -34,7 +34,7 @@ def parse_row(source: Source) -> Take:
     warn_of_index_steps(table.indices, source)
     bodies: dict[str, BodyTake] = {}
     for rows in table.bodies:
-        if len(rows.frames) or len(rows.pose_frames):
+        if len(rows.frames) or rows.posed.any():
             name = unique_name(rows.name, list(bodies), source)
             read = _body if len(rows.frames) else _posed
             bodies[name] = read(rows, name, table, source)
@@ -72,7 +72,7 @@ def _check_header(table: RowTable, source: Source) -> None:
     for rows in table.bodies:
         rows_of = np.bincount(rows.frames, minlength=len(table.indices))
         silent = np.count_nonzero(rows_of == 0)
-        if not len(rows.frames) and len(rows.pose_frames):
+        if not len(rows.frames) and rows.posed.any():
             source.warn(
                 f"body {shown(rows.name)} has no rows of its own, only poses in the frame rows; "
                 "its markers are unknown"
@@ -97,13 +97,11 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
     missing[frames] = np.where(rows.lost > 0, Missing.LOST, Missing.SEEN)
     unknown = ~known(solved).all(axis=1) if m else np.ones(n, dtype=bool)
     missing[unknown & (missing == Missing.SEEN)] = Missing.BLANK
-    pose = np.full((n, 7), np.nan)
-    pose[rows.pose_frames] = rows.poses
     return BodyTake(
         name=name,
         id=rows.id,
-        position=pose[:, :3],
-        quaternion=usable(pose[:, _WXYZ]),
+        position=rows.poses[:, :3],
+        quaternion=usable(rows.poses[:, _WXYZ]),
         measured=measured,
         solved=solved,
         marker_names=tuple(f"Marker {k + 1}" for k in range(m)),
@@ -116,17 +114,14 @@ def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTak
 def _posed(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
     """Return a body of poses alone; a frame row lists the bodies that it tracks."""
     n = len(table.indices)
-    pose = np.full((n, 7), np.nan)
-    pose[rows.pose_frames] = rows.poses
-    missing = np.full(n, Missing.LOST, dtype=np.int8)
-    missing[rows.pose_frames] = Missing.SEEN
-    missing[~known(pose) & (missing == Missing.SEEN)] = Missing.BLANK
+    missing = np.where(rows.posed, Missing.SEEN, Missing.LOST).astype(np.int8)
+    missing[rows.posed & ~known(rows.poses)] = Missing.BLANK
     none = np.empty((n, 0, 3))
     return BodyTake(
         name=name,
         id=rows.id,
-        position=pose[:, :3],
-        quaternion=usable(pose[:, _WXYZ]),
+        position=rows.poses[:, :3],
+        quaternion=usable(rows.poses[:, _WXYZ]),
         measured=none,
         solved=none,
         marker_names=(),
@@ -140,14 +135,16 @@ def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
     free = np.ascontiguousarray(known(seen).T)  # (k, n): frames along the fast axis
     for start in range(0, len(seen), _BLOCK):
         block = slice(start, start + _BLOCK)
-        x, y, z = np.ascontiguousarray(seen[block].transpose(2, 1, 0))  # (k, frames) each
+        x, y, z = seen[block].transpose(2, 1, 0)  # (k, frames) each
         for body in bodies:
-            for marker in np.ascontiguousarray(body.measured[block].transpose(1, 2, 0)):
-                free[:, block] &= ~((x == marker[0]) & (y == marker[1]) & (z == marker[2]))
+            for marker in body.measured[block].transpose(1, 2, 0):
+                for k in np.flatnonzero((x == marker[0]).any(axis=1)):  # mostly one
+                    same = (x[k] == marker[0]) & (y[k] == marker[1]) & (z[k] == marker[2])
+                    free[k, block] &= ~same
     free = free.T
-    most = int(free.sum(axis=1).max(initial=0))
-    if most == 0:
+    if not free.any():
         return Cloud.empty(len(free))
+    most = int(free.sum(axis=1).max())
     order = np.argsort(~free, axis=1, kind="stable")[:, :most]
     free = np.take_along_axis(free, order, axis=1)
     points = np.take_along_axis(table.points, order[:, :, None], axis=1)

@@ -34,16 +34,17 @@ def with_own_poses(table: RowTable, source: Source) -> RowTable:
         )
         named = (replace(r, name=r.name or f"Body {r.id}") for r in table.bodies)
         return replace(table, bodies=tuple(named))
-    posed = [rows for rows in table.bodies if len(rows.pose_frames)]
+    posed = [rows for rows in table.bodies if rows.posed.any()]
     whole = [rows for rows in table.bodies if len(rows.frames)]
     owner = _owners(posed, whole, table)
-    none = {"pose_frames": np.empty(0, dtype=np.int64), "poses": np.empty((0, 7))}
+    n = len(table.indices)
+    none = {"posed": np.zeros(n, dtype=np.bool_), "poses": np.full((n, 7), np.nan)}
     bodies = []
     for rows in table.bodies:
         if rows in strangers:
             continue
         of = owner.get(rows.id)
-        given = none if of is None else {"pose_frames": of.pose_frames, "poses": of.poses}
+        given = none if of is None else {"posed": of.posed, "poses": of.poses}
         bodies.append(replace(rows, **(given if len(rows.frames) else {})))
     taken = [
         f"{shown(of.id)} for {shown(name)}"
@@ -73,7 +74,7 @@ def _apart(poses: BodyRows, rows: BodyRows, table: RowTable) -> float:
     markers = rows.values[:, : width * m].reshape(-1, m, width)[:, :, :3]
     middle = np.full((len(table.indices), 3), np.nan)
     middle[rows.frames[rows.lost == 0]] = markers[rows.lost == 0].mean(axis=1)
-    off = np.linalg.norm(poses.poses[:, :3] - middle[poses.pose_frames], axis=1)
+    off = np.linalg.norm(poses.poses[:, :3] - middle, axis=1)
     off = off[np.isfinite(off)]
     if not len(off):
         return _UNFIT

@@ -55,8 +55,8 @@ class BodyRows:
         frames: (k,) the frame that each row belongs to, as a place in `RowTable.indices`.
         lost: (k,) frames since it was last tracked.
         values: (k, w m + 5 m + 1) what follows the marker count, w = `MODEL_WIDTH`.
-        pose_frames: (p,) frames that list its pose.
-        poses: (p, 7) x, y, z, qx, qy, qz, qw.
+        posed: (n,) True where a frame lists its pose.
+        poses: (n, 7) x, y, z, qx, qy, qz, qw, NaN in other frames.
     """
 
     name: str
@@ -65,7 +65,7 @@ class BodyRows:
     frames: NDArray[np.int64]
     lost: NDArray[np.int64]
     values: NDArray[np.float64]
-    pose_frames: NDArray[np.int64]
+    posed: NDArray[np.bool_]
     poses: NDArray[np.float64]
 
 

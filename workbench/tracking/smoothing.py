@@ -35,11 +35,12 @@ def smooth_stretch(
         rate: [Hz].
     """
     penalty = (2 * np.sin(np.pi * cutoff / rate)) ** (-2 * _ORDER)
-    bands = penalty * _roughness(len(values))
+    bands = _roughness(len(values))
+    bands *= penalty
     bands[-1] += seen
-    return np.asarray(
-        scipy.linalg.solveh_banded(bands, np.where(seen[:, None], values, 0.0), overwrite_ab=True)
-    )
+    known = np.where(seen[:, None], values, 0.0)
+    in_place = {"overwrite_ab": True, "overwrite_b": True, "check_finite": False}
+    return np.asarray(scipy.linalg.solveh_banded(bands, known, **in_place))
 
 
 def _roughness(count: int) -> NDArray[np.float64]:
@@ -47,7 +48,7 @@ def _roughness(count: int) -> NDArray[np.float64]:
     difference = scipy.special.binom(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(
         _ORDER + 1
     )
-    bands = np.zeros((_ORDER + 1, count))
+    bands = np.zeros((_ORDER + 1, count), order="F")  # as LAPACK has them
     for apart in range(_ORDER + 1):
         for first in range(_ORDER + 1 - apart):
             second = first + apart

@@ -5,13 +5,19 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import TakeError
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 __all__ = ["LARGE", "LARGEST", "Source", "listed", "shown", "unique_name"]
 
@@ -37,7 +43,7 @@ class Source:
 
     path: str
     sha256: Callable[[], str]
-    data: bytes
+    data: bytes | memoryview
     encoding: str = "utf-8-sig"
     warnings: list[str] = field(default_factory=list)
 
@@ -48,15 +54,13 @@ class Source:
 
     def text(self) -> str:
         """Return the whole text, without a byte order mark."""
-        return self.data.removeprefix(codecs.BOM_UTF8).decode(self.encoding)
+        return str(self._unmarked, self.encoding)
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield line number (from 1) and cells of each row that is not blank."""
         # decoded as it is read: a StringIO would hold four bytes a character
-        text = io.TextIOWrapper(
-            io.BytesIO(self.data.removeprefix(codecs.BOM_UTF8)), encoding=self.encoding, newline=""
-        )
-        reader = csv.reader(text)
+        stream = io.BufferedReader(_Stream(self._unmarked))
+        reader = csv.reader(io.TextIOWrapper(stream, encoding=self.encoding, newline=""))
         while True:
             try:
                 cells = next(reader, None)
@@ -83,13 +87,11 @@ class Source:
 
     def after(self, line: int) -> int | None:
         """Return where a line ends, or None where the lines before do not all end alike."""
-        at = 0
-        for _ in range(line):
-            at = self.data.find(b"\n", at) + 1
-            if at == 0:
-                return None
-        head = self.data[:at]
-        return None if head.count(b"\r") > head.count(b"\r\n") else at
+        ends = [found.end() for found in islice(re.finditer(rb"\n", self.data), line)]
+        if len(ends) < line:
+            return None
+        head = bytes(self.data[: ends[-1]])
+        return None if head.count(b"\r") > head.count(b"\r\n") else len(head)
 
     def warn_once(self, text: str, line: int) -> None:
         """Keep a warning with the first line that it is about."""
@@ -137,6 +139,11 @@ class Source:
             raise self.fault(lines[at], f"{what} has the value {found:g}; not a measured number")
         return values
 
+    @property
+    def _unmarked(self) -> bytes | memoryview:
+        mark = codecs.BOM_UTF8
+        return self.data[len(mark) :] if self.data[: len(mark)] == mark else self.data
+
     def _number(self, cell: str, line: int, column: int) -> float:
         text = cell.strip(" \t")
         if not text or "#" in text:
@@ -148,6 +155,24 @@ class Source:
             raise self.fault(
                 line, f"column {column} holds {shown(cell)} where a number belongs{hint}"
             ) from None
+
+
+class _Stream(io.RawIOBase):
+    """A file that reads from memory without a copy of all of it, as `io.BytesIO` makes."""
+
+    def __init__(self, data: bytes | memoryview) -> None:
+        self._rest = memoryview(data)
+
+    def readable(self) -> bool:
+        """Return True."""
+        return True
+
+    def readinto(self, buffer: WriteableBuffer) -> int:
+        """Fill a buffer; return how much of it."""
+        room = memoryview(buffer)
+        count = min(len(room), len(self._rest))
+        room[:count], self._rest = self._rest[:count], self._rest[count:]
+        return count
 
 
 def shown(text: str) -> str:

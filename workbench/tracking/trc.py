@@ -6,6 +6,7 @@ columns, one of axes, then a row a frame: its number, its time, x, y and z of ea
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -26,9 +27,9 @@ _LABELS_ROW = 3  # from 0, among rows that are not blank
 _DATA_ROW = 5
 
 
-def is_trc(data: bytes) -> bool:
+def is_trc(data: memoryview) -> bool:
     """Tell a TRC file by its first word."""
-    return data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"PathFileType")
+    return re.match(rb"[\xef\xbb\xbf \t\r\n]*PathFileType", data) is not None
 
 
 def parse_trc(source: Source) -> Take:
