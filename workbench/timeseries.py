@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import did_you_mean
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 __all__ = ["TimeSeries"]
 
@@ -81,6 +87,19 @@ class TimeSeries:
         """Return the mask of one column, (n,)."""
         return self.valid[:, self._index(name)]
 
+    def table(self) -> pa.Table:
+        """Return `time_s` and the columns as an Arrow table; null where nothing was seen.
+
+        Where pandas is installed, `.to_pandas()` of the table makes a frame of it.
+        """
+        import pyarrow as pa
+
+        columns = {"time_s": pa.array(self.times)}
+        for name in self.names:
+            unseen = ~self.validity(name) | np.isnan(self[name])
+            columns[name] = pa.array(self[name], mask=unseen)
+        return pa.table(columns)
+
     def shifted(self, seconds: float) -> TimeSeries:
         """Return the series with `seconds` added to every time."""
         return TimeSeries(self.times + seconds, self.values, self.names, self.valid)
@@ -129,5 +148,6 @@ class TimeSeries:
 
     def _index(self, name: str) -> int:
         if name not in self.names:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self.names)}")
+            near = did_you_mean(name, self.names)
+            raise KeyError(f"no column {name!r}{near}; there are {', '.join(self.names)}")
         return self.names.index(name)
