@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from workbench.api import Run, Runs, open_run, open_runs
+    from workbench.api import Run, Runs, Simulated, open_run, open_runs, simulate
 
-__all__ = ["Run", "Runs", "open_run", "open_runs"]
+__all__ = ["Run", "Runs", "Simulated", "open_run", "open_runs", "simulate"]
 
 
 def __getattr__(name: str) -> Any:

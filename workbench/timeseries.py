@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeSeries"]
 
+_SHOWN = 6  # columns that its text names
+
 
 @dataclass(frozen=True)
 class TimeSeries:
@@ -69,7 +71,8 @@ class TimeSeries:
     def __repr__(self) -> str:
         """Return it in one line; its numbers fill a screen."""
         span = f", {self.times[0]:g} s to {self.times[-1]:g} s" if len(self) else ""
-        return f"TimeSeries({len(self)} samples{span}: {', '.join(self.names)})"
+        more = f", and {len(self.names) - _SHOWN} more" if len(self.names) > _SHOWN else ""
+        return f"TimeSeries({len(self)} samples{span}: {', '.join(self.names[:_SHOWN])}{more})"
 
     def __len__(self) -> int:
         """Return the number of samples."""

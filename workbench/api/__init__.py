@@ -10,5 +10,6 @@ show it in `docs/reference/python.md`, whose code a test runs.
 """
 
 from workbench.api.runs import Run, Runs, open_run, open_runs
+from workbench.api.simulation import Simulated, simulate
 
-__all__ = ["Run", "Runs", "open_run", "open_runs"]
+__all__ = ["Run", "Runs", "Simulated", "open_run", "open_runs", "simulate"]

@@ -60,9 +60,8 @@ class SeriesFiles(NamedTuple):
         """
         path = own_file(self._path(kind))
         if not path.exists():
-            near = did_you_mean(kind, self.kinds)
-            there = ", ".join(self.kinds) or "none"
-            raise InputError(f"{self.folder}: has no series {kind!r}{near}; it has {there}")
+            has = f"it has {', '.join(self.kinds) or 'none'}{did_you_mean(kind, self.kinds)}"
+            raise InputError(f"{path}: cannot be read: the run has no such series; {has}")
         return read_series(path)
 
     def _path(self, kind: Series) -> Path:
