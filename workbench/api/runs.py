@@ -15,6 +15,10 @@ from workbench.quantities import QUANTITIES, numbers_in_words
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from workbench.diagnose import Diagnosed
+    from workbench.fit.replay import Replay
+    from workbench.identify import Fitted
+    from workbench.progress import Progress
     from workbench.timeseries import TimeSeries
 
 __all__ = ["Run", "Runs", "open_run", "open_runs"]
@@ -102,6 +106,37 @@ class Run:
         """
         return self.series(kind).table()
 
+    def twin(self, model: str | Path | None = None) -> Replay:
+        """Simulate the run anew, started as it did and with the rotor turned as it was measured.
+
+        What is off then is the model's, and not the motor's: `rms_mm`, over `error`, beside
+        `noise_mm`. The twin as commanded is the series `twin`. A hop is compared up to its first
+        hops, for then it is chaotic.
+
+        Args:
+            model: built-in name or path of a model file; the run's own where left out.
+
+        Raises:
+            InputError: when the run is not complete or cannot be observed, or no model has this
+                name.
+
+        Example:
+            >>> run.twin().rms_mm, run.twin("models/thesis-2026-11-27.yaml").rms_mm
+        """
+        from workbench.fit import measured_run, paced
+        from workbench.fit.replay import compared, replayed
+        from workbench.protocol import ModelFile, ShapeFile, load, load_model
+        from workbench.twin import robot_of
+
+        own = model is None
+        file = (
+            load(self.bundle.document("model"), ModelFile)
+            if own
+            else load_model(str(model), Path())
+        )
+        shape = load(self.bundle.document("shape"), ShapeFile).content
+        return replayed(robot_of(file.content, shape), compared(paced(measured_run(self.bundle))))
+
     def __repr__(self) -> str:
         """Return it in a few lines: what it was, what came of it, what there is to look at."""
         asked, found = self.bundle.manifest.asked, self.summary
@@ -137,6 +172,69 @@ class Runs(tuple[Run, ...]):
         rows = [_row(run) for run in self]
         names = dict.fromkeys(name for row in rows for name in row)
         return pa.table({name: [row.get(name) for row in rows] for name in names})
+
+    def fit(
+        self,
+        parameters: Iterable[str] = (),
+        out: str | Path | None = None,
+        tell: Progress = lambda text: None,
+    ) -> Fitted:
+        """Fit parameters of the model to the runs with role `train`, as `workbench identify` does.
+
+        Runs with role `held_out` validate what was fitted.
+
+        Args:
+            parameters: names in the model file; stiffness and damping of the beam where left out.
+            out: new model file; by default `models/MODEL-DAY.yaml`. Its report lies beside it.
+            tell: is told each stage, such as `print`.
+
+        Returns:
+            `found.estimates`, values with 90 % intervals in the unit of the model file,
+            `validation`, the fitted `model` and its `report`.
+
+        Raises:
+            InputError: when `out` exists, the runs are of several robots, none is complete, or a
+                parameter does not exist.
+
+        Example:
+            >>> wb.open_runs("runs/april").fit(["hinge_stiffness", "hinge_damping"])
+        """
+        from workbench.identify import BEAM, fit_runs
+
+        target = None if out is None else Path(out)
+        return fit_runs([run.bundle for run in self], tuple(parameters) or BEAM, target, tell)
+
+    def diagnose(
+        self,
+        out: str | Path | None = None,
+        look_ahead: bool = True,
+        tell: Progress = lambda text: None,
+    ) -> Diagnosed:
+        """Find what the simulation gets wrong in the runs, as `workbench diagnose` does.
+
+        Runs with role `train` are fitted, those `held_out` judge.
+
+        Args:
+            out: folder of model, answer and page; by default `diagnoses/TIME`.
+            look_ahead: whether to look for the runs that would show more.
+            tell: is told each stage, such as `print`.
+
+        Returns:
+            `found`, with `kind`, `reason`, `causes`, `refit` and `errors`, what is `proposed` to be
+            run next, and the page, `report`.
+
+        Raises:
+            InputError: when the runs are of several robots, too few, or none is held out.
+            DataFault: when so many runs are at fault that the others cannot be judged.
+
+        Example:
+            >>> wb.open_runs("runs/april").diagnose("diagnoses/april", tell=print)
+        """
+        from workbench.diagnose import diagnose_into, robot_of
+
+        bundles = [run.bundle for run in self]
+        target = None if out is None else Path(out)
+        return diagnose_into(target, *robot_of(bundles, tell), bundles, tell, look_ahead)
 
     def __repr__(self) -> str:
         """Return them in three lines: how they ended, what was asked, their names."""

@@ -32,10 +32,11 @@ from workbench.diagnose.proposed import Proposal, minutes_of
 from workbench.diagnose.report import write_diagnosis
 from workbench.diagnose.rig import HopperRig, Rig, robot_of
 from workbench.diagnose.soundness import refused
-from workbench.diagnose.written import write_report
+from workbench.diagnose.written import Diagnosed, diagnose_into, write_report
 
 __all__ = [
     "MENU",
+    "Diagnosed",
     "Diagnosis",
     "Following",
     "HopperRig",
@@ -45,6 +46,7 @@ __all__ = [
     "Round",
     "Trial",
     "diagnose",
+    "diagnose_into",
     "extended_model_of",
     "following",
     "investigate",
