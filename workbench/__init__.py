@@ -13,9 +13,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from workbench.api import Run, Runs, Simulated, open_run, open_runs, simulate
+    from workbench.api import (
+        Run,
+        Runs,
+        Simulated,
+        ingest_sheet,
+        open_run,
+        open_runs,
+        optimize_shape,
+        read_take,
+        run_protocol,
+        simulate,
+        take_quality,
+    )
 
-__all__ = ["Run", "Runs", "Simulated", "open_run", "open_runs", "simulate"]
+__all__ = [
+    "Run",
+    "Runs",
+    "Simulated",
+    "ingest_sheet",
+    "open_run",
+    "open_runs",
+    "optimize_shape",
+    "read_take",
+    "run_protocol",
+    "simulate",
+    "take_quality",
+]
 
 
 def __getattr__(name: str) -> Any:

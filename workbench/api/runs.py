@@ -175,7 +175,7 @@ class Runs(tuple[Run, ...]):
 
     def fit(
         self,
-        parameters: Iterable[str] = (),
+        parameters: str | Iterable[str] = (),
         out: str | Path | None = None,
         tell: Progress = lambda text: None,
     ) -> Fitted:
@@ -202,7 +202,8 @@ class Runs(tuple[Run, ...]):
         from workbench.identify import BEAM, fit_runs
 
         target = None if out is None else Path(out)
-        return fit_runs([run.bundle for run in self], tuple(parameters) or BEAM, target, tell)
+        names = (parameters,) if isinstance(parameters, str) else tuple(parameters)
+        return fit_runs([run.bundle for run in self], names or BEAM, target, tell)
 
     def diagnose(
         self,
