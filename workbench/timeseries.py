@@ -151,6 +151,6 @@ class TimeSeries:
 
     def _index(self, name: str) -> int:
         if name not in self.names:
-            near = did_you_mean(name, self.names)
-            raise KeyError(f"no column {name!r}{near}; there are {', '.join(self.names)}")
+            there = ", ".join(self.names) + did_you_mean(name, self.names)
+            raise KeyError(f"no column {name!r}; there are {there}")
         return self.names.index(name)

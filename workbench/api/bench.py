@@ -47,8 +47,8 @@ def run_protocol(
     lab = load_bench(str(bench))
     if lab.content.virtual is None:
         raise InputError(
-            f"{lab.path}: bench {lab.content.name!r} drives a motor, and Python runs virtual benches "
-            f"only; type `workbench run {protocol} --bench {bench}`, which asks and can be "
+            f"{lab.path}: bench {lab.content.name!r} drives a motor, and only virtual benches run "
+            f"from Python; type `workbench run {protocol} --bench {bench}`, which asks and can be "
             "stopped"
         )
     device = make_bench(lab.content)

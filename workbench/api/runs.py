@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from workbench.bundle import Asked, Bundle, Series, run_named, runs_named
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from workbench.identify import Fitted
     from workbench.progress import Progress
     from workbench.timeseries import TimeSeries
+    from workbench.tracking import Take
 
 __all__ = ["Run", "Runs", "open_run", "open_runs"]
 
@@ -106,7 +108,24 @@ class Run:
         """
         return self.series(kind).table()
 
-    def twin(self, model: str | Path | None = None) -> Replay:
+    def take(self) -> Take:
+        """Read the export of the cameras that the run was tracked from.
+
+        Raises:
+            InputError: when the run has none.
+
+        Example:
+            >>> wb.take_quality(run.take())["bodies"]["T"]["missing"]
+        """
+        from workbench.tracking import read_take
+
+        return read_take(self.bundle.take())
+
+    def twin(
+        self,
+        model: str | Path | None = None,
+        parameters: Mapping[str, float] = MappingProxyType({}),
+    ) -> Replay:
         """Simulate the run anew, started as it did and with the rotor turned as it was measured.
 
         What is off then is the model's, and not the motor's: `rms_mm`, over `error`, beside
@@ -115,27 +134,25 @@ class Run:
 
         Args:
             model: built-in name or path of a model file; the run's own where left out.
+            parameters: values that replace the model's own, by name [SI].
 
         Raises:
-            InputError: when the run is not complete or cannot be observed, or no model has this
-                name.
+            InputError: when the run is not complete or cannot be observed, or a name does not
+                exist.
 
         Example:
-            >>> run.twin().rms_mm, run.twin("models/thesis-2026-11-27.yaml").rms_mm
+            >>> run.twin().rms_mm, run.twin(parameters={"hinge_stiffness": 9.31}).rms_mm
         """
         from workbench.fit import measured_run, paced
         from workbench.fit.replay import compared, replayed
         from workbench.protocol import ModelFile, ShapeFile, load, load_model
         from workbench.twin import robot_of
 
-        own = model is None
-        file = (
-            load(self.bundle.document("model"), ModelFile)
-            if own
-            else load_model(str(model), Path())
-        )
+        own = self.bundle.document("model")
+        file = load(own, ModelFile) if model is None else load_model(str(model), Path())
         shape = load(self.bundle.document("shape"), ShapeFile).content
-        return replayed(robot_of(file.content, shape), compared(paced(measured_run(self.bundle))))
+        robot = robot_of(file.content, shape, parameters)
+        return replayed(robot, compared(paced(measured_run(self.bundle))))
 
     def __repr__(self) -> str:
         """Return it in a few lines: what it was, what came of it, what there is to look at."""

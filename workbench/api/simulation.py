@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from workbench.errors import InputError
@@ -107,7 +108,7 @@ def simulate(
     shape: str | Path = "thesis-initial",
     mode: Mode = "hop",
     *,
-    parameters: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] = MappingProxyType({}),
     start_angle: float = math.pi / 2,
     pull: float = 0.39,
     height: float = 0.02,
@@ -141,20 +142,16 @@ def simulate(
 
     from workbench.design.spread import VARIED
     from workbench.protocol import load_model, load_shape
-    from workbench.sim import Condition, make_robot, sample_times
+    from workbench.sim import Condition, sample_times
     from workbench.sim import simulate as simulate_robot
+    from workbench.twin import robot_of
 
     _require(omega, duration)
     file = load_model(str(model), Path()).content
-    robot = make_robot(
-        file.values() | dict(parameters or {}),
-        load_shape(str(shape), Path()).content,
-        increments or file.increments,
-        file.quantities(),
-    )
+    beam = load_shape(str(shape), Path()).content
+    robot = replace(robot_of(file, beam, parameters, increments), slope=slope)
     command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
     condition = Condition(mode, command, start_angle, _REST_S, pull, height)
-    robot = replace(robot, slope=slope)
     tolerances = {name: getattr(file.parameters, name).tolerance for name in VARIED}
     return Simulated(robot, condition, duration, simulate_robot(robot, condition), tolerances)
 
