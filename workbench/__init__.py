@@ -42,14 +42,16 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Load a name of the room `api` when it is first used."""
-    from importlib import import_module
+if not TYPE_CHECKING:  # a type checker knows the names, and should miss others
 
-    if name in __all__:
-        return getattr(import_module("workbench.api"), name)
-    near = import_module("workbench.errors").did_you_mean(name, __all__)
-    raise AttributeError(f"module 'workbench' has no attribute {name!r}{near}")
+    def __getattr__(name: str) -> Any:
+        """Load a name of the room `api` when it is first used."""
+        from importlib import import_module
+
+        if name in __all__:
+            return getattr(import_module("workbench.api"), name)
+        near = import_module("workbench.errors").did_you_mean(name, __all__)
+        raise AttributeError(f"module 'workbench' has no attribute {name!r}{near}")
 
 
 def __dir__() -> list[str]:

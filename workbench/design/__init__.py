@@ -22,7 +22,7 @@ from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.report import verdict, write_experiment, write_report
-from workbench.design.results import Found, found_by, found_object, shape_text, write_history
+from workbench.design.results import Found, found_by, shape_text, write_history
 from workbench.design.searched import Searched, finish_search, search_folder
 from workbench.design.spread import DRAWS, VARIED, Spread, distance_spreads
 from workbench.design.stability import tipping_margin
@@ -67,7 +67,6 @@ __all__ = [
     "distance_spreads",
     "finish_search",
     "found_by",
-    "found_object",
     "goal_named",
     "make_space",
     "parse_varied",

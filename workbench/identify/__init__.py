@@ -14,7 +14,7 @@ answers and rings; `figures` and `report` show it, `fit_report` beside what a fi
 The room simulates and fits; it opens no device.
 """
 
-from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, same_robot
+from workbench.fit.measured import MeasuredRun, measured_run, measured_runs
 from workbench.identify.calibrate import (
     LeftOut,
     SpeedCalibration,
@@ -32,7 +32,6 @@ from workbench.identify.calibration_files import (
     write_new,
 )
 from workbench.identify.damping import ModeDamping, damping
-from workbench.identify.fit_report import made_from, report_fit
 from workbench.identify.fitted import Fitted, fit_runs
 from workbench.identify.identification import BEAM, FOOT, Estimate, Identification, identify
 from workbench.identify.new_model import write_model
@@ -64,15 +63,12 @@ __all__ = [
     "fit_runs",
     "identify",
     "last_day",
-    "made_from",
     "measured_run",
     "measured_runs",
     "new_target",
     "on_their_bench",
     "propose_protocol",
-    "report_fit",
     "resonances",
-    "same_robot",
     "shaft_speed",
     "speed_point",
     "speed_points",
