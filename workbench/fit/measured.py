@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle, ReleaseFacts, sha256
-from workbench.errors import InputError
+from workbench.errors import InputError, require_named
+from workbench.modes import Role
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
 from workbench.noise import robust_sigma, white_noise
 from workbench.progress import Progress, counted
@@ -51,6 +53,9 @@ class MeasuredRun:
         pull: force on T before the release, in mode decay [N].
         height: of the fall, in mode drop [m].
         role: whether a fit may see it.
+
+    Raises:
+        InputError: when there is no such mode or role.
     """
 
     name: str
@@ -60,7 +65,12 @@ class MeasuredRun:
     start_angle: float = np.pi / 2
     pull: float = 0.0
     height: float = 0.0
-    role: str = "train"
+    role: Role = "train"
+
+    def __post_init__(self) -> None:
+        """Refuse a mode or role that would be taken for another one."""
+        require_named("mode", self.mode, get_args(Mode))
+        require_named("role", self.role, get_args(Role))
 
     @property
     def driven(self) -> bool:
