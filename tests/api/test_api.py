@@ -111,6 +111,33 @@ def test_a_take_shows_what_was_not_seen_as_null(workbench: Command) -> None:
     assert np.array_equal(both, np.column_stack([seen.position, seen.quaternion[:, 0]]))
 
 
+SHEET = """\
+schema: workbench/sheet-1
+model: thesis
+shape: thesis-initial
+tracking: {{up: y, forward: -z}}
+bodies: {{foot: Foot, top: T, rotor: Rotor}}
+runs:
+  - {{take: "{take}", mode: decay, pull: 0.4 N, rest: 1 s, duration: 3 s, role: held_out}}
+"""
+
+
+def test_a_sheet_makes_runs_of_takes(finished: Path, tmp_path: Path) -> None:
+    at_bench = wb.open_run("decay", folder=finished)
+    sheet, told = tmp_path / "sheet.yaml", list[str]()
+    sheet.write_text(SHEET.format(take=at_bench.bundle.take().resolve()), "utf-8")
+    (run,) = wb.ingest_sheet(sheet, tmp_path / "runs", told.append)
+    assert (run.status, run.asked.role, len(told)) == ("complete", "held_out", 1)
+    assert run.summary["real"] == pytest.approx(at_bench.summary["real"], rel=0.01)
+    assert wb.open_runs(folder=tmp_path / "runs")[0].name == run.name
+
+
+def test_the_page_shows_every_function() -> None:
+    page = (ROOT / "docs" / "reference" / "python.md").read_text("utf-8")
+    shown = [name for name in wb.__all__ if f"wb.{name}(" in page or f"`{name}`" in page]
+    assert shown == [name for name in wb.__all__ if name not in ("Run", "Simulated")]
+
+
 WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "mode": (lambda _: wb.simulate(mode=any_word("clmped")), "did you mean 'clamped'.*hop, clamp"),
     "parameter": (lambda _: wb.simulate(parameters={"top_mas": 1}), "did you mean 'top_mass'"),
