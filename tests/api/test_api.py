@@ -73,6 +73,7 @@ def test_runs_are_a_tuple_and_one_table(finished: Path) -> None:
     assert decay is None, "a released robot hops no distance"
     only = wb.Runs(run for run in runs if run.asked.mode == "decay")
     assert repr(only).splitlines()[0] == "1 run: 1 complete"
+    assert repr(wb.Runs()) == "0 runs"
     assert wb.open_runs("decay", folder=finished)[0].name == only[0].name
 
 
@@ -151,6 +152,7 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
     "series": (lambda f: wb.open_run("hop", f).table(any_word("trak")), "did you mean 'track'"),
     "of twin": (lambda f: wb.open_run("hop", f).twin("tesis"), "did you mean 'thesis'"),
     "to fit": (lambda f: wb.open_runs(folder=f).fit("top_mas"), "did you mean 'top_mass'"),
+    "no run": (lambda _: wb.Runs().fit(), "none of these runs is complete"),
     "to judge": (lambda f: wb.open_runs("hop", folder=f).diagnose(f.parent / "d"), "held_out"),
     "body": (lambda _: wb.read_take(TAKE).poses("rotor"), "no body 'rotor'; did you mean 'Rotor'"),
     "export": (lambda _: wb.read_take("nowhere.csv"), "nowhere.csv"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from workbench.tracking import Take
 
 __all__ = ["Run", "Runs", "open_run", "open_runs"]
+
+_SHOWN = 3  # names that several runs print
 
 RunWord = str | Path
 """A run as every verb of the command line takes it: path, name, number, or a part of the name."""
@@ -148,11 +150,10 @@ class Run:
         from workbench.protocol import ModelFile, ShapeFile, load, load_model
         from workbench.twin import robot_of
 
-        own = self.bundle.document("model")
+        run, own = compared(paced(measured_run(self.bundle))), self.bundle.document("model")
         file = load(own, ModelFile) if model is None else load_model(str(model), Path())
         shape = load(self.bundle.document("shape"), ShapeFile).content
-        robot = robot_of(file.content, shape, parameters)
-        return replayed(robot, compared(paced(measured_run(self.bundle))))
+        return replayed(robot_of(file.content, shape, parameters), run)
 
     def __repr__(self) -> str:
         """Return it in a few lines: what it was, what came of it, what there is to look at."""
@@ -259,10 +260,11 @@ class Runs(tuple[Run, ...]):
         ended = Counter(run.status for run in self)
         asked = [run.bundle.manifest.asked for run in self]
         words = (" ".join(condition_words(one)) for one in asked if one is not None)
-        return "\n".join(
-            [f"{len(self)} run{'s' * (len(self) != 1)}: {_counted(ended)}",
-             _counted(Counter(words)), _some([run.name for run in self])]
-        )  # fmt: skip
+        head = f"{len(self)} run{'s' * (len(self) != 1)}"
+        if not self:
+            return head
+        names = _some([run.name for run in self])
+        return f"{head}: {_counted(ended)}\n{_counted(Counter(words))}\n{names}"
 
 
 def open_run(run: RunWord, folder: RunWord = "runs") -> Run:
@@ -315,6 +317,6 @@ def _counted(found: Counter[str]) -> str:
     return ", ".join(f"{count} {name}" for name, count in found.items())
 
 
-def _some(names: Iterable[str]) -> str:
-    first, more = list(names)[:3], len(list(names)) - 3
-    return ", ".join(first) + (f" and {more} more" if more > 0 else "")
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - _SHOWN
+    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -32,6 +32,10 @@ PLACES: dict[Mode, tuple[str, ...]] = {
 }
 """Mode -> the places that its fit compares; a clamped foot does not move."""
 
+_NONE_COMPLETE = (
+    "none of these runs is complete, and only a complete run can be fitted; `workbench runs list` "
+    "shows which are"
+)
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
 _LEAST_REST = 30  # samples at rest that tell of noise
@@ -168,19 +172,19 @@ def measured_runs(bundles: Sequence[Bundle], tell: Progress) -> list[MeasuredRun
         tell(counted(f"read {bundle.path.name}", number, len(bundles)))
         measured.append(measured_run(bundle))
     if not measured:
-        raise InputError(
-            "none of these runs is complete, and only a complete run can be fitted; "
-            "`workbench runs list` shows which are"
-        )
+        raise InputError(_NONE_COMPLETE)
     return measured
 
 
 def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
-    """Return the model and the shape that all bundles were made with.
+    """Return the model and the shape that all complete bundles were made with.
 
     Raises:
-        InputError: when they differ.
+        InputError: when they differ, or none is complete.
     """
+    bundles = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
+    if not bundles:
+        raise InputError(_NONE_COMPLETE)
     for kind in ("model", "shape"):
         seen: dict[str, str] = {}
         for bundle in bundles:

@@ -89,7 +89,8 @@ def fit_runs(
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
-    made = made_from(bundles, stated, written)
+    whole = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
+    made = made_from(whole, stated, written)
     tell(Stage("draw the report", 0.95))
     report = report_fit(target.with_suffix(".html"), found, measured, robot, validation, made)
     return Fitted(found, validation, written, report)
