@@ -85,4 +85,4 @@ def test_beam_and_ground_are_fitted_at_once_and_a_run_that_was_cut_short_is_left
     values = load(out, ModelFile).content.values()
     assert values["hinge_stiffness"] == pytest.approx(9.31, rel=0.01)  # of bench-virtual.yaml
     page = out.with_suffix(".html").read_text(encoding="utf-8")
-    assert '<th scope="row">ground_stiffness</th>' in page
+    assert '<th scope="row">ground stiffness</th>' in page
