@@ -1,13 +1,14 @@
 """What the documentation quotes is run or compared; what it shows exists.
 
 A block of a page is one of these: `console` and `sh`, which are typed (those of README and tutorial
-by `tests/test_first_hour.py`); any other below a comment `<!-- file: PATH -->`, whose text stands
-in that file; below `<!-- part of: KIND -->`, some keys of such a file, which are checked in one;
-or below `<!-- not run: WHY -->`.
+by `tests/test_first_hour.py`); `pycon`, which is typed into Python; any other below a comment
+`<!-- file: PATH -->`, whose text stands in that file; below `<!-- part of: KIND -->`, some keys of
+such a file, which are checked in one; or below `<!-- not run: WHY -->`.
 """
 
 from __future__ import annotations
 
+import doctest
 import os
 import re
 import shlex
@@ -70,7 +71,7 @@ def blocks() -> Iterator[Block]:
     for page in PAGES:
         found = re.findall(pattern, page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
         for mark, about, kind, text in found:
-            if kind not in ("console", "sh"):
+            if kind not in ("console", "sh", "pycon"):
                 yield Block(page, kind, mark, about, text)
 
 
@@ -109,6 +110,25 @@ def test_every_quoted_command_works_in_order(page: Path, desk: Path) -> None:
         told = squeezed(done.stdout + done.stderr)
         for expected in quoted.sees:
             assert expected in told, f"{line}\n{told}"
+
+
+@pytest.mark.long  # as the commands: a fit, a diagnosis and a search
+@pytest.mark.parametrize(
+    "page",
+    [p for p in PAGES if "```pycon" in p.read_text("utf-8")],
+    ids=lambda p: str(p.relative_to(ROOT)),
+)
+def test_every_quoted_line_of_python_answers_as_shown(
+    page: Path, desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(desk)
+    typed = "\n".join(re.findall(r"^```pycon\n(.*?)^```", page.read_text("utf-8"), re.S | re.M))
+    test = doctest.DocTestParser().get_doctest(typed, {}, page.stem, str(page), 0)
+    told: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+    runner.run(test, out=told.append)
+    assert test.examples
+    assert not told, "".join(told)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from workbench.motion import FOOT, TOP
+from workbench.errors import InputError
+from workbench.motion import FOOT, TOP, time_zero
 from workbench.protocol import load_model, load_shape
 from workbench.ringdown import ring, summarize_release
 from workbench.sim import Condition, Robot, linear_modes, make_robot, sample_times, simulate
@@ -89,3 +91,11 @@ def test_displacement_in_a_drop_is_how_far_the_foot_fell() -> None:
     assert found.displacement_m == pytest.approx(0.025)
     assert found.ring_hz == pytest.approx(2.8, rel=1e-3)
     assert found.damping_ratio == pytest.approx(0.03, rel=0.01)
+
+
+def test_only_a_released_robot_is_summed_up_as_one() -> None:
+    still = TimeSeries.of([0.0, 1.0], {name: [0.0, 0.0] for name in (*TOP, *FOOT)})
+    with pytest.raises(InputError, match=r"no mode with a release named 'dcay'; did you mean 'dec"):
+        summarize_release(still, cast(Any, "dcay"), 1.0)
+    with pytest.raises(InputError, match=r"no mode named 'hopp'; did you mean 'hop'\?; there are"):
+        time_zero(cast(Any, "hopp"), still)

@@ -17,12 +17,10 @@ from workbench.diagnose import (
     Following,
     Round,
     Trial,
-    diagnose,
-    following,
+    diagnose_into,
     investigate,
     minutes_of,
     robot_of,
-    write_report,
 )
 from workbench.errors import InputError
 from workbench.experiment import Experiment, read_experiment
@@ -130,12 +128,11 @@ class ClosedLoop:
         """Diagnose all runs that exist and propose the next."""
         bundles = self._complete()
         rig, files = robot_of(bundles, self.tell)
-        name, folder = f"round-{number}", self.out / f"round-{number}"
+        folder = self.out / f"round-{number}"
         folder.mkdir(parents=True)
-        found = diagnose(rig, folder, name, self.tell)
-        proposed = following(found, bundles, folder, name, self.tell)
-        page = write_report(folder, found, files, proposed, bundles=bundles)
-        self.tell(f"report: {page}")
+        done = diagnose_into(folder, rig, files, bundles, self.tell)
+        found, proposed = done.found, done.proposed
+        self.tell(f"report: {done.report}")
         if proposed is None:
             return found, None
         minutes = proposed.proposal.minutes

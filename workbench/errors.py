@@ -36,6 +36,7 @@ __all__ = [
     "TakeError",
     "WorkbenchError",
     "did_you_mean",
+    "require_named",
     "what_to_do",
 ]
 
@@ -83,6 +84,23 @@ class InputError(WorkbenchError):
     """A file or an argument is not acceptable; nothing was started."""
 
     exit_code = 2
+
+
+def require_named(kind: str, name: str, known: Iterable[str]) -> None:
+    """Refuse a name that does not exist.
+
+    Args:
+        kind: of what is named, in a word.
+        name: what was given.
+        known: the names that exist.
+
+    Raises:
+        InputError: with the nearest of the names, and all.
+    """
+    names = [str(one) for one in known]
+    if name not in names:
+        near = did_you_mean(str(name), names)
+        raise InputError(f"no {kind} named {name!r}{near}; there are {', '.join(names)}")
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ release where nothing drives the robot.
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.errors import require_named
 from workbench.modes import DRIVEN, Mode
 from workbench.timeseries import TimeSeries
 
@@ -236,7 +237,12 @@ def release(times: NDArray[np.float64], path: NDArray[np.float64]) -> float | No
 
 
 def time_zero(mode: Mode, motion: TimeSeries) -> float | None:
-    """Return the first motion of the rotor or the release [s], by the mode; None without either."""
+    """Return the first motion of the rotor or the release [s], by the mode; None without either.
+
+    Raises:
+        InputError: when there is no such mode.
+    """
+    require_named("mode", mode, get_args(Mode))
     if mode in RELEASED:
         return release(motion.times, position(motion, RELEASED[mode]))
     return first_motion(motion.times, motion[ROTOR_ANGLE])

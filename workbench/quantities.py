@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-__all__ = ["QUANTITIES", "Quantity", "leading", "unit_of"]
+__all__ = ["QUANTITIES", "Quantity", "leading", "numbers_in_words", "unit_of"]
 
 
 class Quantity(NamedTuple):
@@ -79,6 +79,12 @@ def leading(summary: Mapping[str, float | str] | None) -> str:
     if key is None or not isinstance(value, int | float) or not math.isfinite(value):
         return "-"
     return QUANTITIES[key].text(value)
+
+
+def numbers_in_words(summary: Mapping[str, Any]) -> str:
+    """Return the numbers of a summary in one line: `distance 0.213 m, hop height 18.0 mm`."""
+    known = ((one, summary[key]) for key, one in QUANTITIES.items() if key in summary)
+    return ", ".join(f"{one.spoken} {one.text(value)}" for one, value in known)
 
 
 def unit_of(name: str) -> tuple[str, str]:

@@ -30,7 +30,7 @@ from workbench.bundle import (
     sha256,
     verify,
 )
-from workbench.bundle.sentences import sentence
+from workbench.bundle.sentences import condition_words, sentence
 from workbench.clamped import Swing, summarize_clamped
 from workbench.errors import InputError
 from workbench.motion import (
@@ -253,15 +253,8 @@ def _misfit(compared: Compared | None) -> Misfit:
 
 def _label(asked: Asked, shape: ShapeFile) -> tuple[str, ...]:
     """Return what distinguishes a run from others of its protocol: condition, beam, repeat."""
-    speed, pull, height = asked.speed_rad_s, asked.pull_N, asked.height_m
-    return (
-        asked.mode,
-        *([f"{speed:.3g} rad/s"] if speed is not None else ()),
-        *([f"{pull:g} N"] if pull is not None else ()),
-        *([f"{1000 * height:g} mm"] if height is not None else ()),
-        shape.name,
-        *([f"repeat {asked.repeat}"] if asked.repeat is not None else ()),
-    )
+    repeat = (f"repeat {asked.repeat}",) if asked.repeat is not None else ()
+    return (*condition_words(asked), shape.name, *repeat)
 
 
 def _noise(signals: Signals | None) -> dict[str, float]:

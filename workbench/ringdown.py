@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.motion import FOOT, TOP, Mode, position, seen_median
+from workbench.errors import require_named
+from workbench.motion import FOOT, RELEASED, TOP, Mode, position, seen_median
 from workbench.swings import LEAST_SAMPLES, fit_swings
 from workbench.timeseries import TimeSeries
 
@@ -58,7 +59,11 @@ def summarize_release(motion: TimeSeries, mode: Mode, duration: float) -> RingDo
         motion: channels of `workbench.motion`.
         mode: `decay` or `drop`.
         duration: how long it is looked at [s].
+
+    Raises:
+        InputError: when the mode is another one.
     """
+    require_named("mode with a release", mode, RELEASED)
     t, top, foot = motion.times, position(motion, TOP), position(motion, FOOT)
     if mode == "decay":
         swings = (t >= 0) & (t <= duration)

@@ -14,8 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from workbench import review
 from workbench.bundle import Bundle, View, sha256
 from workbench.catalogue import Query, search
@@ -23,7 +21,7 @@ from workbench.catalogue.trends import beside_earlier
 from workbench.errors import InputError
 from workbench.fit.measured import measured_run, paced
 from workbench.fit.prediction import predictions
-from workbench.fit.replay import compared_s, replayed
+from workbench.fit.replay import compared, replayed
 from workbench.pairing import other_twin
 from workbench.protocol import Document, ModelFile, ShapeFile, load
 from workbench.recall import recall, recall_whatever
@@ -122,7 +120,7 @@ def _replayed(bundle: Bundle, model: ModelFile) -> Proof | None:
     shape = load(bundle.document("shape"), ShapeFile).content
     try:
         run = paced(measured_run(bundle))
-        part = replace(run, motion=run.motion.between(-np.inf, compared_s(run)))
+        part = compared(run)
         robots = {"the run's own model": robot_of(own, shape), model.name: robot_of(model, shape)}
         found = {name: replayed(robot, part) for name, robot in robots.items()}
     except InputError:

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from workbench.errors import did_you_mean
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 __all__ = ["TimeSeries"]
+
+_SHOWN = 6  # columns that its text names
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,8 @@ class TimeSeries:
     def __repr__(self) -> str:
         """Return it in one line; its numbers fill a screen."""
         span = f", {self.times[0]:g} s to {self.times[-1]:g} s" if len(self) else ""
-        return f"TimeSeries({len(self)} samples{span}: {', '.join(self.names)})"
+        more = f", and {len(self.names) - _SHOWN} more" if len(self.names) > _SHOWN else ""
+        return f"TimeSeries({len(self)} samples{span}: {', '.join(self.names[:_SHOWN])}{more})"
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -86,6 +95,19 @@ class TimeSeries:
     def validity(self, name: str) -> NDArray[np.bool_]:
         """Return the mask of one column, (n,)."""
         return self.valid[:, self._index(name)]
+
+    def table(self) -> pa.Table:
+        """Return `time_s` and the columns as an Arrow table; null where nothing was seen.
+
+        Where pandas is installed, `.to_pandas()` of the table makes a frame of it.
+        """
+        import pyarrow as pa
+
+        columns = {"time_s": pa.array(self.times)}
+        for name in self.names:
+            unseen = ~self.validity(name) | np.isnan(self[name])
+            columns[name] = pa.array(self[name], mask=unseen)
+        return pa.table(columns)
 
     def shifted(self, seconds: float) -> TimeSeries:
         """Return the series with `seconds` added to every time."""
@@ -142,5 +164,6 @@ class TimeSeries:
 
     def _index(self, name: str) -> int:
         if name not in self.names:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self.names)}")
+            there = ", ".join(self.names) + did_you_mean(name, self.names)
+            raise KeyError(f"no column {name!r}; there are {there}")
         return self.names.index(name)

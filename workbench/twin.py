@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -175,6 +176,22 @@ def _condition(mode: Mode, command: Command, track: Track, release: Release) -> 
     )  # fmt: skip
 
 
-def robot_of(model: ModelFile, shape: ShapeFile) -> Robot:
-    """Return the robot of a model and a shape, with the effects that the model has."""
-    return make_robot(model.values(), shape, model.increments, model.quantities())
+def robot_of(
+    model: ModelFile,
+    shape: ShapeFile,
+    changed: Mapping[str, float] = MappingProxyType({}),
+    increments: int | None = None,
+) -> Robot:
+    """Return the robot of a model and a shape, with the effects that the model has.
+
+    Args:
+        model: of the robot.
+        shape: of its beam.
+        changed: values that replace the model's own, by name, SI.
+        increments: of the simulated beam; the model's own where left out.
+
+    Raises:
+        InputError: when the model has no value of a name.
+    """
+    values = model.values() | dict(changed)
+    return make_robot(values, shape, increments or model.increments, model.quantities())

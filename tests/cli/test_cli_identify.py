@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,8 @@ def test_beam_and_ground_are_fitted_at_once_and_a_run_that_was_cut_short_is_left
     cut = sorted((tmp_path / "runs").iterdir())[-1]
     manifest = json.loads((cut / "manifest.json").read_text(encoding="utf-8"))
     (cut / "manifest.json").write_text(json.dumps(manifest | {"status": "interrupted"}))
+    shutil.rmtree(cut / "take")
+    (cut / "model.yaml").unlink()
     out = tmp_path / "ground.yaml"
     fit = "hinge_stiffness,ground_stiffness"
     answer = workbench("identify", tmp_path / "runs", "--fit", fit, "--out", out)

@@ -109,3 +109,11 @@ def test_the_force_laws_are_compiled_when_a_robot_is_built(tmp_path: Path) -> No
         check=True,
     )
     assert done.stdout == ""
+
+
+def test_python_loads_each_library_when_it_is_used(tmp_path: Path) -> None:
+    call = "import workbench as wb; [getattr(wb, name) for name in wb.__all__]"
+    assert loaded(call, tmp_path) == set()
+    take = ROOT / "tests" / "data" / "tracking" / "hop_motive_1.23.csv"
+    found = loaded(f"import workbench as wb; wb.read_take({str(take)!r})", tmp_path)
+    assert not found & {*DRAWING, "mujoco"}

@@ -10,6 +10,7 @@ import numpy as np
 
 from tests.commanding import commanded_speed
 from workbench.fit import MeasuredRun
+from workbench.modes import Role
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP, Mode
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, Robot, make_robot, sample_times, simulate_all
@@ -32,7 +33,7 @@ class Asked(NamedTuple):
     mode: Mode
     value: float
     seconds: float = 8.0
-    role: str = "train"
+    role: Role = "train"
 
 
 SWEEP = (

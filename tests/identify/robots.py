@@ -8,6 +8,7 @@ import numpy as np
 
 from tests.commanding import commanded_speed
 from workbench.fit import MeasuredRun
+from workbench.modes import Role
 from workbench.motion import FOOT, ROTOR_ANGLE, TOP
 from workbench.protocol import ModelFile, ShapeFile, load_model, load_shape
 from workbench.sim import Condition, make_robot, sample_times, simulate
@@ -32,7 +33,7 @@ def changed(**values: float) -> ModelFile:
 
 
 def driven(
-    model: ModelFile, mode: str, omega: float, seconds: float, role: str = "train"
+    model: ModelFile, mode: str, omega: float, seconds: float, role: Role = "train"
 ) -> MeasuredRun:
     """Return a run at a constant speed [rad/s]."""
     steps = ((0.0, omega),)
@@ -43,7 +44,7 @@ def driven(
     )
 
 
-def dropped(model: ModelFile, height: float, seconds: float, role: str = "train") -> MeasuredRun:
+def dropped(model: ModelFile, height: float, seconds: float, role: Role = "train") -> MeasuredRun:
     """Return a fall from a height [m]."""
     still = np.zeros(len(sample_times(seconds)))
     condition = Condition("drop", still, rest=REST_S, height=height)

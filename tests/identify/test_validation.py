@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -68,3 +70,11 @@ def test_the_answer_is_json() -> None:
     )
     assert found["held_out_runs"] == ["drop_20mm"]
     assert set(found["rmse_mm"]) == {"noise_floor", "stated", "fitted"}
+
+
+def test_a_run_of_no_known_role_or_mode_is_refused() -> None:
+    run = dropped(MODEL, 0.02, 0.6)
+    with pytest.raises(InputError, match=r"no role named 'heldout'; did you mean 'held_out'\?"):
+        replace(run, role=cast(Any, "heldout"))
+    with pytest.raises(InputError, match=r"no mode named 'drp'; did you mean 'drop'\?; there are"):
+        replace(run, mode=cast(Any, "drp"))

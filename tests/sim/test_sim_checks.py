@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -137,7 +137,7 @@ def test_every_number_of_increments_is_stable(robot: Robot, increments: int) -> 
 
 def test_a_mode_that_is_none_is_refused() -> None:
     mode: Any = "clmped"
-    with pytest.raises(InputError, match=r"mode 'clmped': known are hop.*mean 'clamped'\?"):
+    with pytest.raises(InputError, match=r"'clmped' cannot be simulated.*'clamped'\?.*one of hop"):
         Condition(mode, np.full(10, 17.0))
 
 
@@ -151,3 +151,13 @@ def test_values_that_are_not_a_model_s_are_refused() -> None:
     del values["gravity"]
     with pytest.raises(InputError, match="values of a robot: gravity missing"):
         make_robot(values, shape)
+
+
+def test_a_word_that_would_be_taken_for_another_is_refused(robot: Robot) -> None:
+    wrong: Any = "fre"
+    with pytest.raises(InputError, match=r"way to hold the foot named 'fre'; did you mean 'free'"):
+        settle(robot, wrong, 0.0)
+    with pytest.raises(InputError, match=r"no drive named 'sped'; did you mean 'speed'\?; there"):
+        settle(robot, "free", 0.0, drive=cast(Drive, "sped"))
+    with pytest.raises(InputError, match=r"state of a beam named 'loadd'; did you mean 'loaded'"):
+        replace(robot, state=cast(Any, "loadd"))

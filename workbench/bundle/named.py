@@ -20,7 +20,7 @@ from pathlib import Path
 
 from workbench.bundle.finding import bundle_names, is_run, no_bundle
 from workbench.bundle.folder import Bundle
-from workbench.bundle.names import MANIFEST
+from workbench.bundle.names import MANIFEST, NAMED
 from workbench.errors import InputError, did_you_mean
 
 __all__ = ["run_named", "runs_named", "runs_of"]
@@ -138,7 +138,8 @@ def _unknown(word: Path, root: Path) -> InputError:
     protocols = sorted({_protocol(run) for run in _in_experiments(root)})
     there = f"; there are the protocols {', '.join(protocols)}" if protocols else ""
     asked = word.stem if word.suffix in _SUFFIXES else word.name
-    hint = did_you_mean(asked, [*names, *protocols]) or there
+    parts = [NAMED.sub("", name) for name in names]  # what people remember of a name
+    hint = did_you_mean(asked, [*names, *protocols, *parts]) or there
     return InputError(
         f"{word}: no run, folder of runs, protocol or experiment of that name in {root}, which "
         f"holds {len(names)} run{'s' * (len(names) != 1)}{hint}; "

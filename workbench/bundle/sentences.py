@@ -1,4 +1,4 @@
-"""The events of a run's journal in words."""
+"""A run in words: the events of its journal, and what was asked of it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,20 @@ from pathlib import PurePath
 
 from workbench.bundle import events
 from workbench.bundle.events import Event
+from workbench.bundle.manifest import Asked
 
-__all__ = ["sentence"]
+__all__ = ["condition_words", "sentence"]
+
+
+def condition_words(asked: Asked) -> tuple[str, ...]:
+    """Return what distinguishes a run's condition from others: mode, then speed, pull or height."""
+    speed, pull, height = asked.speed_rad_s, asked.pull_N, asked.height_m
+    return (
+        asked.mode,
+        *([f"{speed:.3g} rad/s"] if speed is not None else ()),
+        *([f"{pull:g} N"] if pull is not None else ()),
+        *([f"{1000 * height:g} mm"] if height is not None else ()),
+    )
 
 
 def sentence(event: Event) -> str:

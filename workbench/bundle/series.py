@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from workbench.bundle.inside import foreign, own_file
 from workbench.bundle.writing import replaced
-from workbench.errors import InputError
+from workbench.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +33,12 @@ class SeriesFiles(NamedTuple):
 
     folder: Path
 
+    @property
+    def kinds(self) -> tuple[Series, ...]:
+        """Return which time series were written."""
+        kinds: tuple[Series, ...] = get_args(Series)
+        return tuple(kind for kind in kinds if self.has(kind))
+
     def has(self, kind: Series) -> bool:
         """Tell whether a time series was written."""
         path = self._path(kind)
@@ -50,9 +56,13 @@ class SeriesFiles(NamedTuple):
         """Read a time series back.
 
         Raises:
-            InputError: when it is missing or damaged.
+            InputError: when it is missing, with those that there are, or damaged.
         """
-        return read_series(own_file(self._path(kind)))
+        path = own_file(self._path(kind))
+        if not path.exists():
+            has = f"it has {', '.join(self.kinds) or 'none'}{did_you_mean(kind, self.kinds)}"
+            raise InputError(f"{path}: cannot be read: the run has no such series; {has}")
+        return read_series(path)
 
     def _path(self, kind: Series) -> Path:
         return self.folder / f"{kind}.parquet"

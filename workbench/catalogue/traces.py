@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
-import numpy as np
-import pyarrow as pa
 from pyarrow import csv
 
 from workbench.bundle import Bundle, Series
@@ -17,8 +15,6 @@ from workbench.quantities import unit_of
 from workbench.timeseries import TimeSeries
 
 __all__ = ["TRACES", "Trace", "as_csv", "column_lines", "heading", "read_traces"]
-
-TIME = "time_s"
 
 
 class Trace(NamedTuple):
@@ -101,12 +97,10 @@ def as_csv(series: TimeSeries) -> bytes:
 
     Numbers are the shortest that read back as the same floating point numbers.
     """
-    columns = {heading(TIME): pa.array(series.times)}
-    for name in series.names:
-        unseen = ~series.validity(name) | np.isnan(series[name])
-        columns[heading(name)] = pa.array(series[name], mask=unseen)
+    table = series.table()
+    named = table.rename_columns([heading(name) for name in table.column_names])
     text = io.BytesIO()
-    csv.write_csv(pa.table(columns), text, csv.WriteOptions(quoting_style="needed"))
+    csv.write_csv(named, text, csv.WriteOptions(quoting_style="needed"))
     return text.getvalue()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -16,17 +15,13 @@ from workbench.cli.showing import picture_of, show_diagnosis, show_next
 from workbench.diagnose import (
     Diagnosis,
     Rig,
-    following,
+    diagnose_into,
     load_mechanism,
-    next_object,
     proof_of,
     refused,
     robot_of,
-    write_report,
 )
-from workbench.diagnose import diagnose as diagnose_rig
 from workbench.errors import DataFault, InputError
-from workbench.progress import Stage, portion
 from workbench.protocol import load_model
 from workbench.recall import recall_whatever
 from workbench.showing import Shown, pair_extended
@@ -59,27 +54,22 @@ def diagnose(
 
     Example: workbench diagnose runs --out diagnoses/april
     """
-    target = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     given, files, bundles = _rig(runs or [], rig, folder)
-    look_ahead = look_ahead and bool(bundles)
+
+    def moving(found: Diagnosis) -> bytes | None:
+        return _moving(found, bundles) if picture and bundles else None
+
     try:
-        found = diagnose_rig(
-            given, target, target.name, portion(tell, 0.0, 0.7 if look_ahead else 0.95)
-        )
+        done = diagnose_into(out, given, files, bundles, tell, look_ahead, moving)
     except DataFault as fault:
         _refuse(fault, as_json)
         return
-    ahead = portion(tell, 0.7, 0.95)
-    proposed = following(found, bundles, target, target.name, ahead) if look_ahead else None
-    moving = _moving(found, bundles) if picture and bundles else None
-    tell(Stage("draw the page", 0.95))
-    page = write_report(target, found, files, proposed, moving, bundles)
     if as_json:
-        emit(found.as_json() | next_object(proposed) | {"report": str(page)})
+        emit(done.as_json())
         return
-    show_diagnosis(found)
-    show_next(found, proposed)
-    people.print(f"report: {page}", markup=False)
+    show_diagnosis(done.found)
+    show_next(done.found, done.proposed)
+    people.print(f"report: {done.report}", markup=False)
 
 
 def _refuse(fault: DataFault, as_json: bool) -> None:
@@ -114,5 +104,4 @@ def _rig(
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
-    found, files = robot_of(bundles, tell)
-    return found, files, [one for one in bundles if one.path.name in files]
+    return *robot_of(bundles, tell), bundles

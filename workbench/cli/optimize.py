@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -21,17 +20,13 @@ from workbench.design import (
     GOALS,
     LEAST_RADIUS_M,
     MUTATIONS,
-    Found,
+    Searched,
     Settings,
     Study,
-    found_by,
-    found_object,
-    write_history,
-    write_report,
+    finish_search,
+    search_folder,
 )
-from workbench.engine import versions
 from workbench.errors import InputError, WorkbenchError
-from workbench.optimize import History
 from workbench.protocol import load_model, load_shape
 from workbench.quantities import unit_of
 from workbench.sim import Fanout
@@ -112,22 +107,18 @@ def optimize(
             draws, seed, evaluations, mutation, None if thickness is None else thickness / 1e3,
             min_radius / 1e3,
         )  # fmt: skip
-        folder = out or searches / datetime.now().strftime("%Y-%m-%d_%H%M%S")
+        folder = out or search_folder(searches)
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         study = Study.begin(folder, settings, stated, start)
     with _searching(study, scheduler, patience) as fanout:
         history = study.run(fanout, tell.update)
     tell("write the report")
-    write_history(study.folder / "history.csv", study, history)
-    found = found_by(study, history, datetime.now().date())
-    page = study.folder / "report.html"
-    write_report(page, study, history, found, versions())
-    result = found_object(study, history, found) | {"wall_s": time.perf_counter() - begin}
+    done = finish_search(study, history)
     if as_json:
-        emit(result | {"report": str(page)})
+        emit(done.as_json() | {"wall_s": time.perf_counter() - begin})
         return
-    _show(study, history, found)
-    people.print(f"report: {page}", markup=False)
+    _show(done)
+    people.print(f"report: {done.report}", markup=False)
 
 
 @contextmanager
@@ -166,10 +157,11 @@ def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
     return study
 
 
-def _show(study: Study, history: History, found: Sequence[Found]) -> None:
+def _show(done: Searched) -> None:
     rows = [
         [one.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
-        for one in found
+        for one in done.found
     ]
     heads = ["design", *(f"{name} [{unit_of(g.column)[1] or '-'}]" for name, g in GOALS.items())]
-    show_table(f"{study.problem.words}: {history.asked} evaluations", heads, rows)
+    title = f"{done.study.problem.words}: {done.history.asked} evaluations"
+    show_table(title, heads, rows)

@@ -4,30 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any, cast, get_args
 
-import numpy as np
 import typer
 
-from workbench.clamped import summarize_clamped
+from workbench.api.simulation import simulate as simulate_one
 from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
-from workbench.design.spread import DRAWS, VARIED, distance_spreads
-from workbench.errors import InputError
-from workbench.motion import DRIVEN, Mode, summarize
-from workbench.protocol import load_model, load_shape
-from workbench.ringdown import summarize_release
-from workbench.sim import LIMITS, Condition, Simulation, gait, make_robot, sample_times
-from workbench.sim import simulate as simulate_robot
+from workbench.design.spread import DRAWS
+from workbench.modes import Mode
 
 __all__ = ["simulate"]
-
-MODES = get_args(Mode)
-FASTEST = LIMITS["speed"].value
-_REST_S = 0.6
 
 
 def simulate(
@@ -46,7 +34,7 @@ def simulate(
     shape: Annotated[
         str, typer.Option(help="Shape name or file.", autocompletion=shape_names)
     ] = "thesis-initial",
-    mode: Annotated[str, typer.Option(help=f"One of {', '.join(MODES)}.")] = "hop",
+    mode: Annotated[str, typer.Option(help=f"One of {', '.join(get_args(Mode))}.")] = "hop",
     start_angle: Annotated[
         float,
         typer.Option(
@@ -85,59 +73,29 @@ def simulate(
 
     Example: workbench simulate --mode decay --pull 0.39
     """
-    _require(mode, omega)
     begin = time.perf_counter()
-    file = load_model(model, Path()).content
-    robot = make_robot(
-        file.values(),
-        load_shape(shape, Path()).content,
-        increments or file.increments,
-        file.quantities(),
-    )
-    robot = replace(robot, slope=math.radians(slope))
-    command = np.full(len(sample_times(duration)), omega if mode in DRIVEN else 0.0)
-    condition = Condition(
-        cast(Mode, mode), command, math.radians(start_angle), _REST_S, pull, height / 1000
-    )
     tell(f"simulate {duration:g} s")
-    result = simulate_robot(robot, condition)
+    done = simulate_one(
+        omega, duration, model, shape, cast(Mode, mode), start_angle=math.radians(start_angle),
+        pull=pull, height=height / 1000, increments=increments, slope=math.radians(slope),
+    )  # fmt: skip
     wall = time.perf_counter() - begin
-    found: dict[str, Any] = _numbers(condition.mode, result, duration)
+    found: dict[str, Any] = dict(done.summary)
     spreads: list[tuple[str, str]] = []
     if mode == "hop" and spread > 1:
         tell(f"simulate {spread} more hops")
-        tolerances = {name: getattr(file.parameters, name).tolerance for name in VARIED}
-        (drawn,) = distance_spreads([(robot, condition)], tolerances, spread)
+        drawn = done.spread(spread)
         found["distance_spread"] = drawn.as_json()
         spreads = [("its spread", drawn.text())]
-    end = {
-        "fell": result.outcome == "fell",
-        "outcome": result.outcome,
-        "simulated_s": float(result.motion.times[-1]),
-        "wall_s": wall,
-    }
     if as_json:
-        emit(found | end)
+        simulated = float(done.series.times[-1])
+        end = {"fell": done.outcome == "fell", "outcome": done.outcome, "simulated_s": simulated}
+        emit(found | end | {"wall_s": wall})
         return
     words = {"decay": f"pulled with {pull:g} N", "drop": f"from {height:g} mm"}
     asked = words.get(mode, f"at {omega:g} rad/s")
-    last = [("outcome", result.outcome), ("wall time", f"{end['wall_s']:.2f} s")]
+    last = [("outcome", done.outcome), ("wall time", f"{wall:.2f} s")]
     show_table(f"{mode} {asked} for {duration:g} s", ["", ""], [*_rows(found, spreads), *last])
-
-
-def _require(mode: str, omega: float) -> None:
-    if mode not in MODES:
-        raise InputError(f"mode {mode!r} cannot be simulated; it must be one of {', '.join(MODES)}")
-    if not abs(omega) <= FASTEST:
-        raise InputError(f"omega {omega:g} rad/s is outside -{FASTEST:g} to {FASTEST:g} rad/s")
-
-
-def _numbers(mode: Mode, result: Simulation, duration: float) -> dict[str, float]:
-    """Return what the robot did under names with units."""
-    if mode in DRIVEN:
-        told = summarize_clamped if mode == "clamped" else summarize
-        return told(result.motion, duration).as_json() | gait(result, duration)._asdict()
-    return summarize_release(result.motion, mode, duration).as_json()
 
 
 def _rows(found: dict[str, Any], spreads: list[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -22,7 +22,7 @@ from workbench.design import (
     Table,
     write_experiment,
 )
-from workbench.errors import InputError, WorkbenchError, did_you_mean
+from workbench.errors import InputError, WorkbenchError, require_named
 from workbench.protocol import load_model, load_shape
 from workbench.sim import Fanout
 
@@ -60,11 +60,7 @@ def thesis(
 
     Example: workbench thesis repeatability
     """
-    if experiment not in EXPERIMENTS:
-        raise InputError(
-            f"no experiment named {experiment!r}{did_you_mean(experiment, EXPERIMENTS)}; there are "
-            f"{', '.join(EXPERIMENTS)}"
-        )
+    require_named("experiment", experiment, EXPERIMENTS)
     settings = Settings(
         duration=duration, algorithm=algorithm, bounds=bounds, evaluations=evaluations
     )

@@ -7,7 +7,8 @@ within which bounds, `goals` what is to become better (`stability` defines one o
 learns from. `objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a
 search in its folder, begun or gone on with, by one of the algorithms of `optimize`, which know no
 physics.
-`appraisal` tells what a design is, `results`, `figures` and `report` write it down;
+`appraisal` tells what a design is, `results`, `figures` and `report` write it down, `searched` all
+of them at a search's end;
 `search_figures` draw what searches looked like; `experiments` are those of the thesis.
 
 A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
@@ -21,7 +22,8 @@ from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.report import verdict, write_experiment, write_report
-from workbench.design.results import Found, found_by, found_object, shape_text, write_history
+from workbench.design.results import Found, found_by, shape_text, write_history
+from workbench.design.searched import Searched, finish_search, search_folder
 from workbench.design.spread import DRAWS, VARIED, Spread, distance_spreads
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
@@ -52,6 +54,7 @@ __all__ = [
     "Picture",
     "Problem",
     "Resonances",
+    "Searched",
     "Settings",
     "Spread",
     "Strip",
@@ -62,12 +65,13 @@ __all__ = [
     "altered",
     "appraise",
     "distance_spreads",
+    "finish_search",
     "found_by",
-    "found_object",
     "goal_named",
     "make_space",
     "parse_varied",
     "resonances",
+    "search_folder",
     "shape_text",
     "tipping_margin",
     "verdict",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from workbench.design.stability import tipping_margin
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import require_named
 from workbench.motion import summarize
 from workbench.sim import Robot, Simulation, gait
 
@@ -104,8 +104,5 @@ def goal_named(name: str) -> Goal:
     Raises:
         InputError: with the names that exist.
     """
-    if name not in GOALS:
-        raise InputError(
-            f"no goal named {name!r}{did_you_mean(name, GOALS)}; there are {', '.join(GOALS)}"
-        )
+    require_named("goal", name, GOALS)
     return GOALS[name]

@@ -23,7 +23,7 @@ from workbench.design.problem import Problem
 from workbench.design.search_stage import search_stage
 from workbench.design.uncertainty import Uncertainty
 from workbench.design.variables import BOUNDS, parse_varied
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError, require_named
 from workbench.optimize import (
     Algorithm,
     Cmaes,
@@ -92,11 +92,7 @@ class Settings:
             ("bounds", self.bounds, BOUNDS),
             ("mutation", self.mutation, MUTATIONS),
         ):
-            if name not in known:
-                raise InputError(
-                    f"no {kind} named {name!r}{did_you_mean(name, known)}; "
-                    f"there are {', '.join(known)}"
-                )
+            require_named(kind, name, known)
         wanted = 2 if self.algorithm == "pareto" else 1
         if len(self.goals) != wanted or len(set(self.goals)) != wanted:
             raise InputError(

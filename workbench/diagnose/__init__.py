@@ -27,15 +27,16 @@ from workbench.diagnose.investigation import Round, investigate
 from workbench.diagnose.kept import extended_model_of, write_answer
 from workbench.diagnose.mechanism import MechanismRig, load_mechanism
 from workbench.diagnose.next_experiment import propose
-from workbench.diagnose.next_protocol import MENU, Following, following, next_object
+from workbench.diagnose.next_protocol import MENU, Following, next_object
 from workbench.diagnose.proposed import Proposal, minutes_of
 from workbench.diagnose.report import write_diagnosis
 from workbench.diagnose.rig import HopperRig, Rig, robot_of
 from workbench.diagnose.soundness import refused
-from workbench.diagnose.written import write_report
+from workbench.diagnose.written import Diagnosed, diagnose_into, write_report
 
 __all__ = [
     "MENU",
+    "Diagnosed",
     "Diagnosis",
     "Following",
     "HopperRig",
@@ -45,8 +46,8 @@ __all__ = [
     "Round",
     "Trial",
     "diagnose",
+    "diagnose_into",
     "extended_model_of",
-    "following",
     "investigate",
     "kept_proof",
     "load_mechanism",

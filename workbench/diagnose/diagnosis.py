@@ -32,7 +32,7 @@ from workbench.progress import Progress, Stage, portion
 __all__ = ["Diagnosis", "diagnose"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What is wrong with a model, why, how surely, and what the extension gains.
 
@@ -77,6 +77,10 @@ class Diagnosis:
     rules: Rules
     seconds: float
     fits: Fits
+
+    def __repr__(self) -> str:
+        """Return the answer and its causes, a line each."""
+        return "\n  ".join([f"{self.kind}: {self.reason}", *(one.sentence for one in self.causes)])
 
     def as_json(self) -> dict[str, Any]:
         """Return what the command line prints."""

@@ -259,6 +259,6 @@ def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict
     """
     runs = measured_runs(bundles, tell)
     whole = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
-    stated, shape = same_robot(whole)
+    stated, shape = same_robot(bundles)
     files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in whole}
     return HopperRig(runs, stated, shape.content), files

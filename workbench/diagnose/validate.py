@@ -9,7 +9,7 @@ base and extension alike.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from workbench.fit import MeasuredRun
 from workbench.fit.prediction import predictions
-from workbench.fit.replay import Replay, compared_s, replayed
+from workbench.fit.replay import Replay, compared, replayed
 from workbench.sim import Robot
 from workbench.timeseries import TimeSeries
 
@@ -103,7 +103,7 @@ def errors_of(
     """
     found: dict[str, Replay] = {}
     for run, angle in zip(runs, turned, strict=True):
-        part = replace(run, motion=run.motion.between(-np.inf, compared_s(run)))
+        part = compared(run)
         found[run.name] = replayed(robot, part, angle, threads)
     return Errors(
         {name: one.error for name, one in found.items()},

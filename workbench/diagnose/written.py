@@ -1,19 +1,86 @@
-"""What a diagnosis leaves in its folder: the answer, and the page."""
+"""A diagnosis with all that it leaves in its folder: model, next protocol, answer and page."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from workbench.bundle import Bundle
 from workbench.diagnose.compared import write_compared
-from workbench.diagnose.diagnosis import Diagnosis
+from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.kept import write_answer
-from workbench.diagnose.next_protocol import Following, next_object
+from workbench.diagnose.next_protocol import Following, following, next_object
 from workbench.diagnose.report import write_diagnosis
+from workbench.diagnose.rig import Rig
+from workbench.progress import Progress, Stage, portion
 from workbench.versions import versions
 
-__all__ = ["write_report"]
+__all__ = ["Diagnosed", "diagnose_into", "write_report"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosed:
+    """A diagnosis, what is to be run next, and its page.
+
+    Args:
+        found: the answer.
+        proposed: what would show more; None where nothing was proposed.
+        report: the page.
+    """
+
+    found: Diagnosis
+    proposed: Following | None
+    report: Path
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what the command line prints."""
+        return self.found.as_json() | next_object(self.proposed) | {"report": str(self.report)}
+
+    def __repr__(self) -> str:
+        """Return it in a few lines: the answer, its causes, the files."""
+        extended = self.found.extended
+        model = "none" if extended is None else str(extended.source)
+        return f"{self.found!r}\n  model: {model}, report: {self.report}"
+
+
+def diagnose_into(
+    out: Path | None,
+    rig: Rig,
+    files: Mapping[str, Path],
+    bundles: Sequence[Bundle] = (),
+    tell: Progress = lambda text: None,
+    look_ahead: bool = True,
+    moving: Callable[[Diagnosis], bytes | None] = lambda found: None,
+) -> Diagnosed:
+    """Diagnose a rig, propose what to run next, and write all of it into a folder.
+
+    Args:
+        out: folder of the diagnosis; by default `diagnoses/TIME`. The files bear its name.
+        rig: with its runs.
+        files: what it is made from.
+        bundles: of the runs; those that are not in `files` were left out, and without any nothing
+            is proposed.
+        tell: is told each stage.
+        look_ahead: whether to look for the runs that would show more.
+        moving: draws a JPEG of the viewer with a run, for the page.
+
+    Raises:
+        InputError, DataFault: as `diagnose`.
+    """
+    folder = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
+    bundles = [one for one in bundles if one.path.name in files]
+    look_ahead = look_ahead and bool(bundles)
+    found = diagnose(rig, folder, folder.name, portion(tell, 0.0, 0.7 if look_ahead else 0.95))
+    ahead = portion(tell, 0.7, 0.95)
+    proposed = following(found, bundles, folder, folder.name, ahead) if look_ahead else None
+    picture = moving(found)
+    tell(Stage("draw the page", 0.95))
+    return Diagnosed(
+        found, proposed, write_report(folder, found, files, proposed, picture, bundles)
+    )
 
 
 def write_report(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun, paced
 from workbench.fit.prediction import prediction_errors
-from workbench.fit.replay import compared_s, replayed
+from workbench.fit.replay import compared, compared_s, replayed
 from workbench.fit.state import observed, state_of
 from workbench.fit.systems.hopper import Hopper
 from workbench.sim import Robot
@@ -59,7 +59,7 @@ def estimate(robot: Robot, run: MeasuredRun) -> Estimation:
         with np.errstate(over="ignore"):  # of numbers that blew up
             errors = prediction_errors(one)
         state, until = state_of(one), compared_s(run)
-        free = replayed(robot, replace(run, motion=run.motion.between(-np.inf, until)), threads=1)
+        free = replayed(robot, compared(run), threads=1)
     except (ArithmeticError, ValueError) as error:
         raise InputError(f"{run.name}: cannot be observed: {error}") from error
     whole = len(free.motion) == len(free.error)

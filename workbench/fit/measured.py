@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Bundle, ReleaseFacts, sha256
-from workbench.errors import InputError
+from workbench.errors import InputError, require_named
+from workbench.modes import Role
 from workbench.motion import DRIVEN, FOOT, PITCH, ROTOR_ANGLE, TOP, Mode
 from workbench.noise import robust_sigma, white_noise
 from workbench.progress import Progress, counted
@@ -30,6 +32,10 @@ PLACES: dict[Mode, tuple[str, ...]] = {
 }
 """Mode -> the places that its fit compares; a clamped foot does not move."""
 
+_NONE_COMPLETE = (
+    "none of these runs is complete, and only a complete run can be fitted; `workbench runs list` "
+    "shows which are"
+)
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
 _LEAST_REST = 30  # samples at rest that tell of noise
@@ -51,6 +57,9 @@ class MeasuredRun:
         pull: force on T before the release, in mode decay [N].
         height: of the fall, in mode drop [m].
         role: whether a fit may see it.
+
+    Raises:
+        InputError: when there is no such mode or role.
     """
 
     name: str
@@ -60,7 +69,12 @@ class MeasuredRun:
     start_angle: float = np.pi / 2
     pull: float = 0.0
     height: float = 0.0
-    role: str = "train"
+    role: Role = "train"
+
+    def __post_init__(self) -> None:
+        """Refuse a mode or role that would be taken for another one."""
+        require_named("mode", self.mode, get_args(Mode))
+        require_named("role", self.role, get_args(Role))
 
     @property
     def driven(self) -> bool:
@@ -158,19 +172,19 @@ def measured_runs(bundles: Sequence[Bundle], tell: Progress) -> list[MeasuredRun
         tell(counted(f"read {bundle.path.name}", number, len(bundles)))
         measured.append(measured_run(bundle))
     if not measured:
-        raise InputError(
-            "none of these runs is complete, and only a complete run can be fitted; "
-            "`workbench runs list` shows which are"
-        )
+        raise InputError(_NONE_COMPLETE)
     return measured
 
 
 def same_robot(bundles: Sequence[Bundle]) -> tuple[Document[ModelFile], Document[ShapeFile]]:
-    """Return the model and the shape that all bundles were made with.
+    """Return the model and the shape that all complete bundles were made with.
 
     Raises:
-        InputError: when they differ.
+        InputError: when they differ, or none is complete.
     """
+    bundles = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
+    if not bundles:
+        raise InputError(_NONE_COMPLETE)
     for kind in ("model", "shape"):
         seen: dict[str, str] = {}
         for bundle in bundles:

@@ -22,7 +22,7 @@ from workbench.motion import FOOT, FOOT_ERROR, ROTOR, TOP_ERROR, position
 from workbench.sim import Robot
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Replay", "compared_s", "first_slip", "replayed"]
+__all__ = ["Replay", "compared", "compared_s", "first_slip", "replayed"]
 
 Array = NDArray[np.float64]
 
@@ -56,6 +56,12 @@ class Replay:
         """Return the root mean square of all distances [mm]."""
         return float(np.sqrt(np.mean(self.error.values[self.error.valid] ** 2)))
 
+    def __repr__(self) -> str:
+        """Return it in two lines: how far off, and what there is to look at."""
+        seconds = float(self.error.times[-1])
+        off = f"{self.rms_mm:.3g} mm rms from the run, {self.noise_mm:.3g} mm of them noise"
+        return f"Replay of {seconds:.3g} s: {off}\n  motion: {self.motion!r}"
+
 
 def replayed(
     robot: Robot, run: MeasuredRun, turned: Array | None = None, threads: int = 0
@@ -64,7 +70,7 @@ def replayed(
 
     Args:
         robot: the model.
-        run: as far as it is to be compared (`compared_s`).
+        run: as far as it is to be compared (`compared`).
         turned: (n,) angle of the rotor against T from the first observed sample on [rad]; as it was
             seen where left out. A longer one is cut.
         threads: 0 takes all cores.
@@ -110,6 +116,11 @@ def _replay(
         1000 * float(np.sqrt(np.sum(sigma**2) / (count // 2))),
         1000 * float(np.sqrt(2 * np.nanmean(unlaid**2))),
     )
+
+
+def compared(run: MeasuredRun) -> MeasuredRun:
+    """Return a run as far as it is compared with a free simulation: a hop to its first hops."""
+    return replace(run, motion=run.motion.between(-np.inf, compared_s(run)))
 
 
 def compared_s(run: MeasuredRun) -> float:

@@ -1,7 +1,8 @@
 """Identification: parameters and the motor's line from measured runs, each with its interval.
 
 The robot: `identification` puts the question to `workbench.fit` and judges the answer, `new_model`
-is the file that is left of it, `validation` compares it with runs that were held out.
+is the file that is left of it, `validation` compares it with runs that were held out; `fitted` puts
+them together.
 
 The motor: `shaft` is its speed in one run, `speed_line` the line through such speeds, `line_checks`
 what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
@@ -13,7 +14,7 @@ answers and rings; `figures` and `report` show it, `fit_report` beside what a fi
 The room simulates and fits; it opens no device.
 """
 
-from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, same_robot
+from workbench.fit.measured import MeasuredRun, measured_run, measured_runs
 from workbench.identify.calibrate import (
     LeftOut,
     SpeedCalibration,
@@ -31,7 +32,7 @@ from workbench.identify.calibration_files import (
     write_new,
 )
 from workbench.identify.damping import ModeDamping, damping
-from workbench.identify.fit_report import made_from, report_fit
+from workbench.identify.fitted import Fitted, fit_runs
 from workbench.identify.identification import BEAM, FOOT, Estimate, Identification, identify
 from workbench.identify.new_model import write_model
 from workbench.identify.report import Part, write_identification, write_resonances
@@ -44,6 +45,7 @@ __all__ = [
     "BEAM",
     "FOOT",
     "Estimate",
+    "Fitted",
     "Identification",
     "LeftOut",
     "MeasuredRun",
@@ -58,17 +60,15 @@ __all__ = [
     "damping",
     "figure_5_3",
     "fit_line",
+    "fit_runs",
     "identify",
     "last_day",
-    "made_from",
     "measured_run",
     "measured_runs",
     "new_target",
     "on_their_bench",
     "propose_protocol",
-    "report_fit",
     "resonances",
-    "same_robot",
     "shaft_speed",
     "speed_point",
     "speed_points",

@@ -90,13 +90,18 @@ class Estimate:
         """Return half the interval."""
         return (self.high - self.low) / 2
 
+    def __str__(self) -> str:
+        """Return value, interval, unit and what it was: `9.31 (9.29 to 9.33) N m/rad, was 9.5`."""
+        interval = f"({self.low:.4g} to {self.high:.4g})"
+        return f"{self.value:.4g} {interval} {self.unit}, was {self.stated:.4g}"
+
     def as_json(self) -> dict[str, Any]:
         """Return value, interval and unit as the command line prints them."""
         return {"value": self.value, "interval90": [self.low, self.high], "unit": self.unit,
                 "stated": self.stated, "at_bound": self.at_bound}  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification:
     """What the runs say about the model.
 
@@ -120,6 +125,11 @@ class Identification:
     runs: tuple[MeasuredRun, ...]
     robot: Robot
     fit: Fit
+
+    def __repr__(self) -> str:
+        """Return the misfit and each estimate, a line each."""
+        head = f"{len(self.runs)} runs fitted, misfit {self.misfit:.2f} times the noise"
+        return "\n  ".join([head, *(f"{name} {one}" for name, one in self.estimates.items())])
 
     @property
     def misfit(self) -> float:

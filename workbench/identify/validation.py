@@ -10,7 +10,7 @@ itself. How well it was predicted is told for every run, from the observed state
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.fit import Hopper, MeasuredRun, paced
 from workbench.fit.prediction import predictions
-from workbench.fit.replay import compared_s, replayed
+from workbench.fit.replay import compared, compared_s, replayed
 from workbench.motion import TOP_ERROR
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
@@ -190,7 +190,7 @@ def validate(
 
 def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunValidation:
     window = compared_s(run)
-    part = replace(run, motion=run.motion.between(-np.inf, window))
+    part = compared(run)
     apart = [replayed(robot, part, threads=threads).error for robot in robots]
     system = Hopper(robots[0], [part])
     points = tuple(

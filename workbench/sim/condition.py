@@ -52,8 +52,9 @@ class Condition:
     def __post_init__(self) -> None:
         """Refuse a mode that would be taken for another one."""
         if self.mode not in (modes := get_args(Mode)):
-            near = did_you_mean(self.mode, modes)
-            raise InputError(f"mode {self.mode!r}: known are {', '.join(modes)}{near}")
+            near = did_you_mean(str(self.mode), modes)
+            known = f"it must be one of {', '.join(modes)}"
+            raise InputError(f"mode {self.mode!r} cannot be simulated{near}; {known}")
 
     @property
     def foot(self) -> Foot:

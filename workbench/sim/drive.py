@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 import mujoco
 import numpy as np
 
+from workbench.errors import require_named
 from workbench.sim.motor import MOTOR
 
 __all__ = ["DRIVES", "LIMITS", "Drive", "Limit", "add_drive", "hold_rotor"]
@@ -55,6 +56,7 @@ shows a turn well, 6 V is twice its nominal voltage, the torque is what stops it
 
 def add_drive(spec: mujoco.MjSpec, drive: Drive) -> None:
     """Add the actuators of a drive to a spec whose joint `rotor` turns the rotor against T."""
+    require_named("drive", drive, DRIVES)
     DRIVES[drive](spec)
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import mujoco
 import numpy as np
 
-from workbench.errors import InputError, did_you_mean
+from workbench.errors import InputError, did_you_mean, require_named
 from workbench.protocol import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
 from workbench.sim.drive import Drive, add_drive
@@ -74,6 +74,10 @@ class Robot:
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     edits: tuple[Edit, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse a state that would be taken for another one."""
+        require_named("state of a beam", self.state, ("unloaded", "loaded"))
+
     @property
     def hinges(self) -> tuple[Hinge, ...]:
         """Return the beam's chain."""
@@ -120,7 +124,11 @@ def build_spec(robot: Robot, foot: Foot, drive: Drive = "speed") -> mujoco.MjSpe
     """Build the robot, its foot free on the ground or fixed to the world.
 
     Installs the force laws, so that no robot can be stepped without them.
+
+    Raises:
+        InputError: when foot or drive are none that exists.
     """
+    require_named("way to hold the foot", foot, get_args(Foot))
     install_force_laws()
     spec = mujoco.MjSpec()
     spec.modelname = "curved-beam hopping robot"

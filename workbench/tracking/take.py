@@ -11,9 +11,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.errors import InputError, did_you_mean
+from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 
 __all__ = ["BodyTake", "Cloud", "Missing", "Take", "known", "samples_of"]
+
+_POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
 class Missing(IntEnum):
@@ -171,6 +175,42 @@ class Take:
     def __len__(self) -> int:
         """Return the number of samples."""
         return len(self.indices)
+
+    def __repr__(self) -> str:
+        """Return it in two lines: the file and its clock, the bodies."""
+        last = f", {self.times[0]:.3f} s to {self.times[-1]:.3f} s" if len(self) else ""
+        bodies = ", ".join(
+            f"{name} (seen {np.mean(body.seen):.1%})" for name, body in self.bodies.items()
+        )
+        return (
+            f"Take {self.path}: {self.format} {self.version}, {len(self)} frames at "
+            f"{self.rate_hz:.6g} Hz{last}\n  bodies: {bodies or 'none'}"
+        )
+
+    def poses(self, *bodies: str) -> TimeSeries:
+        """Return poses in the file's axes: position `NAME_x_m` ... [m], quaternion `NAME_qw` ...
+
+        A body's sample is valid where it was really seen.
+
+        Args:
+            bodies: names; all where left out.
+
+        Raises:
+            InputError: when the take has no body of a name.
+        """
+        columns: dict[str, NDArray[np.float64]] = {}
+        valid: dict[str, NDArray[np.bool_]] = {}
+        for name in bodies or tuple(self.bodies):
+            if name not in self.bodies:
+                has = ", ".join(self.bodies) or "none"
+                near = did_you_mean(name, self.bodies)
+                raise InputError(f"{self.path}: no body {name!r}{near}; its bodies are {has}")
+            body = self.bodies[name]
+            both = np.hstack([self.counted_position(name), body.quaternion])
+            own = {f"{name}_{end}": both[:, k] for k, end in enumerate(_POSE)}
+            columns |= own
+            valid |= dict.fromkeys(own, body.seen)
+        return TimeSeries.of(self.times, columns, valid)
 
     def counted_position(self, name: str) -> NDArray[np.float64]:
         """Return the (n, 3) position that quality numbers are made of [m].
