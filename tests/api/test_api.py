@@ -93,7 +93,7 @@ def test_a_simulation_is_that_of_the_command(workbench: Command) -> None:
     assert done.spread(3).as_json() == told["distance_spread"]
     assert done.table()["time_s"][-1].as_py() == told["simulated_s"]
     assert len(repr(done).splitlines()) <= MOST_LINES
-    lighter = wb.simulate(16, 2, parameters={"top_mass": 0.08})
+    lighter = wb.simulate(16, 2, slope=np.radians(1), parameters={"top_mass": 0.08})
     assert lighter.summary["distance_m"] != done.summary["distance_m"]
 
 
