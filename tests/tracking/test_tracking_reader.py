@@ -160,3 +160,13 @@ def test_the_take_carries_the_hash_of_its_file(stored: Path) -> None:
     for file in ("hop_row_1.0.csv", "hop_motive_1.23.csv"):
         told = hashlib.sha256((stored / file).read_bytes()).hexdigest()
         assert read_take(stored / file).sha256 == told
+
+
+def test_a_file_is_read_and_hashed_part_by_part(
+    stored: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = stored / "hop_motive_1.23.csv"
+    monkeypatch.setattr("workbench.tracking.reader._BLOCK", 1000)  # bytes
+    take = read_take(path)
+    assert len(take) == 40
+    assert take.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
