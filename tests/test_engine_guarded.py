@@ -160,7 +160,7 @@ def test_a_trip_latches_until_somebody_has_looked(
 def test_a_latched_bench_still_does_what_needs_no_supply(tmp_path: Path, device: Device) -> None:
     bench = make_bench(load_bench(str(lab_file(tmp_path, device))).content)
     Ledger("RD6006_12345678").write("trip", reason="made for this test", place=device.address)
-    assert [ledger.standing() is None for ledger in bench.ledgers()] == [False]
+    assert [ledger.latch() is None for ledger in bench.ledgers()] == [False]
     (tmp_path / "p.yaml").write_text(DECAY)
     lab = load_bench(str(tmp_path / "lab.yaml"))
     bench.collect = no_take  # type: ignore[method-assign]
@@ -299,7 +299,7 @@ def test_a_voltage_is_driven_by_hand_within_the_limits_and_switched_off(
     assert answer.json["output"] is False
     assert max(volts for _, volts in device.history) == 2.5
     assert not device.on()
-    assert [ledger.standing() for ledger in ledgers()] == [None]
+    assert [ledger.latch() for ledger in ledgers()] == [None]
     beyond = workbench("supply", "set", "9 V", "--bench", lab)
     assert beyond.code == 2
     assert "voltage 9 V is outside the bench's limits, above 0 to 5.5 V" in beyond.err

@@ -243,7 +243,7 @@ class RealBench(Bench):
 
     def ledger_of(self, identity: Identity) -> Ledger:
         """Return the ledger of the supply that is open."""
-        place = connection_of(self.file).place
+        place = connection_of(self.file).resolved_address
         return Ledger(Ledger.key_of(identity.model, identity.known_serial, place))
 
     def require_ready(self, drives: bool) -> None:

@@ -83,8 +83,8 @@ def carry_out(
     require_room(root)
     bench.require_ready(experiment.plan.drives)
     course = course or begin(experiment.inputs(), datetime.now())
-    left, busy = experiment.plan.without(course.done), 0.0
-    waiting: Sequence[Part] = left.by_run()
+    remaining, busy = experiment.plan.without(course.done), 0.0
+    waiting: Sequence[Part] = remaining.by_run()
     while waiting:
         answers: list[Answered] = []
         items, run = waiting[0]
@@ -94,9 +94,9 @@ def carry_out(
                     answers.append(ask(operator, item))
                 case PlannedPause():
                     _wait(bench, item, progress)
-        of, share = len(experiment.plan.runs), min(busy / left.seconds, 1.0)
-        told = within(progress, f"run {run.number} of {of}: ", share if of > 1 else None)
-        bundle = _Conductor(experiment, bench, root, operator, told, run, course).conduct(answers)
+        of, share = len(experiment.plan.runs), min(busy / remaining.seconds, 1.0)
+        of_run = within(progress, f"run {run.number} of {of}: ", share if of > 1 else None)
+        bundle = _Conductor(experiment, bench, root, operator, of_run, run, course).conduct(answers)
         yield bundle
         busy, course = busy + run.rest + run.duration, course.after(run.number)
         waiting = what_follows(waiting, bundle, between)
@@ -139,14 +139,14 @@ class _Conductor:
                     self.signals.hold()  # a second Ctrl-C would cut off what follows the first
             except KeyboardInterrupt:
                 self._end("interrupted", "stopped by the user")
-                raise Interrupted(self._told("stopped by the user")) from None
+                raise Interrupted(self._failure_text("stopped by the user")) from None
             except SafetyStop as error:
                 self._end("safety-stop", str(error))
-                error.args = (self._told(str(error)),)
+                error.args = (self._failure_text(str(error)),)
                 raise
             except WorkbenchError as error:
                 self._end("failed", str(error))
-                error.args = (self._told(str(error)),)
+                error.args = (self._failure_text(str(error)),)
                 raise
             except Exception:
                 self._end("failed", traceback.format_exc())
@@ -332,10 +332,10 @@ class _Conductor:
     def _watch_until(self, end: float, supply: Supply) -> None:
         """Watch a running supply until an instant of the bench's clock."""
         clock = self.bench.clock
-        while (left := end - clock.now()) > 0:
-            if (why := self.twin.wait(clock, min(_POLL_S, left))) is not None:
+        while (remaining_s := end - clock.now()) > 0:
+            if (why := self.twin.wait(clock, min(_POLL_S, remaining_s))) is not None:
                 raise stop(supply, why)
-            if left > _POLL_S:
+            if remaining_s > _POLL_S:
                 self._note_reading(watch(supply))
 
     def _switch_off(self, supply: Supply, first: BaseException | None) -> None:
@@ -378,13 +378,13 @@ class _Conductor:
             self.bench.keep_recorded(self.bundle)
             self.bundle.finish(status, error=reason)
 
-    def _told(self, reason: str) -> str:
-        off = self.bundle.record.output.told + "; "
+    def _failure_text(self, reason: str) -> str:
+        off = self.bundle.record.output.description + "; "
         if MAY_BE_ON in reason:  # which was said before more was known
             off = "" if self.bundle.record.output.live else f"by now {off}"
-        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
+        text = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
         if self.bundle.manifest.measured.cameras is not None and not self.bundle.has_take():
-            told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
+            text += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
         asked, bench = self.experiment.protocol.path, self.experiment.bench
         lab = "virtual" if bench.path == BUILT_IN else bench.path
-        return f"{told}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"
+        return f"{text}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"

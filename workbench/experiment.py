@@ -72,12 +72,12 @@ class Experiment:
         measured. Which supply it is stands under `supply`, as text: it may be told by other means.
         """
         bench = self.bench.content
-        told = {name: digest(_meaning(one)) for name, one in self._files().items()}
-        told["calibration"] = digest(bench.line.model_dump_json())
+        digests = {name: digest(_meaning(one)) for name, one in self._files().items()}
+        digests["calibration"] = digest(bench.line.model_dump_json())
         number = bench.supply.serial_number
         reached = bench.supply.connection.model_dump(mode="json", include=set(_REACHED))
         which = {"connection": reached} if number is None else {"serial": number}
-        return told | {"supply": json.dumps(which, sort_keys=True)}
+        return digests | {"supply": json.dumps(which, sort_keys=True)}
 
     @property
     def digest(self) -> str:
@@ -111,9 +111,9 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
     """
     asked, parts = load_protocol(path)
     require_takes(bench)
-    own, other = asked.path.parent, bench.path.parent
-    model = _first(load_model, (asked.content.model, own), (bench.content.model, other))
-    shape = _first(load_shape, (asked.content.shape, own), (bench.content.shape, other))
+    folder, other = asked.path.parent, bench.path.parent
+    model = _first(load_model, (asked.content.model, folder), (bench.content.model, other))
+    shape = _first(load_shape, (asked.content.shape, folder), (bench.content.shape, other))
     plan = make_plan(asked, bench.content, voltage_step, parts)
     names = {run.shape for run in plan.runs if run.shape is not None}
     shapes = {name: load_shape(name.name, name.beside) for name in names}

@@ -70,7 +70,7 @@ def portion(progress: Progress, begin: float, end: float) -> Progress:
     done = 0.0
     began = False
 
-    def told(stage: str) -> None:
+    def report(stage: str) -> None:
         nonlocal done, began
         share = stage.share if isinstance(stage, Stage) else None
         if share is None:
@@ -79,7 +79,7 @@ def portion(progress: Progress, begin: float, end: float) -> Progress:
         seconds = stage.seconds if isinstance(stage, Stage) else None
         progress(Stage(stage, begin + done * (end - begin), seconds))
 
-    return told
+    return report
 
 
 def within(progress: Progress, words: str, share: float | None) -> Progress:
@@ -91,8 +91,8 @@ def within(progress: Progress, words: str, share: float | None) -> Progress:
         share: of the whole that is done when the part begins, 0 to 1; None where it is the whole.
     """
 
-    def told(stage: str) -> None:
+    def report(stage: str) -> None:
         seconds = stage.seconds if isinstance(stage, Stage) else None
         progress(Stage(f"{words}{stage}", share, seconds))
 
-    return told
+    return report

@@ -165,5 +165,5 @@ def told(records: Records, event: str) -> list[dict[str, Any]]:
 
 def standing() -> str:
     """Return what the only supply of this test is latched for, or nothing."""
-    found = [stop for ledger in ledgers() if (stop := ledger.standing())]
+    found = [stop for ledger in ledgers() if (stop := ledger.latch())]
     return found[0].reason if found else ""

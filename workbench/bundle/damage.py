@@ -38,9 +38,9 @@ def verify(path: Path) -> list[str]:
 def _cut_off(path: Path) -> list[str]:
     """Return what is wrong with a run that was never finished, as far as its files can tell."""
     bundle, lost = Bundle.recover(path)
-    off = f"; {bundle.record.output.told}" if bundle.record.output_off else ""
-    told = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
-    return [told, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
+    off = f"; {bundle.record.output.description}" if bundle.record.output_off else ""
+    text = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
+    return [text, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
 
 
 def _torn(path: Path) -> Iterator[str]:

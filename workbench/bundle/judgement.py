@@ -59,15 +59,15 @@ class Judgement:
     @property
     def words(self) -> tuple[str, str, str]:
         """Return what was looked at, what came, and what was expected, with units."""
-        shown = self.quantity
-        came = shown.text(self.value) if math.isfinite(self.value) else "not measured"
+        label = self.quantity
+        came = label.text(self.value) if math.isfinite(self.value) else "not measured"
         if self.low is None and self.high is not None:
-            expected = f"at most {shown.text(self.high)}"
+            expected = f"at most {label.text(self.high)}"
         elif self.high is None and self.low is not None:
-            expected = f"at least {shown.text(self.low)}"
+            expected = f"at least {label.text(self.low)}"
         else:
-            expected = f"{shown.number(self.low or 0.0)} to {shown.text(self.high or 0.0)}"
-        return shown.name, came, expected
+            expected = f"{label.number(self.low or 0.0)} to {label.text(self.high or 0.0)}"
+        return label.name, came, expected
 
 
 def judgements(manifest: Manifest) -> tuple[Judgement, ...]:

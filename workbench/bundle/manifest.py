@@ -387,12 +387,12 @@ def _name_of(section: Section) -> str:
 
 def split(facts: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Return the facts of each section that has some, and those of the head."""
-    left = dict(facts)
+    remaining = dict(facts)
     sections = {
-        name: {key: left.pop(key) for key in kind.model_fields if key in left}
+        name: {key: remaining.pop(key) for key in kind.model_fields if key in remaining}
         for name, kind in SECTIONS.items()
     }
-    return {name: own for name, own in sections.items() if own}, left
+    return {name: values for name, values in sections.items() if values}, remaining
 
 
 def _faults(error: ValidationError) -> str:

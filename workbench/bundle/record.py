@@ -11,7 +11,7 @@ from workbench.bundle.events import Event, Logged, parse_line
 from workbench.bundle.inside import foreign
 from workbench.bundle.manifest import Manifest, Section, Status
 from workbench.bundle.names import GUARDIAN, JOURNAL, MANIFEST, WIRE
-from workbench.bundle.writing import replaced, told
+from workbench.bundle.writing import record_errors, replaced
 from workbench.output import OutputState, fold
 
 __all__ = ["Exchange", "Record"]
@@ -68,7 +68,7 @@ class Record:
         """
         line = {"time_s": round(time_s, 6)} | event.as_json()
         path = self._folder / JOURNAL
-        with told(path), path.open("a", encoding="utf-8") as file:
+        with record_errors(path), path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
             file.flush()
             os.fsync(file.fileno())
@@ -121,7 +121,7 @@ class Record:
         Raises:
             RecordError: when it cannot be written.
         """
-        with told(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
+        with record_errors(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
 
     def exchanges(self) -> list[Exchange]:

@@ -30,14 +30,14 @@ Driver = Callable[[Connection, Clock, WireLog, Health], Supply]
 
 def _over_modbus(driver: type[ModbusSupply]) -> Driver:
     def opened(connection: Connection, clock: Clock, wire_log: WireLog, health: Health) -> Supply:
-        own = driver.registers
+        registers = driver.registers
         link = Transport(
             connection,
-            writable=own.writable,
+            writable=registers.writable,
             clock=clock,
             wire_log=wire_log,
             health=health,
-            marks=own.marks,
+            marks=registers.marks,
         )
         try:
             return driver(link, clock)

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import ECHOED, NEVER_SILENT, Channel, drop_waiting, open_channel
+from workbench.hw.channel import ECHOED, ENDLESS_SENDER, Channel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -112,21 +112,21 @@ class Line:
             what = f"question {WHO}"
             self._send(WHO, what)
             self._suspect = True
-            heard = self._hear(what, self._ended, quiet_s=QUIET_S)
-            if len(heard) >= MOST_BYTES:
-                raise self._fault(what, NEVER_SILENT)
-            if not heard.strip(PADDING):
-                raise self._fault(what, self._silence(), NoAnswer)
-            if WHO.encode() in heard:
+            received = self._receive(what, self._ended, quiet_s=QUIET_S)
+            if len(received) >= MOST_BYTES:
+                raise self._fault(what, ENDLESS_SENDER)
+            if not received.strip(PADDING):
+                raise self._fault(what, self._no_answer_text(), NoAnswer)
+            if WHO.encode() in received:
                 raise self._fault(what, ECHOED)
-            self._identity, self._suspect = heard, False
+            self._identity, self._suspect = received, False
             self._health.good()
-            return heard.strip(PADDING).decode("ascii", "replace")
+            return received.strip(PADDING).decode("ascii", "replace")
 
     def set_gap(self, seconds: float) -> None:
         """Keep this gap [s] from now on: the model that is there needs it, or the bench more."""
-        own = self.connection.gap_s
-        self._gap_s = seconds if own is None else own
+        configured = self.connection.gap_s
+        self._gap_s = seconds if configured is None else configured
 
     def ask(self, command: str, form: re.Pattern[bytes], *, again: bool = True) -> bytes:
         """Ask a question.
@@ -179,7 +179,7 @@ class Line:
         with self._lock:
             self._ask_once(WHO, form, quiet_s=WHO_QUIET_S)  # another one's name is soon over
 
-    def tell(self, command: str, *, urgent: bool = False) -> None:
+    def send_command(self, command: str, *, urgent: bool = False) -> None:
         """Send a command that has no answer.
 
         Args:
@@ -204,47 +204,51 @@ class Line:
             self._clear(what)
         self._send(command, what)
         self._suspect = True
-        heard = self._hear(what, lambda data: self._answer(data, form) is not None, quiet_s=quiet_s)
-        if not heard:
-            raise self._fault(what, self._silence(), NoAnswer)
-        answer = self._answer(heard, form)
+        received = self._receive(
+            what, lambda data: self._answer(data, form) is not None, quiet_s=quiet_s
+        )
+        if not received:
+            raise self._fault(what, self._no_answer_text(), NoAnswer)
+        answer = self._answer(received, form)
         if answer is None:
-            raise self._fault(what, self._no_answer(command, heard))
+            raise self._fault(what, self._no_answer(command, received))
         self._suspect, self._answered = False, True
         self._health.good()
-        self._stray_due = "stray" in form.groupindex and answer == heard
+        self._stray_due = "stray" in form.groupindex and answer == received
         return answer
 
-    def _answer(self, heard: bytes, form: re.Pattern[bytes]) -> bytes | None:
+    def _answer(self, received: bytes, form: re.Pattern[bytes]) -> bytes | None:
         """Return the answer in what was heard, or nothing when there is none, or two."""
         if self._terminator:
-            line, end, rest = heard.partition(self._terminator)
+            line, end, rest = received.partition(self._terminator)
             line = line.rstrip(b"\r")
             return line if end and not rest and form.fullmatch(line) else None
-        if not (found := form.fullmatch(heard)):
+        if not (found := form.fullmatch(received)):
             return None
         stray = found.groupdict().get("stray") or b""
-        return heard.removesuffix(stray)
+        return received.removesuffix(stray)
 
-    def _ended(self, heard: bytes) -> bool:
-        return bool(self._terminator) and heard.endswith(self._terminator)
+    def _ended(self, received: bytes) -> bool:
+        return bool(self._terminator) and received.endswith(self._terminator)
 
     def _clear(self, what: str) -> None:
         """Read and drop everything up to the answer to `*IDN?`."""
         ever = b""
         for _ in range(ROUNDS):
             self._send(WHO, what)
-            heard = self._hear(what, lambda data: data.endswith(self._identity), way="discarded")
-            ever += heard
-            if self._identity and heard.endswith(self._identity):
+            received = self._receive(
+                what, lambda data: data.endswith(self._identity), way="discarded"
+            )
+            ever += received
+            if self._identity and received.endswith(self._identity):
                 self._suspect = False
                 return
-            if not heard:
+            if not received:
                 break  # who is silent to one question is to the next
         if not ever:
-            raise self._fault(what, self._silence(), NoAnswer)
+            raise self._fault(what, self._no_answer_text(), NoAnswer)
         if len(ever) >= MOST_BYTES:
-            raise self._fault(what, NEVER_SILENT)
+            raise self._fault(what, ENDLESS_SENDER)
         raise self._fault(what, f"it does not answer {WHO} as it did at first; is it another one?")
 
     selection = ""
@@ -274,7 +278,7 @@ class Line:
         waiting = drop_waiting(channel)
         if len(waiting) > MOST_BYTES:
             self._suspect = True
-            self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
+            self._health.fault(f"{self.connection.address}, {what}: {ENDLESS_SENDER}")
         if waiting:
             self._tap.note("discarded", waiting)
         doubtful = waiting[self._stray_due :].strip(PADDING)
@@ -283,7 +287,7 @@ class Line:
             self._suspect = True
             raise self._fault(what, f"not sent, as {waiting!r} came that nobody asked for")
 
-    def _hear(
+    def _receive(
         self,
         what: str,
         complete: Callable[[bytes], bool],
@@ -292,38 +296,38 @@ class Line:
         way: Way = "received",
     ) -> bytes:
         """Return what comes until it is complete, or nothing comes any more."""
-        heard, timeout = b"", self.connection.timeout_s
+        received, timeout = b"", self.connection.timeout_s
         end = time.monotonic() + timeout
         with _Losing(self, what) as channel:
-            while not complete(heard) and len(heard) < MOST_BYTES:
-                left = end - time.monotonic()
-                piece = channel.receive(min(left, quiet_s) if quiet_s and heard else left)
+            while not complete(received) and len(received) < MOST_BYTES:
+                rest_s = end - time.monotonic()
+                piece = channel.receive(min(rest_s, quiet_s) if quiet_s and received else rest_s)
                 if not piece:
                     break
-                heard += piece
-        self._tap.note(way, heard)
+                received += piece
+        self._tap.note(way, received)
         self._free_at = self._clock.now()
-        return heard
+        return received
 
-    def _silence(self) -> str:
-        place = self.connection
-        speed = f" and are {place.baud} baud right" if place.kind == "serial" else ""
-        return f"no answer within {place.timeout_s} s; is it on, its interface enabled{speed}?"
+    def _no_answer_text(self) -> str:
+        connection = self.connection
+        speed = f" and are {connection.baud} baud right" if connection.kind == "serial" else ""
+        return f"no answer within {connection.timeout_s} s; is it on, its interface enabled{speed}?"
 
-    def _no_answer(self, command: str, heard: bytes) -> str:
-        if len(heard) >= MOST_BYTES:
-            return NEVER_SILENT
-        if heard.startswith(command.encode("ascii")):
+    def _no_answer(self, command: str, received: bytes) -> str:
+        if len(received) >= MOST_BYTES:
+            return ENDLESS_SENDER
+        if received.startswith(command.encode("ascii")):
             return ECHOED
-        return f"answered {heard!r}, which is no answer to it"
+        return f"answered {received!r}, which is no answer to it"
 
     def _fault(
         self, what: str, text: str, kind: type[HardwareError] = HardwareError
     ) -> HardwareError:
-        told = f"{self.connection.address}, {what}: {text}"
+        message = f"{self.connection.address}, {what}: {text}"
         if self._suspect or not self.connected:
-            self._health.fault(told)
-        return kind(told)
+            self._health.fault(message)
+        return kind(message)
 
 
 class _Losing:

@@ -11,7 +11,7 @@ from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.supply import Mode
 
-__all__ = ["read_back", "refuse_beyond", "reopen", "told_mode"]
+__all__ = ["mode_from_readings", "read_back", "refuse_beyond", "reopen"]
 
 READ_BACKS = 3  # a setpoint may show a moment after its acknowledgement
 READ_BACK_PAUSE_S = 0.05
@@ -78,7 +78,7 @@ def refuse_beyond(name: str, value: Decimal, highest: Decimal, unit: str) -> Non
         )
 
 
-def told_mode(
+def mode_from_readings(
     output: bool, volts: tuple[Decimal, Decimal], amps: tuple[Decimal, Decimal], step: Decimal
 ) -> Mode:
     """Tell CC from CV where a supply does not say it reliably.

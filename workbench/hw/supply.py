@@ -24,7 +24,7 @@ RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
 DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 DECAY_POLL_S = 0.05
-LIES = "it says off, but its terminals are live"
+FALSE_OFF = "it says off, but its terminals are live"
 
 
 NOT_REPORTED = "not reported"
@@ -143,7 +143,7 @@ class Supply(ABC):
         self._limits: Limits | None = None
         self.setpoint: Setpoint | None = None
         self.not_off = "it did not confirm off"
-        self.not_dead = LIES
+        self.not_dead = FALSE_OFF
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -299,7 +299,7 @@ class Supply(ABC):
 
         The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
         """
-        self.not_dead = LIES
+        self.not_dead = FALSE_OFF
         deadline = self.clock.now() + DECAY_S
         try:
             while self.measure().voltage_V > DEAD_V:

@@ -148,7 +148,7 @@ class TextSupply(Supply):
         refuse_beyond(self.name, value, highest, unit)
         step = self._model.voltage_step_V if volts else self._model.current_steps_A[0]
         sent = rounded(value, step)
-        self._line.tell(command.format(self._written(sent, unit)))
+        self._line.send_command(command.format(self._written(sent, unit)))
 
         def ask() -> Decimal:
             return Decimal(self._line.ask(question, form).decode("ascii"))

@@ -8,16 +8,16 @@ outlives every program that drives it and refuses the next one when the last lef
     Ledger(key).standing()    why nothing may be driven, or None
 """
 
-from workbench.output.ledger import Ledger, Standing, ledgers, state_folder
+from workbench.output.ledger import Latch, Ledger, ledgers, state_folder
 from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, after, fold
 
 __all__ = [
     "BY_HAND",
     "FOUND",
     "MAY_BE_ON",
+    "Latch",
     "Ledger",
     "OutputState",
-    "Standing",
     "after",
     "fold",
     "ledgers",

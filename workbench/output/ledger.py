@@ -22,7 +22,7 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.output.state import BY_HAND, MAY_BE_ON, OutputState, after
 
-__all__ = ["Ledger", "Standing", "ledgers", "state_folder"]
+__all__ = ["Latch", "Ledger", "ledgers", "state_folder"]
 
 FOLDER = "WORKBENCH_STATE"
 """Environment variable with another folder for the ledgers."""
@@ -30,33 +30,33 @@ TAIL_BYTES = 1 << 18  # of a file that only grows; a stop that stands keeps runs
 
 
 @dataclass(frozen=True)
-class Standing:
+class Latch:
     """Why a supply may not be driven.
 
     Args:
         wall: local time, ISO 8601.
         reason: what happened.
         output: what is known of the output now.
-        place: where the supply was.
+        address: where the supply was.
     """
 
     wall: str
     reason: str
     output: OutputState
-    place: str = ""
+    address: str = ""
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """What happened, and what is known of the output now."""
         since = f" since {self.wall}" if self.wall else ""
-        now = f"{MAY_BE_ON}, {BY_HAND}" if self.output.live else self.output.told
+        now = f"{MAY_BE_ON}, {BY_HAND}" if self.output.live else self.output.description
         return f"latched{since}: {self.reason}; {now}"
 
 
 def state_folder() -> Path:
     """Return the folder of all ledgers: `WORKBENCH_STATE`, or the system's place for states."""
-    if own := os.environ.get(FOLDER):
-        return Path(own)
+    if folder := os.environ.get(FOLDER):
+        return Path(folder)
     from platformdirs import user_state_path  # most commands only look whether there is one
 
     return user_state_path("workbench", appauthor=False)
@@ -81,15 +81,15 @@ class Ledger:
         self.path = state_folder() / f"{key}.jsonl"
 
     @staticmethod
-    def key_of(model: str, serial: str | None, place: str) -> str:
+    def key_of(model: str, serial: str | None, address: str) -> str:
         """Return the name of a supply's ledger.
 
         Args:
             model: as the supply says.
             serial: as the supply says; None when it tells none.
-            place: resolved address, for a supply that tells none.
+            address: resolved address, for a supply that tells none.
         """
-        return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or place}").strip("_.")
+        return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or address}").strip("_.")
 
     def write(self, event: str, **facts: object) -> None:
         """Append one event, on disk before this returns.
@@ -141,33 +141,33 @@ class Ledger:
         return f"{self.path} was emptied"
 
     @property
-    def place(self) -> str:
+    def address(self) -> str:
         """Where the supply was last, as its address resolved."""
-        places = [event["place"] for event in self.events() if "place" in event]
-        return places[-1] if places else ""
+        addresses = [event["place"] for event in self.events() if "place" in event]
+        return addresses[-1] if addresses else ""
 
-    def standing(self) -> Standing | None:
+    def latch(self) -> Latch | None:
         """Return why nothing may be driven, or None.
 
         A record that ends with the output on counts only when no guardian holds the supply. One
         that cannot be read counts as one that is damaged.
         """
-        known, stop, place, wall = OutputState(), None, "", ""
+        known, stop, address, wall = OutputState(), None, "", ""
         for event in self.events():
-            place, wall = event.get("place", place), event.get("wall", wall)
+            address, wall = event.get("place", address), event.get("wall", wall)
             match event:
                 case {"event": "trip", "reason": str(reason)}:
-                    stop = stop or Standing(wall, reason, known)  # the first cause stays
+                    stop = stop or Latch(wall, reason, known)  # the first cause stays
                 case {"event": "damaged", "cause": str(cause)}:
-                    stop = stop or Standing("", cause, known)
+                    stop = stop or Latch("", cause, known)
                 case {"event": "taken"} if known.live:
-                    stop = stop or Standing(wall, _ended(known), known)
+                    stop = stop or Latch(wall, _ended(known), known)
                 case {"event": "acknowledged"}:
                     stop = None
             known = after(known, event)
         if stop is None and known.live and not self.held():
-            stop = Standing(wall, _ended(known), known)
-        return stop and Standing(stop.wall, stop.reason, known, place)
+            stop = Latch(wall, _ended(known), known)
+        return stop and Latch(stop.wall, stop.reason, known, address)
 
     def knows_scale(self, firmware: str) -> bool:
         """Tell whether the supply's scale was checked lately, with the firmware that it has."""
@@ -176,7 +176,7 @@ class Ledger:
             for event in self.events()
         )
 
-    def acknowledge(self, name: str) -> Standing:
+    def acknowledge(self, name: str) -> Latch:
         """Sign for what stands, so that the supply may be driven again; return what stood.
 
         Raises:
@@ -184,11 +184,11 @@ class Ledger:
         """
         if not name.strip():
             raise InputError("an acknowledgement needs the name of a person: --name NAME")
-        standing = self.standing()
-        if standing is None:
+        latch = self.latch()
+        if latch is None:
             raise InputError(f"{self.path}: no stop is waiting for an acknowledgement")
         self.write("acknowledged", name=name.strip())
-        return standing
+        return latch
 
     @contextmanager
     def hold(self, seconds: float = 0.0) -> Iterator[bool]:

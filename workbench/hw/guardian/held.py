@@ -77,7 +77,7 @@ class Held:
         return self._supply
 
     @property
-    def own(self) -> Supply:
+    def owned_supply(self) -> Supply:
         """The open supply, which is not left from here on without its output off.
 
         Raises:
@@ -114,9 +114,9 @@ class Held:
     def _know(self, identity: Identity | None) -> None:
         """Note who the supply is; its ledger hangs on that."""
         self._identity = identity
-        place = self._recorder.place = self._task.connection.place
+        address = self._recorder.address = self._task.connection.resolved_address
         if identity is not None:
-            key = Ledger.key_of(identity.model, identity.known_serial, place)
+            key = Ledger.key_of(identity.model, identity.known_serial, address)
             self._recorder.ledger = Ledger(key)
 
     def _take(self, seconds: float) -> bool:
@@ -149,8 +149,8 @@ class Held:
         supply = self._supply
         if supply is None or supply.connected:
             return
-        for place in self._adapter.elsewhere(self._task.connection):
+        for connection in self._adapter.elsewhere(self._task.connection):
             with suppress(HardwareError):
-                supply.reach(place)
-                self._recorder.event("found", address=place.address)
+                supply.reach(connection)
+                self._recorder.event("found", address=connection.address)
                 return

@@ -41,7 +41,7 @@ class Recorder:
         self.fault: OSError | None = None
         self.output = OutputState()
         self.ledger: Ledger | None = None
-        self.place = ""
+        self.address = ""
         self._released = False
         self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._printer = threading.Thread(target=self._print, name="printer", daemon=True)
@@ -72,7 +72,7 @@ class Recorder:
     def _keep(self, ledger: Ledger, event: str, facts: dict[str, object]) -> None:
         record = None if self._records.events is None else str(self._records.events.parent)
         try:
-            ledger.write(event, pid=os.getpid(), place=self.place, record=record, **facts)
+            ledger.write(event, pid=os.getpid(), place=self.address, record=record, **facts)
         except OSError as error:
             self._failed(str(ledger.path), error)
 
@@ -103,7 +103,7 @@ class Recorder:
         """Tell the terminal, if there still is one, and wait for nothing: it may be stopped."""
         self._said.put(f"guardian: {text}\n")
 
-    def fall_silent(self) -> None:
+    def close_terminal(self) -> None:
         """Shout no more; give the terminal a moment to take what was said."""
         self._said.put(None)
         self._printer.join(LAST_WORDS_S)

@@ -123,7 +123,7 @@ class Guardian:
     def _listen_once(self) -> None:
         try:
             if message := self._line.receive(TICK_S):
-                self._hear(message)
+                self._handle(message)
         except OSError:
             self._client = "gone"
             self.trip("its client is dead: the link to it closed")
@@ -152,7 +152,7 @@ class Guardian:
         if unsure and not output.read_back:
             self._say_lost(f"{self._trip}; off is not yet confirmed")
 
-    def _hear(self, message: Message) -> None:
+    def _handle(self, message: Message) -> None:
         self._lease.renew()
         if "renew" in message:
             self._line.send({"alive": 1})
@@ -194,16 +194,16 @@ class Guardian:
         Raises:
             SafetyStop: when the supply is latched.
         """
-        supply, ledger = self._held.own, self._recorder.ledger
-        if ledger is not None and (standing := ledger.standing()):
-            raise SafetyStop(f"{supply.name} is {standing.told}")
+        supply, ledger = self._held.owned_supply, self._recorder.ledger
+        if ledger is not None and (latch := ledger.latch()):
+            raise SafetyStop(f"{supply.name} is {latch.description}")
         supply.arm(Limits(*map(Decimal, limits)))
         self._recorder.event("armed", limits=vars(supply.limits))
 
     def set_output(self, on: bool) -> bool:
         """Switch the output; the lease runs before it goes on."""
         if on:
-            _ = self._held.own.limits
+            _ = self._held.owned_supply.limits
             self._recorder.event("output_on")
             if self._recorder.fault is not None:
                 fault = self._recorder.fault
@@ -212,14 +212,14 @@ class Guardian:
                     f"{fault.filename} ({fault.strerror})"
                 )
             self._lease.begin()
-        self._held.own.set_output(on)
+        self._held.owned_supply.set_output(on)
         if not on:
             self._lease.rest()
         return on
 
     def off(self) -> bool:
         """Switch off and tell whether it was read back; when not, go on by itself."""
-        supply = self._held.own
+        supply = self._held.owned_supply
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
             try:
@@ -249,7 +249,7 @@ class Guardian:
     def latch(self, reason: str) -> None:
         """Keep the supply from being driven again until a person has signed."""
         ledger = self._recorder.ledger
-        if ledger is None or ledger.standing() is None:  # else it refused just now
+        if ledger is None or ledger.latch() is None:  # else it refused just now
             self._recorder.event("trip", reason=reason)
 
     def _end(self) -> int:
@@ -264,9 +264,9 @@ class Guardian:
         reason = self._trip or "its client left with the output on"
         live = output.live
         self._recorder.event("trip" if live else "ending", reason=reason)
-        self._tell({"tripped": reason})
+        self._send({"tripped": reason})
         dead = self._keep_switching_off(reason, live)
-        self._tell({"off": dead, "dead": dead})
+        self._send({"off": dead, "dead": dead})
         if not dead:
             self._recorder.shout(
                 f"\a{self._held.name}: {MAY_BE_ON} ({reason}); {BY_HAND}. After "
@@ -278,15 +278,15 @@ class Guardian:
     def _keep_switching_off(self, reason: str, live: bool) -> bool:
         """Try until off is read back and seen, or there is no more hope; say when it is not."""
         began = self._clock.now()
-        told: set[str] = set()
+        reported: set[str] = set()
         while True:
             error = self._held.try_off()
             seconds = self._clock.now() - began
             if not error:
                 self._recorder.event("off", confirmed=True, seconds=round(seconds, 4))
-                self._tell({"off": True})
+                self._send({"off": True})
                 if self._see_dead():
-                    if live or told:
+                    if live or reported:
                         self._recorder.shout(
                             f"{self._held.name}: {reason}; the output is off, confirmed"
                         )
@@ -294,18 +294,18 @@ class Guardian:
                 error = self._held.supply.not_dead
             if seconds > self._task.keep_trying_s:
                 return False
-            if error not in told:  # the first fault, and each that is another one
+            if error not in reported:  # the first fault, and each that is another one
                 self._recorder.event("off", confirmed=False, error=error)
-            if not told:
+            if not reported:
                 self._say_lost(f"{reason}; {error}")
                 trying = f"trying on for {self._task.keep_trying_s:g} s"
                 self._recorder.shout(f"{self._held.name}: not confirmed off ({error}); {trying}")
-            told.add(error)
+            reported.add(error)
             if self._client != "here" and seconds > LISTENED_S:
                 self._recorder.let_go()
             self._clock.sleep(AGAIN_S)
 
-    def _tell(self, message: Message) -> None:
+    def _send(self, message: Message) -> None:
         if self._client == "here":
             with suppress(OSError):
                 self._line.send(message)
@@ -326,7 +326,7 @@ class Guardian:
     def _leave(self, code: int) -> int:
         self._held.close()
         self._recorder.event("left", code=code)
-        self._recorder.fall_silent()
+        self._recorder.close_terminal()
         return code
 
 

@@ -131,8 +131,8 @@ class Registers:
     @property
     def marks(self) -> tuple[tuple[int, int], ...]:
         """Start and length of two blocks that no other read has the length of."""
-        own = self.identity, self.power_on
-        return tuple((block.start, block.count) for block in own)
+        blocks = self.identity, self.power_on
+        return tuple((block.start, block.count) for block in blocks)
 
     @property
     def writable(self) -> frozenset[int]:

@@ -199,7 +199,7 @@ class SimulatedSupply(ABC):
         return self.faults.has(Fault.UNPLUGGED)
 
     @property
-    def shown(self) -> Output:
+    def reported(self) -> Output:
         """The output as the device reports it."""
         frozen = self._frozen
         return frozen if frozen and self.faults.has(Fault.FROZEN_READING) else self.output

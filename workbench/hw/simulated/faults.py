@@ -78,30 +78,30 @@ class FaultSwitch:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._fault: Fault | None = None
-        self._left = 0.0
+        self._remaining = 0.0
         self.code = 4
         self.delay_s = 0.0
 
     def on(self, fault: Fault, times: float, code: int, delay_s: float) -> None:
         """Switch a fault on, see `SimulatedSupply.fail`."""
         with self._lock:
-            self._fault, self._left = fault, times
+            self._fault, self._remaining = fault, times
             self.code, self.delay_s = code, delay_s
 
     def off(self) -> None:
         """Switch the fault off."""
         with self._lock:
-            self._fault, self._left = None, 0.0
+            self._fault, self._remaining = None, 0.0
 
     def has(self, fault: Fault) -> bool:
         """Tell whether that fault is on, without counting."""
         with self._lock:
-            return self._fault is fault and self._left > 0
+            return self._fault is fault and self._remaining > 0
 
     def strikes(self, fault: Fault) -> bool:
         """Tell whether that fault hits now, and count it."""
         with self._lock:
-            if self._fault is not fault or self._left <= 0:
+            if self._fault is not fault or self._remaining <= 0:
                 return False
-            self._left -= 0 if math.isinf(self._left) else 1
+            self._remaining -= 0 if math.isinf(self._remaining) else 1
             return True

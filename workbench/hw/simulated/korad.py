@@ -78,17 +78,17 @@ class SimulatedKorad(SimulatedText):
 
     def commands(self, waiting: bytes) -> tuple[list[str], bytes]:
         """Return the commands that were heard; one too soon after the last is not."""
-        heard: list[str] = []
+        received: list[str] = []
         for found in COMMAND.finditer(waiting):
             now = self._clock.now()
             if now - self._last >= self._deaf_s:
-                heard.append(found.group().decode("ascii"))
+                received.append(found.group().decode("ascii"))
                 self._last = now
-        return heard, b""  # the device takes a pause for the end
+        return received, b""  # the device takes a pause for the end
 
     def obey(self, command: str) -> bytes | None:
         """Carry out a command."""
-        now = self.shown
+        now = self.reported
         match command.rstrip("?").partition(":"):
             case ("*IDN", _, _):
                 return self._identity
@@ -120,7 +120,7 @@ class SimulatedKorad(SimulatedText):
             super().update()
 
     def _status(self) -> int:
-        now, armed = self.shown, self._armed
+        now, armed = self.reported, self._armed
         both = self.model.name in BOTH_ON_BIT_7
         over_voltage = armed["OVP"] or (both and armed["OCP"])
         return (

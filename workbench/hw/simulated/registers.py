@@ -34,11 +34,11 @@ class SimulatedRegisters(SimulatedSupply):
     most_registers = MOST_REGISTERS
 
     @abstractmethod
-    def word_at(self, place: int) -> int | None:
+    def word_at(self, register: int) -> int | None:
         """Return what a register shows; nothing when there is none."""
 
     @abstractmethod
-    def take(self, place: int, word: int) -> None:
+    def take(self, register: int, word: int) -> None:
         """Act on a word that was written.
 
         Raises:
@@ -46,7 +46,7 @@ class SimulatedRegisters(SimulatedSupply):
         """
 
     @abstractmethod
-    def can_be_written(self, place: int) -> bool:
+    def can_be_written(self, register: int) -> bool:
         """Tell whether a register exists and can be written."""
 
     def read(self, address: int, count: int) -> list[int]:
@@ -60,7 +60,7 @@ class SimulatedRegisters(SimulatedSupply):
             if count > self.most_registers:
                 raise RequestError(ILLEGAL_VALUE)
             self.update()
-            words = [self.word_at(place) for place in range(address, address + count)]
+            words = [self.word_at(register) for register in range(address, address + count)]
             if None in words:
                 raise RequestError(ILLEGAL_ADDRESS)
             return [word for word in words if word is not None]
@@ -73,13 +73,13 @@ class SimulatedRegisters(SimulatedSupply):
         """
         with self.lock:
             self._refuse_when_faulty()
-            places = range(address, address + len(words))
-            if not all(self.can_be_written(place) for place in places):
+            registers = range(address, address + len(words))
+            if not all(self.can_be_written(register) for register in registers):
                 raise RequestError(ILLEGAL_ADDRESS)
             if self.faults.strikes(Fault.IGNORED_WRITE):
                 return
-            for place, word in zip(places, words, strict=True):
-                self.take(place, word)
+            for register, word in zip(registers, words, strict=True):
+                self.take(register, word)
             self.update()
 
     def wire(self, framing: Framing) -> Wire:
