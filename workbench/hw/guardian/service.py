@@ -336,15 +336,18 @@ CALLS: dict[str, Callable[..., Any]] = {
     "measure": lambda guardian: asdict(guardian.held.supply.measure()),
     "measure_power_on_output": lambda guardian: guardian.held.supply.measure_power_on_output(),
     "arm": Guardian.arm,
-    "set_voltage": lambda guardian, volts: str(guardian.held.own.set_voltage(Decimal(volts))),
+    "set_voltage": lambda guardian, volts: str(
+        guardian.held.owned_supply.set_voltage(Decimal(volts))
+    ),
     "set_current_limit": lambda guardian, amps: str(
-        guardian.held.own.set_current_limit(Decimal(amps))
+        guardian.held.owned_supply.set_current_limit(Decimal(amps))
     ),
     "set_protection": lambda guardian, volts, amps: [
-        str(level) for level in guardian.held.own.set_protection(Decimal(volts), Decimal(amps))
+        str(level)
+        for level in guardian.held.owned_supply.set_protection(Decimal(volts), Decimal(amps))
     ],
     "set_output": Guardian.set_output,
-    "ramp_down": lambda guardian: guardian.held.own.ramp_down(),
+    "ramp_down": lambda guardian: guardian.held.owned_supply.ramp_down(),
     "off": Guardian.off,
     "terminals_dead": Guardian.terminals_dead,
     "latch": Guardian.latch,
