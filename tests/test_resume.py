@@ -291,7 +291,7 @@ def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None
     first = next(runs(asked, root))
     name = manifest_of(first)["experiment"]
     left = Bundle.create(root, "open", datetime.now(), asked_for(experiment=name, number=2))
-    hold = "import sys, time; from pathlib import Path; from workbench.desk import claim\n" + (
+    hold = "import sys, time; from pathlib import Path; from workbench.control import claim\n" + (
         "with claim(Path(sys.argv[1]), sys.argv[2], {}):\n    print(flush=True); time.sleep(60)"
     )
     command = [sys.executable, "-c", hold, str(root), name]

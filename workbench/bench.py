@@ -55,10 +55,10 @@ __all__ = [
     "Bench",
     "Operator",
     "RealBench",
+    "RecordingWindow",
     "SimulatedBench",
     "Subject",
     "VirtualBench",
-    "Window",
     "load_bench",
     "make_bench",
 ]
@@ -85,7 +85,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class Window:
+class RecordingWindow:
     """When the cameras ran.
 
     Args:
@@ -117,7 +117,7 @@ class Bench(ABC):
     awaited = ""  # what a run waits for once the robot has moved, in words
     streams = False  # whether its cameras stream while a run goes on
     recorder: Recorder | None = None  # of that stream
-    tell_live: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
+    on_live_state: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
     viewer: int | None = None  # port on loopback of who draws the live twin
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
@@ -141,7 +141,7 @@ class Bench(ABC):
         return None
 
     def require_ready(self, drives: bool) -> None:  # noqa: B027  most benches have all they need
-        """Refuse a bench that lacks what runs need, the supply where one `drives`."""
+        """Refuse a bench without what runs need, the supply where one `drives`."""
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -149,7 +149,7 @@ class Bench(ABC):
 
     @abstractmethod
     def collect(
-        self, subject: Subject, window: Window, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
     ) -> Path | None:
         """Return the export of what the cameras saw; it may already lie in the bundle.
 
@@ -163,7 +163,7 @@ class Bench(ABC):
         """Leave nothing running, however the run ended."""
 
     def collector(
-        self, window: Window, bundle: Bundle, operator: Operator, used: dict[str, str]
+        self, window: RecordingWindow, bundle: Bundle, operator: Operator, used: dict[str, str]
     ) -> Collector:
         """Return what finds the take of a window and checks that it belongs to it."""
         tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
@@ -180,8 +180,8 @@ class Bench(ABC):
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
-        own = self.file.supply.limits
-        values = (own.voltage, current, own.over_voltage, own.over_current)
+        limits = self.file.supply.limits
+        values = (limits.voltage, current, limits.over_voltage, limits.over_current)
         return Limits(*(Decimal(repr(value)) for value in values))
 
 
@@ -271,7 +271,9 @@ class RealBench(Bench):
         self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
         operator.confirm("Start recording in the tracking software.")
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+    def collect(
+        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+    ) -> Path:
         """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
         Raises:
@@ -322,13 +324,13 @@ class SimulatedBench(Bench):
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
             kind, channel = "rtu-over-tcp" if modbus else "tcp", self.file.supply.connection.channel
-            place, log = Connection(kind, address, channel=channel), bundle.record.wire
-            with open_supply(place, clock=self.clock, wire_log=log, family=family) as supply:
+            connection, log = Connection(kind, address, channel=channel), bundle.record.wire
+            with open_supply(connection, clock=self.clock, wire_log=log, family=family) as supply:
                 yield supply
 
 
 class VirtualBench(SimulatedBench):
-    """A bench without hardware; what stands in for it is in `virtual` and `hw.simulated`."""
+    """A bench without hardware; what replaces it is in `virtual` and `hw.simulated`."""
 
     def __init__(self, file: BenchFile) -> None:
         if file.virtual is None:
@@ -340,7 +342,9 @@ class VirtualBench(SimulatedBench):
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+    def collect(
+        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+    ) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         from workbench.tracking import format_start_time, write_motive, write_row
         from workbench.virtual import film
@@ -362,7 +366,9 @@ class VirtualBench(SimulatedBench):
             path
         )  # same seed, same take
 
-    def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
+    def _motion(
+        self, subject: Subject, window: RecordingWindow, rng: np.random.Generator
+    ) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
         from workbench.sim import Condition
         from workbench.virtual import let_go, move, true_robot

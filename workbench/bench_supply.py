@@ -113,7 +113,7 @@ def check_new_scale(
         supply: a prepared one.
         ledger: its own; None where there is nothing to harm.
         firmware: of the supply.
-        progress: is told before it is driven.
+        progress: called before it is driven.
 
     Returns:
         what it measured; None where nothing had to be checked.

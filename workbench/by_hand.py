@@ -78,8 +78,8 @@ def drive(
         bench: whose supply it is.
         voltage: [V].
         seconds: how long; infinite until Ctrl-C.
-        progress: is told what begins.
-        update: is told each reading.
+        progress: receives what begins.
+        update: receives each reading.
         current: limit [A]; the bench's where it is left out.
 
     Raises:
@@ -153,7 +153,7 @@ def _hold(
 
 
 def switch_off(bench: RealBench) -> bool:
-    """Stop who drives, switch the output off, and tell whether that was confirmed.
+    """Stop who drives, switch the output off, and return whether that was confirmed.
 
     Args:
         bench: whose supply it is.
@@ -192,7 +192,7 @@ def acknowledged(bench: RealBench, name: str, who: str, progress: Progress) -> I
         bench: whose supply it is.
         name: of the bench as it was typed, for messages.
         who: has looked at the cause.
-        progress: is told where the supply could not be asked whether it is off.
+        progress: called where the supply could not be asked whether it is off.
 
     Raises:
         InputError: when no stop waits for it.
@@ -212,7 +212,7 @@ def _latches(known: list[Ledger]) -> dict[Ledger, Latch]:
 
 
 def _asked_for_ledgers(bench: RealBench) -> list[Ledger]:
-    """Return the ledger of whoever is there: one that was damaged tells no more where that is."""
+    """Return the ledger of whoever is there: one that was damaged no longer says where that is."""
     with suppress(HardwareError), opened(bench) as device:
         return [bench.ledger_of(device.identify())]
     return []

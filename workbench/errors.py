@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 _WIDTH = 160  # characters of a line that a fault shows
-_MOST = 40  # faults of a file that a message tells
+_MOST = 40  # faults of a file in one message
 _TO_DO = {
     errno.ENOENT: "see that the name is right; it counts from the folder of the command",
     errno.EEXIST: "something of this name is there already; name another",

@@ -36,7 +36,7 @@ __all__ = ["Experiment", "condition_facts", "read_experiment", "require_takes"]
 T = TypeVar("T")
 
 _REACHED = ("kind", "port", "address", "baud", "unit", "timeout", "gap", "echo")
-"""Keys of a connection that tell the way to a supply, and not which one it is."""
+"""Keys of a connection of the way to a supply, and not of which one it is."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Experiment:
         """Return the name of each file -> sha256 of what it comes to; a resumed run needs the same.
 
         A comment, the order of keys, and how the supply is reached, change nothing that is
-        measured. Which supply it is stands under `supply`, as text: it may be told by other means.
+        measured. Which supply it is comes under `supply`, as text: it may be known by other means.
         """
         bench = self.bench.content
         digests = {name: digest(_meaning(one)) for name, one in self._files().items()}
@@ -117,7 +117,9 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
     plan = make_plan(asked, bench.content, voltage_step, parts)
     names = {run.shape for run in plan.runs if run.shape is not None}
     shapes = {name: load_shape(name.name, name.beside) for name in names}
-    from workbench.twin import check_twin  # the simulation with it: what is misspelt is told before
+    from workbench.twin import (
+        check_twin,  # the simulation with it: misspelt names are reported before
+    )
 
     made = Experiment(asked, bench, model, shape, plan, parts, shapes)
     for beam in (shape, *shapes.values()):

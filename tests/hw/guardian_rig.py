@@ -15,7 +15,7 @@ from typing import Any
 
 from workbench.hw import Connection, SystemClock
 from workbench.hw.guardian import Records
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 from workbench.output import ledgers
 
 OUTPUT = 18  # register of the output's flag
@@ -84,7 +84,7 @@ class Device:
         """Turn a knob at its front."""
         self._ask("write", register, [word])
 
-    def fail(self, fault: Fault) -> None:
+    def fail(self, fault: SimulatedFault) -> None:
         """Switch a fault on."""
         self._ask("fail", fault)
 

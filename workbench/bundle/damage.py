@@ -36,7 +36,7 @@ def verify(path: Path) -> list[str]:
 
 
 def _cut_off(path: Path) -> list[str]:
-    """Return what is wrong with a run that was never finished, as far as its files can tell."""
+    """Return what is wrong with a run that was never finished, as far as its files show."""
     bundle, lost = Bundle.recover(path)
     off = f"; {bundle.record.output.description}" if bundle.record.output_off else ""
     text = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
@@ -55,7 +55,7 @@ def _torn(path: Path) -> Iterator[str]:
 
 
 def _is_whole(name: str, file: Path) -> bool:
-    """Tell whether a file whose form shows it has its end."""
+    """Return whether a file whose form shows it has its end."""
     if file.suffix == ".parquet":
         return _ends(file, _PARQUET_ENDS)
     if file.suffix != ".json" or name == MANIFEST:

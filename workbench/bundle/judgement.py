@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.bundle.manifest import Manifest
-from workbench.quantities import QUANTITIES, Quantity
+from workbench.quantities import QUANTITIES, DisplayedQuantity
 
 __all__ = ["Judgement", "judgements", "passed"]
 
-_ERROR = Quantity("Error of the twin", "mm", 1.0, 1)
+_ERROR = DisplayedQuantity("Error of the twin", "mm", 1.0, 1)
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Judgement:
     high: float | None
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DisplayedQuantity:
         """Return how the result is called and shown."""
         return _ERROR if self.name == "error_mm" else QUANTITIES[self.name]
 
     @property
     def passed(self) -> bool:
-        """Tell whether the value lies in the range; one that was not measured does not."""
+        """Return whether the value lies in the range; one that was not measured does not."""
         return (
             (self.low is None or self.value >= self.low)
             and (self.high is None or self.value <= self.high)

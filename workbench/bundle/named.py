@@ -9,7 +9,7 @@
     part          of a name that only one run has; case does not count
 
 They are tried in this order, so that what is whole goes before a part. Where one run is wanted the
-part is tried before experiment and protocol, which stand for several runs most of the time.
+part is tried before experiment and protocol, which name several runs most of the time.
 """
 
 from __future__ import annotations

@@ -61,10 +61,10 @@ def against_checksums(path: Path) -> list[str]:
         if line.startswith(_GROWS):
             files.pop(line.removeprefix(_GROWS), None)
         if entry is None:
-            continue  # the list is not as it was written, which has been told
+            continue  # the list is not as it was written, which has been reported
         digest, name = entry.groups()
         if name in inside.others or name in _UNSEALED:
-            continue  # which has been told, or may be drawn anew
+            continue  # which has been reported, or may be drawn anew
         file = files.pop(name, None)
         if file is None:
             problems.append(f"{name}: missing")
@@ -76,7 +76,7 @@ def against_checksums(path: Path) -> list[str]:
 
 
 def _is_as_written(text: str) -> bool:
-    """Tell whether the checksums end in their own digest; the first bundles' had none yet."""
+    """Return whether the checksums end in their own digest; the first bundles' had none yet."""
     listed, mark, digest = text.rpartition(_LIST_DIGEST)
     if mark:
         return digest == f"{_digest(listed)}\n"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from workbench.bundle.inside import foreign, own_file
+from workbench.bundle.inside import foreign, require_file
 from workbench.bundle.writing import replaced
 from workbench.errors import InputError
 
@@ -34,7 +34,7 @@ class SeriesFiles(NamedTuple):
     folder: Path
 
     def has(self, kind: Series) -> bool:
-        """Tell whether a time series was written."""
+        """Return whether a time series was written."""
         path = self._path(kind)
         return path.exists() and foreign(path) is None
 
@@ -52,7 +52,7 @@ class SeriesFiles(NamedTuple):
         Raises:
             InputError: when it is missing or damaged.
         """
-        return read_series(own_file(self._path(kind)))
+        return read_series(require_file(self._path(kind)))
 
     def _path(self, kind: Series) -> Path:
         return self.folder / f"{kind}.parquet"

@@ -21,7 +21,7 @@ from workbench.design import (
     GOALS,
     LEAST_RADIUS_M,
     MUTATIONS,
-    Found,
+    DesignFiles,
     Settings,
     Study,
     found_by,
@@ -166,7 +166,7 @@ def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
     return study
 
 
-def _show(study: Study, history: History, found: Sequence[Found]) -> None:
+def _show(study: Study, history: History, found: Sequence[DesignFiles]) -> None:
     rows = [
         [one.name, *(f"{one.values.get(g.column, float('nan')):.4g}" for g in GOALS.values())]
         for one in found

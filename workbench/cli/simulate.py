@@ -15,7 +15,7 @@ from workbench.clamped import summarize_clamped
 from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
-from workbench.design.spread import DRAWS, VARIED, distance_spreads
+from workbench.design.distance_draws import DRAWS, VARIED, draw_distances
 from workbench.errors import InputError
 from workbench.motion import DRIVEN, Mode, summarize
 from workbench.protocol import load_model, load_shape
@@ -107,7 +107,7 @@ def simulate(
     if mode == "hop" and spread > 1:
         tell(f"simulate {spread} more hops")
         tolerances = {name: getattr(file.parameters, name).tolerance for name in VARIED}
-        (drawn,) = distance_spreads([(robot, condition)], tolerances, spread)
+        (drawn,) = draw_distances([(robot, condition)], tolerances, spread)
         found["distance_spread"] = drawn.as_json()
         spreads = [("its spread", drawn.text())]
     end = {

@@ -33,7 +33,7 @@ _BALANCED_RAD = 1e-12  # Newton's last step
 _MODES = 3
 _AT_ONCE = 200  # shapes that a thread takes
 _SUBSPACE = 5  # vectors that are iterated for the slowest modes
-_ITERATIONS = 8  # each shrinks what a mode lacks by (omega / omega_6)^2, 0.01 of the third
+_ITERATIONS = 8  # each shrinks the error of a mode by (omega / omega_6)^2, 0.01 of the third
 _SHORTEST = 1e-9  # of a mode's reach, so that its logarithm is a number
 
 DESCRIPTORS = (
@@ -105,7 +105,7 @@ def small_motions(
 
 
 def descriptors(motions: SmallMotions) -> NDArray[np.float64]:
-    """Return what tells shapes apart, (n, 13), its columns as in `DESCRIPTORS`.
+    """Return what distinguishes shapes, (n, 13), its columns as in `DESCRIPTORS`.
 
     Of the two slowest modes the one that swings T more up as it goes forward is called rising, the
     other falling. Either can be the slower one, and what drives the hop is the rising one: the best

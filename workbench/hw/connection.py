@@ -114,7 +114,7 @@ def not_reachable(connection: Connection) -> str:
 
 
 def port_trouble(port: str) -> str:
-    """Say why a serial port does not open, as far as the system tells, and what to do."""
+    """Say why a serial port does not open, as far as the system says, and what to do."""
     present = ", ".join(found.device for found in comports()) or "none"
     if os.name == "posix" and not Path(port).exists():
         return f"there is no such port; is the cable in, the supply on? Ports present: {present}"

@@ -13,7 +13,7 @@ MODEL, VERSION = 0x0B, 0x0C
 
 
 class DpsSupply(ModbusSupply):
-    """One DPS or DPH; it tells no serial number. See `ModbusSupply`."""
+    """One DPS or DPH; it reports no serial number. See `ModbusSupply`."""
 
     family = "dps"
     registers = DPS_REGISTERS

@@ -15,7 +15,7 @@ BITS: tuple[Protection, ...] = ("OVP", "OCP", "OPP", "OTP", "SCP")  # from bit 0
 
 
 class HanmatekSupply(ModbusSupply):
-    """One Hanmatek HM30x or twin; it tells neither serial number nor firmware.
+    """One Hanmatek HM30x or twin; it reports neither serial number nor firmware.
 
     One whose decimals differ from the table is refused: its scales would be a guess. See
     `ModbusSupply`.

@@ -55,7 +55,7 @@ class KoradSupply(TextSupply):
         # behind ISET1? a byte may come late that looks like a status: volts are asked for next
         limit, volts = self._ask("ISET1?", AMPS), self._ask("VOUT1?", VOLTS)
         amps, set_volts = self._ask("IOUT1?", AMPS), self._ask("VSET1?", VOLTS)
-        again = self._status(again=False)  # any byte is a status: only agreement tells
+        again = self._status(again=False)  # any byte is a status: only agreement counts
         if again != status:
             raise HardwareError(
                 f"{self.name}: STATUS? answered {status:#04x} and then {again:#04x} within one "

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import ECHOED, ENDLESS_SENDER, Channel, drop_waiting, open_channel
+from workbench.hw.channel import ECHOED, ENDLESS_SENDER, ByteChannel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -28,7 +28,7 @@ QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so lo
 WHO_QUIET_S = 0.2  # one of known length, which may come in pieces
 MOST_BYTES = 256  # longer answers there are none
 ROUNDS = 2
-PADDING = b"\x00\x01\xbc\r\n "  # what may stand behind an identity
+PADDING = b"\x00\x01\xbc\r\n "  # what may follow an identity
 
 
 class Line:
@@ -42,7 +42,7 @@ class Line:
         clock: waits for the gap and stamps the wire log.
         wire_log: takes one JSON line per message. When it raises, nothing but urgent commands
             is sent any more; asking goes on.
-        health: is told how each exchange goes.
+        health: receives how each exchange goes.
         opened: opens the channel.
 
     Raises:
@@ -59,7 +59,7 @@ class Line:
         clock: Clock,
         wire_log: WireLog,
         health: Health | None = None,
-        opened: Callable[[Connection], Channel] = open_channel,
+        opened: Callable[[Connection], ByteChannel] = open_channel,
     ) -> None:
         self.connection = connection
         self._terminator, self._may_send = terminator, may_send
@@ -69,7 +69,7 @@ class Line:
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
         self._opened = opened
-        self._channel: Channel | None = None
+        self._channel: ByteChannel | None = None
         self._free_at = clock.now()
         self._identity = b""
         self._suspect = False  # an answer may still be under way
@@ -218,7 +218,7 @@ class Line:
         return answer
 
     def _answer(self, received: bytes, form: re.Pattern[bytes]) -> bytes | None:
-        """Return the answer in what was heard, or nothing when there is none, or two."""
+        """Return the answer in what was received, or nothing when there is none, or two."""
         if self._terminator:
             line, end, rest = received.partition(self._terminator)
             line = line.rstrip(b"\r")
@@ -244,7 +244,7 @@ class Line:
                 self._suspect = False
                 return
             if not received:
-                break  # who is silent to one question is to the next
+                break  # who does not answer one question does not answer the next
         if not ever:
             raise self._fault(what, self._no_answer_text(), NoAnswer)
         if len(ever) >= MOST_BYTES:
@@ -270,7 +270,7 @@ class Line:
             channel.send(data)
         self._free_at = self._clock.now()
 
-    def _drop_waiting(self, channel: Channel, what: str) -> None:
+    def _drop_waiting(self, channel: ByteChannel, what: str) -> None:
         """Drop what came since the last exchange, as far as it ends; then it is sent all the same.
 
         A command must get through beside an endless sender: "off" is one.
@@ -336,7 +336,7 @@ class _Losing:
     def __init__(self, line: Line, what: str) -> None:
         self._line, self._what = line, what
 
-    def __enter__(self) -> Channel:
+    def __enter__(self) -> ByteChannel:
         channel = self._line._channel
         if channel is None:
             raise self._line._fault(

@@ -36,7 +36,7 @@ class ReportedIdentity(NamedTuple):
     """Who a supply says it is.
 
     Args:
-        model_id: the number that stands for its model.
+        model_id: the number of its model.
         serial: serial number.
         firmware: version.
     """
@@ -171,7 +171,7 @@ class ModbusSupply(Supply):
             try:
                 self._link.write(register, 0, urgent=True)
             except NoAnswer:
-                raise  # better to send off again at once than to ask who is silent
+                raise  # better to send off again at once than to ask who does not answer
             except HardwareError:
                 pass  # what is read back decides, not the echo
         # no patience for off: better to send off again soon

@@ -21,7 +21,7 @@ __all__ = ["Adapter", "find_supply", "who_answers"]
 
 @dataclass(frozen=True)
 class Adapter:
-    """The USB adapter that a port belongs to, as far as the system tells.
+    """The USB adapter that a port belongs to, as far as the system says.
 
     Args:
         maker: USB vendor and product; None when it is no USB port.

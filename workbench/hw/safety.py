@@ -34,7 +34,7 @@ class Prepared(NamedTuple):
 
     Args:
         identity: who it is.
-        found: its state before anything was changed; tell the operator when its output was on.
+        found: its state before anything was changed; warn the operator when its output was on.
     """
 
     identity: Identity
@@ -98,7 +98,7 @@ def check_scale(supply: Supply) -> Reading:
     """Drive a harmless voltage for a moment, see it at the terminals, and switch off again.
 
     A supply whose output is not what it was set to shows it here, at 5 V at most where it drives
-    ten times as much. One that sets and measures in the same wrong steps cannot be told without a
+    ten times as much. One that sets and measures in the same wrong steps goes undetected without a
     meter; hence only models whose ids are known by name are driven.
 
     Raises:

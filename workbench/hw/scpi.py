@@ -150,7 +150,7 @@ class ScpiSupply(TextSupply):
     def _number(self, question: str, output: bool) -> Decimal:
         """Ask for a number, and then for the output's switch, which has to be as before.
 
-        Numbers look alike; so that none can stand for another, no two are asked for in a row.
+        Numbers look alike; so that none is taken for another, no two are asked for in a row.
         """
         value = Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
         if self._output(again=False) != output:

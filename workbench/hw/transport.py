@@ -26,7 +26,7 @@ from pymodbus.pdu import DecodePDU, ModbusPDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteSingleRegisterRequest
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import ECHOED, ENDLESS_SENDER, Channel, drop_waiting, open_channel
+from workbench.hw.channel import ECHOED, ENDLESS_SENDER, ByteChannel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -39,7 +39,7 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
-DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
+DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never becomes idle
 MBAP_MORE = 4  # bytes of Modbus TCP: 6 more in front, no CRC
 NOISE_BYTES = 32  # more around an answer is no line that one can trust
 MARK_ROUNDS = 2
@@ -73,7 +73,7 @@ class Transport:
         marks: start and length of blocks that no other read has the length of; without them a
             suspect line is drained until it was quiet for two timeouts. With two, the late answer
             to one cannot pass for what is under way being over.
-        health: is told how each exchange goes.
+        health: receives how each exchange goes.
         opened: opens the channel.
         now: monotonic time [s] that ends each wait.
 
@@ -90,7 +90,7 @@ class Transport:
         wire_log: WireLog,
         marks: Sequence[tuple[int, int]] = (),
         health: Health | None = None,
-        opened: Callable[[Connection], Channel] = open_channel,
+        opened: Callable[[Connection], ByteChannel] = open_channel,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.connection = connection
@@ -105,7 +105,7 @@ class Transport:
         self._suspect = False  # an answer may still be under way
         self._turn = 0  # how many reads with spare registers went out
         self._opened, self._now = opened, now
-        self._channel: Channel | None = None
+        self._channel: ByteChannel | None = None
         self._gap_s = connection.gap_s if connection.gap_s is not None else _gap(connection)
         self._free_at = now()
         self._sent = b""
@@ -245,7 +245,7 @@ class Transport:
     def _send_and_receive(
         self, request: ModbusPDU, what: str, *, urgent: bool = False
     ) -> tuple[ModbusPDU | None, bytes]:
-        """Send a request; return its answer, or nothing, and all that was heard."""
+        """Send a request; return its answer, or nothing, and all that was received."""
         request.transaction_id = next(self._numbers)
         data = self._framer.buildFrame(request)
         channel = self._channel
@@ -263,7 +263,7 @@ class Transport:
             self._suspect = False  # no answer can come any more
             raise self._fault(what, f"the connection was lost ({error})") from error
 
-    def _receive(self, channel: Channel, request: ModbusPDU) -> tuple[ModbusPDU | None, bytes]:
+    def _receive(self, channel: ByteChannel, request: ModbusPDU) -> tuple[ModbusPDU | None, bytes]:
         received, answer = b"", None
         end = self._now() + self.connection.timeout_s
         try:
@@ -305,7 +305,7 @@ class Transport:
                     return
                 received = b""
             if not received:
-                break  # who is silent to one question is to the next
+                break  # who does not answer one question does not answer the next
         message = f"not sent, as before it {self._diagnose(received, 5 + 2 * count)}"
         raise self._fault(what, message, HardwareError if received else NoAnswer)
 
@@ -330,7 +330,7 @@ class Transport:
             if dropped > DRAIN_BYTES or self._now() > end:
                 raise self._fault(what, ENDLESS_SENDER)
 
-    def _discard_waiting(self, channel: Channel, what: str, *, urgent: bool) -> None:
+    def _discard_waiting(self, channel: ByteChannel, what: str, *, urgent: bool) -> None:
         """Drop what came since the last exchange; "off" goes out even where that never ends."""
         stale = drop_waiting(channel)
         if stale:
@@ -342,7 +342,7 @@ class Transport:
                 raise fault
 
     def _diagnose(self, received: bytes, rtu_length: int) -> str:
-        """Say what was wrong with the bytes heard."""
+        """Say what was wrong with the bytes received."""
         unit, asked = received[6 if self._mbap else 0 :][:1], self.connection.unit
         length = rtu_length + MBAP_MORE if self._mbap else rtu_length
         if not received:
@@ -371,7 +371,7 @@ class Transport:
 
 
 def _gap(connection: Connection) -> float:
-    """Return the silence between two frames [s], 3.5 characters and 1.75 ms at least."""
+    """Return the idle time between two frames [s], 3.5 characters and 1.75 ms at least."""
     if connection.kind != "serial":
         return 0.0
     return max(RTU_GAP_CHARACTERS * CHARACTER_BITS / connection.baud, RTU_GAP_S)

@@ -74,7 +74,7 @@ class Space:
         return taken
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which points (..., d) are inside, (...,); bounds belong to the inside."""
+        """Return which points (..., d) are inside, (...,); bounds belong to the inside."""
         points = np.asarray(points, dtype=np.float64)
         boxed = np.all((points >= self.lower) & (points <= self.upper), axis=-1)
         sums = points[..., self.in_sum].sum(axis=-1)

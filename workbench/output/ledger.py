@@ -1,8 +1,8 @@
 """A supply's ledger: what happened to its output, in one file for all programs of this user.
 
 It hangs on model and serial number, not on how an address or a folder is spelt; a supply that
-tells no serial number is known by its place. Each line is on disk before what it says is done. The
-file only grows. A stop that nobody has signed for, a record that ends with the output on, and a
+reports no serial number is known by its address. Each line is on disk before what it says is done.
+It only grows. A stop that nobody has signed for, a record that ends with the output on, and a
 file that was emptied or damaged all refuse the next run.
 """
 
@@ -26,7 +26,9 @@ __all__ = ["Latch", "Ledger", "ledgers", "state_folder"]
 
 FOLDER = "WORKBENCH_STATE"
 """Environment variable with another folder for the ledgers."""
-TAIL_BYTES = 1 << 18  # of a file that only grows; a stop that stands keeps runs from adding more
+TAIL_BYTES = (
+    1 << 18
+)  # of a file that only grows; a stop that is not acknowledged keeps runs from adding more
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,8 @@ class Ledger:
 
         Args:
             model: as the supply says.
-            serial: as the supply says; None when it tells none.
-            address: resolved address, for a supply that tells none.
+            serial: as the supply says; None when it reports none.
+            address: resolved address, for a supply that reports none.
         """
         return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or address}").strip("_.")
 
@@ -170,14 +172,14 @@ class Ledger:
         return stop and Latch(stop.wall, stop.reason, known, address)
 
     def knows_scale(self, firmware: str) -> bool:
-        """Tell whether the supply's scale was checked lately, with the firmware that it has."""
+        """Return whether the supply's scale was checked lately, with the firmware that it has."""
         return any(
             event["event"] == "scale" and event.get("firmware") == firmware
             for event in self.events()
         )
 
     def acknowledge(self, name: str) -> Latch:
-        """Sign for what stands, so that the supply may be driven again; return what stood.
+        """Acknowledge the latch, so that the supply may be driven again; return what it was.
 
         Raises:
             InputError: when the name is empty, or nothing is to be acknowledged.
@@ -214,7 +216,7 @@ class Ledger:
             lock.release()
 
     def held(self) -> bool:
-        """Tell whether a program holds the supply now."""
+        """Return whether a program holds the supply now."""
         if not self.path.with_suffix(".lock").exists():
             return False
         try:
@@ -229,7 +231,7 @@ class Ledger:
             self._asked.touch()
 
     def asked_for_off(self) -> bool:
-        """Tell whether somebody asked for it since, and take the request away."""
+        """Return whether somebody asked for it since, and take the request away."""
         if not self._asked.exists():
             return False
         with suppress(OSError):

@@ -100,7 +100,7 @@ class GuardedSupply(Supply):
         return Reading(**self._ask("measure"))
 
     def measure_power_on_output(self) -> bool | None:
-        """Tell whether the output comes on with the power; None when it cannot be asked."""
+        """Return whether the output comes on with the power; None when it cannot be asked."""
         return self._ask("measure_power_on_output")
 
     def arm(self, limits: Limits) -> None:
@@ -144,7 +144,7 @@ class GuardedSupply(Supply):
             raise SafetyStop(self._state_text())
 
     def terminals_dead(self) -> bool:
-        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+        """Wait for the voltage at the terminals to decay after `off`; return whether it did.
 
         A guardian that switched off by itself looks by itself.
         """
@@ -153,7 +153,7 @@ class GuardedSupply(Supply):
             with suppress(WorkbenchError):
                 dead = bool(self._ask("terminals_dead"))
                 if not dead:
-                    self._ask("measure")  # it steps in, and tells why
+                    self._ask("measure")  # it steps in, and says why
             self.not_dead = self._gone or self.not_dead
             if dead is not None or self._gone is None:
                 return bool(dead)

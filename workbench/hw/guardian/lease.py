@@ -52,7 +52,7 @@ class Lease:
 
     @property
     def expired(self) -> bool:
-        """Tell whether the client showed no progress for too long while the output was on."""
+        """Return whether the client showed no progress for too long while the output was on."""
         return self._running and self._clock.now() - self._renewed > LEASE_S
 
 

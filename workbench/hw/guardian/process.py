@@ -19,7 +19,7 @@ import workbench
 from workbench.errors import HardwareError
 from workbench.hw.guardian.lease import ACKNOWLEDGE_S, RENEW_S
 from workbench.hw.guardian.messages import Task, error_of
-from workbench.loopback import HERE, Line, Message
+from workbench.loopback import HERE, Message, MessageLine
 
 __all__ = ["GuardianLost", "GuardianProcess", "GuardianTripped"]
 
@@ -46,7 +46,7 @@ class GuardianProcess:
     Attributes:
         off: whether it read back off since it tripped.
         dead: whether the terminals were dead then; None while it is still trying.
-        died: whether it ended without having told that.
+        died: whether it ended without having reported that.
 
     Raises:
         HardwareError: when it does not start.
@@ -174,7 +174,7 @@ class GuardianProcess:
 
     def _brief(self, text: str) -> None:
         if self._process.stdin is not None:
-            with suppress(BrokenPipeError), self._process.stdin as pipe:  # its exit code tells more
+            with suppress(BrokenPipeError), self._process.stdin as pipe:  # its exit code says more
                 pipe.write(text)
 
     def _ask_for_life(self) -> None:
@@ -210,7 +210,7 @@ class GuardianProcess:
 
 def _start() -> subprocess.Popen[str]:
     """Start the process out of reach of this terminal: Ctrl-C and Ctrl-Z stop a whole group."""
-    # a file of the working folder must not stand in for a module
+    # a file of the working folder must not be imported in place of a module
     command = [sys.executable, "-P", "-m", "workbench.hw.guardian"]
     source = str(Path(workbench.__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH", ""), source]))
@@ -229,7 +229,7 @@ def _start() -> subprocess.Popen[str]:
     )
 
 
-def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str]) -> Line:
+def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str]) -> MessageLine:
     """Wait for the one who knows the token."""
     deadline = time.monotonic() + START_S
     listener.settimeout(RENEW_S)
@@ -241,7 +241,7 @@ def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str])
         except TimeoutError:
             continue
         link.settimeout(None)
-        line = Line(link)
+        line = MessageLine(link)
         try:
             hello = line.receive(HELLO_S) or {}
         except OSError:

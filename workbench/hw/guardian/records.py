@@ -15,14 +15,14 @@ from workbench.hw.clock import Clock
 from workbench.hw.guardian.messages import Records
 from workbench.output import Ledger, OutputState, after
 
-__all__ = ["Recorder"]
+__all__ = ["EventRecorder"]
 
 OF_THE_OUTPUT = frozenset({"taken", "output_on", "off", "terminals", "lost", "regained", "trip"})
 """The events that the supply's ledger keeps as well."""
 LAST_WORDS_S = 2.0  # for a terminal to take what was said, once nothing else is to be done
 
 
-class Recorder:
+class EventRecorder:
     """Writes one guardian's files; a disk that is full is remembered and never raises.
 
     Args:
@@ -100,7 +100,7 @@ class Recorder:
             self._released = True
 
     def shout(self, text: str) -> None:
-        """Tell the terminal, if there still is one, and wait for nothing: it may be stopped."""
+        """Print to the terminal, if there still is one, and wait for nothing: it may be stopped."""
         self._said.put(f"guardian: {text}\n")
 
     def close_terminal(self) -> None:

@@ -28,10 +28,10 @@ from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
-from workbench.hw.guardian.records import Recorder
+from workbench.hw.guardian.records import EventRecorder
 from workbench.hw.guardian.waiting import TripClock, TrippedError
 from workbench.hw.supply import Limits
-from workbench.loopback import HERE, Line, Message
+from workbench.loopback import HERE, Message, MessageLine
 from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Guardian", "main"]
@@ -43,7 +43,7 @@ OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
 UNSURE_S = 0.3  # after a trip without off read back: it is said
 AFTER_TIMEOUT_S = 0.05  # of a supply that its bench calls slower
 LISTENED_S = 5.0  # after its client, whoever reads what both say through a pipe goes on
-FAREWELL_S = 2.0  # for the client to read what it was told
+FAREWELL_S = 2.0  # for the client to read what it was sent
 CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
 
@@ -56,10 +56,10 @@ class Guardian:
         line: the link to its client.
     """
 
-    def __init__(self, task: Task, line: Line) -> None:
+    def __init__(self, task: Task, line: MessageLine) -> None:
         self._task, self._line = task, line
         self._clock = TripClock()
-        self._recorder = Recorder(task.records, self._clock)
+        self._recorder = EventRecorder(task.records, self._clock)
         self._lease = Lease(self._clock)
         self._asked: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._client: Literal["here", "goodbye", "gone"] = "here"
@@ -76,7 +76,7 @@ class Guardian:
         self._recorder.event(
             "guarding", pid=os.getpid(), client=self._parent, after=self._task.after
         )
-        if self._task.after:  # the first cause, whatever the listener hears
+        if self._task.after:  # the first cause, whatever the listener receives
             self.trip(self._task.after)
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
         if self._task.after:
@@ -180,7 +180,7 @@ class Guardian:
             self._recorder.event("error", text=traceback.format_exc())
             self.trip(f"an error of its own: {error!r}")
             return
-        with suppress(OSError):  # the listener hears of it too
+        with suppress(OSError):  # the listener notices it too
             self._line.send({"id": message["id"]} | answer)
 
     @property
@@ -218,7 +218,7 @@ class Guardian:
         return on
 
     def off(self) -> bool:
-        """Switch off and tell whether it was read back; when not, go on by itself."""
+        """Switch off and return whether it was read back; when not, go on by itself."""
         supply = self._held.owned_supply
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
@@ -318,7 +318,7 @@ class Guardian:
         return dead
 
     def _await_farewell(self) -> None:
-        """Let a client that lives read what it was told before the link closes."""
+        """Let a client that lives read what it was sent before the link closes."""
         deadline = self._clock.now() + FAREWELL_S
         while self._client == "here" and self._clock.now() < deadline:
             self._clock.sleep(TICK_S)
@@ -354,16 +354,16 @@ CALLS: dict[str, Callable[..., Any]] = {
 }
 
 
-def _to_nobody() -> Line:
+def _to_nobody() -> MessageLine:
     """Return a link whose other end is closed: the client died, its output is still to go off."""
     with socket.create_server((HERE, 0)) as listener:
         link = socket.create_connection(listener.getsockname(), CONNECT_S)
         listener.accept()[0].close()
-    return Line(link)
+    return MessageLine(link)
 
 
 def main() -> int:
-    """Serve the client that started this process; it tells where it listens on stdin."""
+    """Serve the client that started this process; it says where it listens on stdin."""
     words = sys.stdin.readline().split(" ", 2)
     if len(words) != 3:
         sys.stderr.write("a guardian is started by the workbench, not by hand\n")
@@ -371,7 +371,7 @@ def main() -> int:
     port, token, task = words
     to_do = Task.from_json(task)
     try:
-        line = Line(socket.create_connection((HERE, int(port)), CONNECT_S))
+        line = MessageLine(socket.create_connection((HERE, int(port)), CONNECT_S))
         line.send({"token": token})
     except OSError:
         if not to_do.after:  # its client is dead, and there is nothing to do without it
@@ -383,7 +383,7 @@ def main() -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
 
     def end(number: int, frame: FrameType | None) -> None:
-        guardian.trip(f"it was told to end ({signal.Signals(number).name})")
+        guardian.trip(f"it was asked to end ({signal.Signals(number).name})")
 
     signal.signal(signal.SIGTERM, end)
     return guardian.serve()

@@ -65,7 +65,7 @@ class SimulatedDps(SimulatedRegisters):
         return words.get(register, self._words.get(register))
 
     def can_be_written(self, register: int) -> bool:
-        """Tell whether a register exists and can be written."""
+        """Return whether a register exists and can be written."""
         return register in KEPT or register in (V_SET, I_SET, OUTPUT)
 
     def take(self, register: int, word: int) -> None:

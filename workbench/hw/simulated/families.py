@@ -1,4 +1,4 @@
-"""Which simulated device stands for which family."""
+"""Which simulated device belongs to which family."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class SimulatedHanmatek(SimulatedRegisters):
         return (self._words | self._fixed | words).get(register)
 
     def can_be_written(self, register: int) -> bool:
-        """Tell whether a register exists and can be written."""
+        """Return whether a register exists and can be written."""
         return register in KEPT or register in (OUTPUT, OVP, OCP, V_SET, I_SET)
 
     def take(self, register: int, word: int) -> None:

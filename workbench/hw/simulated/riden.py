@@ -83,7 +83,7 @@ class SimulatedRiden(SimulatedRegisters):
         return words.get(register, self._words.get(register))
 
     def can_be_written(self, register: int) -> bool:
-        """Tell whether a register exists and can be written."""
+        """Return whether a register exists and can be written."""
         return register < REGISTERS and register not in READ_ONLY
 
     def take(self, register: int, word: int) -> None:

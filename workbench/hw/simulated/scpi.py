@@ -14,7 +14,7 @@ from typing import Literal
 from workbench.hw.clock import Clock
 from workbench.hw.models import Protection, ScpiModel
 from workbench.hw.simulated.device import Framing, Load, Output, SimulatedSupply, Wire, no_load
-from workbench.hw.simulated.faults import Fault
+from workbench.hw.simulated.faults import SimulatedFault
 from workbench.hw.simulated.text import SimulatedText
 
 __all__ = ["SimulatedScpi"]
@@ -46,7 +46,7 @@ class Maker:
         truth: writes no and yes.
         quiet: headers that need no answer and do nothing here.
         names: how a command may name its channel; without, it is the selected one's.
-        status: whether SYST:STAT? tells which outputs are on, and OUTP? nothing.
+        status: whether SYST:STAT? reports which outputs are on, and OUTP? nothing.
     """
 
     identity: str
@@ -184,7 +184,7 @@ class SimulatedScpi(_Channel, SimulatedText):
         self.selected = 1
         for one in self.channels.values():
             if one is not self:
-                one.fail(Fault.POWER_CYCLE)
+                one.fail(SimulatedFault.POWER_CYCLE)
         return super().at_power_up()
 
     def commands(self, waiting: bytes) -> tuple[list[str], bytes]:
