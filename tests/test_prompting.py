@@ -23,7 +23,7 @@ class Typist(QuietOperator):
     def __init__(self, *typed: str) -> None:
         self.typed, self.heard = list(typed), []
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.heard.append(text)
 
     def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:

@@ -62,9 +62,7 @@ def carry_out_with_control(
     course = course or begin(experiment.inputs(), now)
     with open_control_server(runs, course.id, _facts(experiment, course, now)) as server:
         operator = operator_at(bench.file, server)
-        bench.on_live_state = lambda state: server.show_live(
-            None if state is None else asdict(state)
-        )
+        bench.on_live_state = lambda now: server.show_live(None if now is None else asdict(now))
 
         def show(text: str) -> None:
             server.show_phase(text)
@@ -87,12 +85,8 @@ class _Between:
         always: bool,
     ) -> None:
         self._of = len(experiment.plan.runs)
-        self._server, self._operator, self._progress, self._always = (
-            server,
-            operator,
-            progress,
-            always,
-        )
+        self._server, self._operator = server, operator
+        self._progress, self._always = progress, always
         self._skipped = False
 
     def __call__(self, bundle: Bundle, run: PlannedRun, following: PlannedRun | None) -> Choice:
@@ -136,9 +130,8 @@ class _Between:
             ]
             if len(meant) == 1:
                 return meant[0]
-            self._operator.show_text(
-                f"not taken: {typed!r} is not one of {', '.join(words.values())}"
-            )
+            among = ", ".join(words.values())
+            self._operator.show_text(f"not taken: {typed!r} is not one of {among}")
 
 
 def _facts(experiment: Experiment, course: Course, now: datetime) -> dict[str, Any]:

@@ -53,9 +53,9 @@ if TYPE_CHECKING:
 __all__ = [
     "BUILT_IN",
     "Bench",
+    "CameraWindow",
     "Operator",
     "RealBench",
-    "RecordingWindow",
     "SimulatedBench",
     "Subject",
     "VirtualBench",
@@ -85,7 +85,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class RecordingWindow:
+class CameraWindow:
     """When the cameras ran.
 
     Args:
@@ -149,7 +149,7 @@ class Bench(ABC):
 
     @abstractmethod
     def collect(
-        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
     ) -> Path | None:
         """Return the export of what the cameras saw; it may already lie in the bundle.
 
@@ -163,7 +163,7 @@ class Bench(ABC):
         """Leave nothing running, however the run ended."""
 
     def collector(
-        self, window: RecordingWindow, bundle: Bundle, operator: Operator, used: dict[str, str]
+        self, window: CameraWindow, bundle: Bundle, operator: Operator, used: dict[str, str]
     ) -> Collector:
         """Return what finds the take of a window and checks that it belongs to it."""
         tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
@@ -272,7 +272,7 @@ class RealBench(Bench):
         operator.confirm("Start recording in the tracking software.")
 
     def collect(
-        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
     ) -> Path:
         """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
@@ -343,7 +343,7 @@ class VirtualBench(SimulatedBench):
         """Record always."""
 
     def collect(
-        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
     ) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         from workbench.tracking import format_start_time, write_motive, write_row
@@ -367,7 +367,7 @@ class VirtualBench(SimulatedBench):
         )  # same seed, same take
 
     def _motion(
-        self, subject: Subject, window: RecordingWindow, rng: np.random.Generator
+        self, subject: Subject, window: CameraWindow, rng: np.random.Generator
     ) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
         from workbench.sim import Condition

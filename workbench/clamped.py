@@ -130,9 +130,7 @@ def answer(
     found = min(tried, key=lambda one: float(np.nansum(one.residual**2)))
     length = times[-1] - times[0]
     free = [
-        sinusoid
-        for sinusoid in found.sinusoids
-        if all(abs(sinusoid.hz - other.hz) * length > 1 for other in near)
+        one for one in found.sinusoids if all(abs(one.hz - other.hz) * length > 1 for other in near)
     ]
     if len(free) == len(found.sinusoids):
         return found

@@ -117,9 +117,7 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
     plan = make_plan(asked, bench.content, voltage_step, parts)
     names = {run.shape for run in plan.runs if run.shape is not None}
     shapes = {name: load_shape(name.name, name.beside) for name in names}
-    from workbench.twin import (
-        check_twin,  # the simulation with it: misspelt names are reported before
-    )
+    from workbench.twin import check_twin  # with simulation: misspelt names are reported before
 
     made = Experiment(asked, bench, model, shape, plan, parts, shapes)
     for beam in (shape, *shapes.values()):

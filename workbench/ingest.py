@@ -41,9 +41,7 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
         WorkbenchError: when a take cannot be used; its bundle says why.
     """
     from workbench.twin import check_twin
-    from workbench.twin_comparison import (
-        compare_with_twin,  # the simulation with it: reading one export needs none
-    )
+    from workbench.twin_comparison import compare_with_twin  # with simulation: rarely needed
 
     folder = sheet.path.parent
     model, shape = load_model(sheet.content.model, folder), _shape(sheet)

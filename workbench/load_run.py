@@ -239,9 +239,7 @@ def _summary(
     mode: Mode, found: Driven | Swung | Released | None, motion: TimeSeries, duration: float
 ) -> Summary | ClampedResponse | RingDown:
     kind = RingDown if mode in RELEASED else ClampedResponse if mode == "clamped" else Summary
-    if kind is ClampedResponse and isinstance(
-        found, Driven
-    ):  # of before clamped runs had their own numbers
+    if kind is ClampedResponse and isinstance(found, Driven):  # an early record
         return summarize_clamped(motion, duration)
     known = {} if found is None else found.model_dump()
     return kind(**{name: known.get(name, _NAN) for name in kind.__dataclass_fields__})

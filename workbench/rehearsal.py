@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from workbench.bench import Operator, RecordingWindow, SimulatedBench, Subject
+from workbench.bench import CameraWindow, Operator, SimulatedBench, Subject
 from workbench.bundle import Bundle, Event, events
 from workbench.bundle.sentences import sentence
 from workbench.engine import carry_out
@@ -23,11 +23,8 @@ from workbench.protocol import BenchFile, PlannedRun
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]
 
-_RUN_EVENTS = (
-    events.RunAsked,
-    events.Complete,
-    events.SupplyReading,
-)  # they say nothing of the bench
+_RUN_EVENTS = (events.RunAsked, events.Complete, events.SupplyReading)
+"""They say nothing of the bench."""
 
 
 class Instant(NamedTuple):
@@ -71,7 +68,7 @@ class _RehearsalBench(SimulatedBench):
         self.cameras = self.clock.now()
 
     def collect(
-        self, subject: Subject, window: RecordingWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
     ) -> None:
         """Film nothing."""
 

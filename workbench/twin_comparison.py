@@ -15,7 +15,7 @@ import numpy as np
 from workbench.bundle import (
     Alignment,
     Bundle,
-    ChannelNoiseFacts,
+    ChannelFacts,
     Clocks,
     CommandFacts,
     Compared,
@@ -317,12 +317,8 @@ def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -
         )
     )
     return SignalFacts(
-        noise_mm={
-            n: ChannelNoiseFacts(**v.as_json(1e3)) for n, v in noise.items() if _is_position(n)
-        },
-        noise_rad={
-            n: ChannelNoiseFacts(**v.as_json()) for n, v in noise.items() if not _is_position(n)
-        },
+        noise_mm={n: ChannelFacts(**v.as_json(1e3)) for n, v in noise.items() if _in_metres(n)},
+        noise_rad={n: ChannelFacts(**v.as_json()) for n, v in noise.items() if not _in_metres(n)},
         rotor_speed_rad_s=speed and RotorSpeedFacts(**asdict(speed)),
         floor=track.floor and FloorFacts(**asdict(track.floor)),
         alignment=Alignment(
@@ -336,7 +332,7 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _is_position(channel: str) -> bool:
+def _in_metres(channel: str) -> bool:
     return channel.endswith("_m")
 
 

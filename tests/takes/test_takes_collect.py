@@ -43,7 +43,7 @@ class Person:
         self.told: list[str] = []
         self.asked: list[str] = []
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.told.append(text)
 
     def show_picture(self, picture: Path) -> None:

@@ -22,7 +22,7 @@ __all__ = [
     "AnswerFact",
     "Asked",
     "CameraWindow",
-    "ChannelNoiseFacts",
+    "ChannelFacts",
     "Clocks",
     "CommandFacts",
     "Compared",
@@ -254,7 +254,7 @@ class ObserverFacts(ManifestSection):
     """What the cameras' noise alone makes of these errors."""
 
 
-class ChannelNoiseFacts(_Frozen):
+class ChannelFacts(_Frozen):
     """Noise of one channel; None where there are too few samples."""
 
     rest: float | None
@@ -312,8 +312,8 @@ class Alignment(_Frozen):
 class SignalFacts(ManifestSection):
     """What the channels themselves show."""
 
-    noise_mm: dict[str, ChannelNoiseFacts] = {}
-    noise_rad: dict[str, ChannelNoiseFacts] = {}
+    noise_mm: dict[str, ChannelFacts] = {}
+    noise_rad: dict[str, ChannelFacts] = {}
     rotor_speed_rad_s: RotorSpeedFacts | None = None
     floor: FloorFacts | None = None
     alignment: Alignment | None = None

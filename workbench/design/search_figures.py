@@ -94,17 +94,15 @@ def draw_variables(figure: Figure, space: Space, histories: Mapping[str, History
         histories: by what distinguishes them.
     """
     axes = figure.subplots()
-    positions = np.arange(len(space), dtype=np.float64)
-    axes.bar(positions, np.ones(len(space)), width=0.7, color="0.5", alpha=_BAND, label="bounds")
-    axes.plot(
-        positions, _between(space, space.start), "_", markersize=_BAR, color="0.3", label="start"
-    )
+    at = np.arange(len(space), dtype=np.float64)
+    axes.bar(at, np.ones(len(space)), width=0.7, color="0.5", alpha=_BAND, label="bounds")
+    axes.plot(at, _between(space, space.start), "_", markersize=_BAR, color="0.3", label="start")
     shifts = np.linspace(-_SHIFT, _SHIFT, len(histories)) if len(histories) > 1 else np.zeros(1)
     for shift, (name, history) in zip(shifts, histories.items(), strict=True):
         fractions = _between(space, history.best.candidate)
-        axes.plot(positions + shift, fractions, "o", markersize=_MARK, label=name)
+        axes.plot(at + shift, fractions, "o", markersize=_MARK, label=name)
     axes.set(ylabel="place between the bounds", ylim=(-0.03, 1.03))
-    axes.set_xticks(positions, space.names, rotation=60, ha="right")
+    axes.set_xticks(at, space.names, rotation=60, ha="right")
     figure.legend(ncols=4, fontsize="small", loc="outside upper right")
 
 

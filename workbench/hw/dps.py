@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.hw.modbus import ModbusSupply, ReportedIdentity, Words
+from workbench.hw.modbus import DeviceId, ModbusSupply, Words
 from workbench.hw.models import DPS_REGISTERS, Protection
 from workbench.hw.supply import NOT_REPORTED
 
@@ -18,8 +18,8 @@ class DpsSupply(ModbusSupply):
     family = "dps"
     registers = DPS_REGISTERS
 
-    def _decode_identity(self, words: Words) -> ReportedIdentity:
-        return ReportedIdentity(words[MODEL], NOT_REPORTED, str(words[VERSION]))
+    def _decode_identity(self, words: Words) -> DeviceId:
+        return DeviceId(words[MODEL], NOT_REPORTED, str(words[VERSION]))
 
     def _protection(self, word: int) -> Protection | None:
         return PROTECTIONS.get(word)

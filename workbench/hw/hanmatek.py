@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from workbench.errors import HardwareError
-from workbench.hw.modbus import ModbusSupply, ReportedIdentity, Words
+from workbench.hw.modbus import DeviceId, ModbusSupply, Words
 from workbench.hw.models import HANMATEK_REGISTERS, Protection
 from workbench.hw.models.hanmatek import CLASS, DECIMALS
 from workbench.hw.supply import NOT_REPORTED
@@ -24,14 +24,14 @@ class HanmatekSupply(ModbusSupply):
     family = "hanmatek"
     registers = HANMATEK_REGISTERS
 
-    def _decode_identity(self, words: Words) -> ReportedIdentity:
+    def _decode_identity(self, words: Words) -> DeviceId:
         found = words[CLASS_AT], words[DECIMALS_AT]
         if found != (CLASS, DECIMALS):
             raise HardwareError(
                 f"{self._link.connection.address}: class {found[0]} and decimals {found[1]:#06x} "
                 f"are not those of a known Hanmatek, {CLASS} and {DECIMALS:#06x}; nothing was set"
             )
-        return ReportedIdentity(words[SPEC], NOT_REPORTED, NOT_REPORTED)
+        return DeviceId(words[SPEC], NOT_REPORTED, NOT_REPORTED)
 
     def _protection(self, word: int) -> Protection | None:
         if word >> len(BITS):

@@ -24,7 +24,7 @@ from workbench.hw.setting import mode_from_readings, read_back, refuse_beyond, r
 from workbench.hw.supply import Identity, Mode, Reading, Supply
 from workbench.hw.transport import Transport
 
-__all__ = ["ModbusSupply", "ReportedIdentity"]
+__all__ = ["DeviceId", "ModbusSupply"]
 
 MODES: dict[int, Mode] = {0: "CV", 1: "CC"}
 INPUT_STEP = Decimal("0.01")  # the same for every model
@@ -32,7 +32,7 @@ INPUT_STEP = Decimal("0.01")  # the same for every model
 Words = dict[int, int]  # by address
 
 
-class ReportedIdentity(NamedTuple):
+class DeviceId(NamedTuple):
     """Who a supply says it is.
 
     Args:
@@ -67,7 +67,7 @@ class ModbusSupply(Supply):
         super().__init__(f"{self._model.name} at {link.connection.address}", clock)
 
     @abstractmethod
-    def _decode_identity(self, words: Words) -> ReportedIdentity:
+    def _decode_identity(self, words: Words) -> DeviceId:
         """Return who the identity block says it is."""
 
     @abstractmethod

@@ -23,9 +23,7 @@ from workbench.motion import TOP, position
 
 __all__ = ["DampingPoint", "ModeDamping", "damping"]
 
-_WINDOW_S = (
-    3.3  # separates the faster mode from twice the slower, 0.4 Hz above it, and noise from both
-)
+_WINDOW_S = 3.3  # separates the faster mode from twice the slower, 0.4 Hz above it, and noise
 _MODES = 2
 _DOUBLE_SHARE = 0.05
 _LEAST_AMPLITUDE_M = 5e-4  # with markers of 0.3 mm noise smaller ones are too uncertain
@@ -163,9 +161,7 @@ def _sinusoids(
     run: str, times: NDArray[np.float64], path: NDArray[np.float64], start: Sequence[DampedSinusoid]
 ) -> Iterator[tuple[Oscillation, DampingPoint]]:
     slow = start[0]
-    double = DampedSinusoid(
-        2 * slow.hz, 2 * slow.decay
-    )  # a bent beam answers at twice the frequency too
+    double = DampedSinusoid(2 * slow.hz, 2 * slow.decay)  # a bent beam answers there too
     found = fit_damped_sinusoids(times, path, len(start) + 1, start=[*start, double])
     first = times[np.isfinite(path).all(axis=1)][0]
     middle = (times[0] + times[-1]) / 2

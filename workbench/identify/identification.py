@@ -50,7 +50,7 @@ FINER = 32
 """Increments of the beam that is tried where the model's own cannot follow the runs."""
 
 _NEAR_BOUND = 0.98
-_MISSING_SHARE = 0.11  # of the strong process noise
+_MISSING = 0.11  # of the strong process noise
 _CLAMPED = ("clamped", "decay")
 _FREE = ("drop", "hop")
 _FRICTION_RUN = "add a hop at a speed at which the robot travels"
@@ -193,9 +193,7 @@ def misses_physics(fit: Fit) -> bool:
     A complete model ends near a tenth of the strong noise: what is left of the noise of
     the rotor's angle shakes the beam as much.
     """
-    return (
-        fit.estimator.noise[BEAM_JOINTS] > _MISSING_SHARE * fit.estimator.system.strong[BEAM_JOINTS]
-    )
+    return fit.estimator.noise[BEAM_JOINTS] > _MISSING * fit.estimator.system.strong[BEAM_JOINTS]
 
 
 def _log_likelihood(fit: Fit) -> float:

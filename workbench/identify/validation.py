@@ -197,11 +197,8 @@ def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunVa
         _point(system, k, column, *(one[column] / 1000 for one in apart))
         for k, column in enumerate(apart[0].names)
     )
-    predicted = [predictions(robot, run) for robot in robots]
-    ahead = {
-        key: (predicted[0].get(key), predicted[1].get(key))
-        for key in {**predicted[0], **predicted[1]}
-    }
+    base, fitted = (predictions(robot, run) for robot in robots)
+    ahead = {key: (base.get(key), fitted.get(key)) for key in {**base, **fitted}}
     return RunValidation(run.name, run.mode, window, points, ahead)
 
 

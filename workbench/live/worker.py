@@ -48,9 +48,7 @@ __all__ = ["BEHIND_S", "main", "work"]
 BEHIND_S = 0.5
 """Further behind than this the observer goes on with the newest frame [s]."""
 _STATES_S = 0.1  # between two states for the run
-_DRAW_PERIOD_S = (
-    1 / 20
-)  # between two that are shown: the missing force costs as much as two samples
+_DRAW_S = 1 / 20  # between two that are drawn: the missing force costs as much as two samples
 _REST_SHARE, _MOST_REST_S = 0.8, 1.0  # of the rest, how much the observer starts from
 _RATE_WITHIN = 0.01
 
@@ -254,7 +252,7 @@ class _Observation:
 
     def _draw(self, frame: Sample) -> None:
         now = time.monotonic()
-        if self._viewer is not None and now - self._drawn > _DRAW_PERIOD_S:
+        if self._viewer is not None and now - self._drawn > _DRAW_S:
             self._drawn = now
             seen, estimate = self._newest
             facts = self._drawing.of(seen, estimate, self._observer.missing_force())

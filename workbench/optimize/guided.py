@@ -147,14 +147,9 @@ class Guided(Algorithm):
     def _niches(self) -> Niches:
         """Made at first use, by a generator of its own: a search that goes on has the same."""
         if self._made is None:
-            generator = np.random.default_rng([self.seed, 1])
+            rng = np.random.default_rng([self.seed, 1])
             self._made = Niches(
-                self.space,
-                self._describe,
-                self._possible,
-                self._likely,
-                self._chosen.niches,
-                generator,
+                self.space, self._describe, self._possible, self._likely, self._chosen.niches, rng
             )
         return self._made
 
@@ -194,11 +189,8 @@ class Guided(Algorithm):
 
     def _drawn_niches(self) -> list[int]:
         """Return the niches of the candidates that do not stay around the best."""
-        scores, niche_of, count = (
-            self._scores(),
-            self._niches.of(self._described),
-            len(self._niches),
-        )
+        scores, count = self._scores(), len(self._niches)
+        niche_of = self._niches.of(self._described)
         best = np.array([scores[niche_of == k].max(initial=scores.min()) for k in range(count)])
         tried = np.bincount(niche_of, minlength=count)
         scale = scores.max() - float(np.median(scores[: self._first_count])) or 1.0

@@ -247,17 +247,12 @@ class Starter:
     def _arguments(self, path: Path) -> list[str]:
         return ["--bench", self.protocols.bench, "--runs", str(self._runs), "--", str(path)]
 
-    def _launched(self, confirmation: _Confirmation, operator: str) -> _Started:
+    def _launched(self, start: _Confirmation, operator: str) -> _Started:
         identity = secrets.token_hex(8)
         # a pipe would break with the panel, and the run with it
         output = tempfile.TemporaryFile()  # noqa: SIM115  it is read when the run has ended
         process = subprocess.Popen(
-            [
-                *self._command,
-                "--plan-id",
-                confirmation.plan_id,
-                *self._arguments(confirmation.path),
-            ],
+            [*self._command, "--plan-id", start.plan_id, *self._arguments(start.path)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=output,
@@ -265,7 +260,7 @@ class Starter:
             start_new_session=True,
             creationflags=_FLAGS,
         )
-        return _Started(identity, confirmation.title, operator, process, output)
+        return _Started(identity, start.title, operator, process, output)
 
     def _session(self, mine: _Started) -> SessionFile | None:
         return next(

@@ -178,9 +178,9 @@ class _Planner:
                 prompts = (*item.before, *item.after)
             for prompt in prompts:
                 name = "" if prompt.question is None else prompt.question.name
-                if name in names and (place := self._asked.get(id(prompt))) is not None:
+                if name in names and (at := self._asked.get(id(prompt))) is not None:
                     self._fault(
-                        place.to("value", "name"),
+                        at.to("value", "name"),
                         f"name: {name!r} is asked for twice at one run; each value of a run needs "
                         "a name of its own",
                     )
@@ -230,63 +230,63 @@ class _Planner:
                 "protocols of it",
             )
 
-    def _give_up(self, place: _Position, text: str) -> NoReturn:
-        self._fault(place, text)
+    def _give_up(self, at: _Position, text: str) -> NoReturn:
+        self._fault(at, text)
         raise FileFaults(self.faults)
 
-    def _prompt(self, prompt: OperatorPrompt, place: _Position) -> PlannedPrompt:
-        folder = place.document.path.parent
+    def _prompt(self, prompt: OperatorPrompt, at: _Position) -> PlannedPrompt:
+        folder = at.document.path.parent
         picture = None if prompt.picture is None else folder / prompt.picture
         planned = PlannedPrompt(prompt.text, picture, prompt.value)
-        self._asked[id(planned)] = place
+        self._asked[id(planned)] = at
         return planned
 
-    def _step(self, step: Step, place: _Position) -> list[Item]:
+    def _step(self, step: Step, at: _Position) -> list[Item]:
         self._steps += 1
-        self._grow(place, seconds=0.0 if step.pause is None else step.pause.time)
+        self._grow(at, seconds=0.0 if step.pause is None else step.pause.time)
         if step.prompt is not None:
-            return [self._prompt(step.prompt, place.to("prompt"))]
+            return [self._prompt(step.prompt, at.to("prompt"))]
         if step.pause is not None:
             return [PlannedPause(step.pause.time, step.pause.why or "pause")]
         if step.run is not None:
-            return list(self._run(step.run, place.to("run")))
+            return list(self._run(step.run, at.to("run")))
         if step.sweep is not None:
-            return list(self._sweep(step.sweep, place.to("sweep")))
+            return list(self._sweep(step.sweep, at.to("sweep")))
         if step.staircase is not None:
-            return list(self._staircase(step.staircase, place.to("staircase")))
-        return self.lay_out(self.parts[part_of(place.document, step.include or "")])
+            return list(self._staircase(step.staircase, at.to("staircase")))
+        return self.lay_out(self.parts[part_of(at.document, step.include or "")])
 
-    def _run(self, run: Run, place: _Position) -> list[PlannedRun]:
-        self._grow(place, run.repeats, run.repeats * (run.rest + run.duration), run)
-        action = self._action(run, place)
+    def _run(self, run: Run, at: _Position) -> list[PlannedRun]:
+        self._grow(at, run.repeats, run.repeats * (run.rest + run.duration), run)
+        action = self._action(run, at)
         if action is None:
             return []
         return [
-            self._planned(run, action, run.duration, repeat, place)
+            self._planned(run, action, run.duration, repeat, at)
             for repeat in range(1, run.repeats + 1)
         ]
 
-    def _action(self, run: Run, place: _Position) -> PlannedDrive | PlannedRelease | None:
+    def _action(self, run: Run, at: _Position) -> PlannedDrive | PlannedRelease | None:
         """Return what follows the rest, or note the fault."""
         if run.pull is not None:
             return pull(run.pull)
         if run.height is not None:
             return drop(run.height)
         key = "speed" if run.speed is not None else "voltage"
-        level = self._level(run.speed, run.voltage, place.to(key))
-        return self._drive(run, run.duration, level, place)
+        level = self._level(run.speed, run.voltage, at.to(key))
+        return self._drive(run, run.duration, level, at)
 
-    def _sweep(self, sweep: Sweep, place: _Position) -> list[PlannedRun]:
+    def _sweep(self, sweep: Sweep, at: _Position) -> list[PlannedRun]:
         several = (sweep.speeds, sweep.voltages, sweep.pulls, sweep.heights)
         runs = sweep.repeats * sum(len(values) for values in several if values is not None)
-        self._grow(place, runs, runs * (sweep.rest + sweep.duration), sweep)
+        self._grow(at, runs, runs * (sweep.rest + sweep.duration), sweep)
         actions: list[PlannedDrive | PlannedRelease | None] = [
-            self._drive(sweep, sweep.duration, level, place) for level in self._levels(sweep, place)
+            self._drive(sweep, sweep.duration, level, at) for level in self._levels(sweep, at)
         ]
         actions += [pull(force) for force in sweep.pulls or ()]
         actions += [drop(height) for height in sweep.heights or ()]
         planned = [
-            self._planned(sweep, action, sweep.duration, repeat, place)
+            self._planned(sweep, action, sweep.duration, repeat, at)
             for repeat in range(1, sweep.repeats + 1)
             for action in actions
             if action is not None
@@ -295,39 +295,39 @@ class _Planner:
             random.Random(sweep.seed).shuffle(planned)
         return planned
 
-    def _staircase(self, stairs: Staircase, place: _Position) -> list[PlannedRun]:
+    def _staircase(self, stairs: Staircase, at: _Position) -> list[PlannedRun]:
         count = len(stairs.speeds or stairs.voltages or ())
         count += count - 1 if stairs.down else 0
         seconds = stairs.repeats * (stairs.rest + stairs.dwell * count)
-        self._grow(place, stairs.repeats, seconds, stairs)
+        self._grow(at, stairs.repeats, seconds, stairs)
         voltages = round(count * stairs.step_ramp / RAMP_STEP_S)
         if voltages > _MOST_VOLTAGES:
             self._give_up(
-                place,
+                at,
                 f"ramps of {voltages} voltages in one run, and there may be at most "
                 f"{_MOST_VOLTAGES}; use fewer levels or a shorter step_ramp",
             )
-        found = [level for level in self._levels(stairs, place) if level is not None]
+        found = [level for level in self._levels(stairs, at) if level is not None]
         found += found[-2::-1] if stairs.down else []
-        self._require_ramp(stairs, stairs.dwell, "dwell", place)
+        self._require_ramp(stairs, stairs.dwell, "dwell", at)
         if not found:
             return []
         levels = tuple(level._replace(since=i * stairs.dwell) for i, level in enumerate(found))
         drive = PlannedDrive(levels, self.ramps.through(levels, stairs.ramp, stairs.step_ramp))
         duration = stairs.dwell * len(levels)
         return [
-            self._planned(stairs, drive, duration, repeat, place)
+            self._planned(stairs, drive, duration, repeat, at)
             for repeat in range(1, stairs.repeats + 1)
         ]
 
-    def _levels(self, several: Sweep | Staircase, place: _Position) -> list[Level | None]:
+    def _levels(self, several: Sweep | Staircase, at: _Position) -> list[Level | None]:
         speeds, voltages = several.speeds or (), several.voltages or ()
         return [
-            *(self._level(s, None, place.to("speeds", i)) for i, s in enumerate(speeds)),
-            *(self._level(None, v, place.to("voltages", i)) for i, v in enumerate(voltages)),
+            *(self._level(s, None, at.to("speeds", i)) for i, s in enumerate(speeds)),
+            *(self._level(None, v, at.to("voltages", i)) for i, v in enumerate(voltages)),
         ]
 
-    def _level(self, speed: float | None, volts: float | None, place: _Position) -> Level | None:
+    def _level(self, speed: float | None, volts: float | None, at: _Position) -> Level | None:
         """Return what the supply can set and the speed it gives, or note the fault."""
         calibration = self.bench.line
         try:
@@ -335,11 +335,11 @@ class _Planner:
             rounded = Decimal(repr(exact)).quantize(self.voltage_step, ROUND_HALF_EVEN)
             level = Level(0.0, rounded, calibration.speed(float(rounded)))
         except InputError as error:
-            self._fault(place, str(error))
+            self._fault(at, str(error))
             return None
         beyond = self._beyond(level)
         if beyond is not None:
-            self._fault(place, beyond)
+            self._fault(at, beyond)
             return None
         return level
 
@@ -357,19 +357,19 @@ class _Planner:
         return None
 
     def _drive(
-        self, condition: ConditionFields, duration: float, level: Level | None, place: _Position
+        self, condition: ConditionFields, duration: float, level: Level | None, at: _Position
     ) -> PlannedDrive | None:
         if level is None:
             return None
-        self._require_ramp(condition, duration, "duration", place)
+        self._require_ramp(condition, duration, "duration", at)
         return PlannedDrive((level,), self.ramps.through((level,), condition.ramp, 0.0))
 
     def _require_ramp(
-        self, condition: ConditionFields, whole: float, name: str, place: _Position
+        self, condition: ConditionFields, whole: float, name: str, at: _Position
     ) -> None:
         if condition.ramp >= whole:
             text = f"ramp {condition.ramp:g} s is not shorter than {name} {whole:g} s"
-            self._fault(place.to("ramp"), text)
+            self._fault(at.to("ramp"), text)
 
     def _planned(
         self,
@@ -377,15 +377,15 @@ class _Planner:
         action: PlannedDrive | PlannedRelease,
         duration: float,
         repeat: int,
-        place: _Position,
+        at: _Position,
     ) -> PlannedRun:
         if condition.stop_when is not None and self.bench.tracking.live is None:
             text = (
                 f"stop_when needs cameras that stream, and bench {self.bench.name!r} has no "
                 "`tracking: live:`; name the stream there, or remove stop_when"
             )
-            self._fault(place.to("stop_when"), text)
-        beside = place.document.path.parent
+            self._fault(at.to("stop_when"), text)
+        beside = at.document.path.parent
         before = enumerate(condition.before)
         after = enumerate(condition.after)
         return PlannedRun(
@@ -398,13 +398,13 @@ class _Planner:
             repeat=repeat,
             shape=None if condition.shape is None else Named(condition.shape, beside),
             expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
-            before=tuple(self._prompt(one, place.to("before", i)) for i, one in before),
-            after=tuple(self._prompt(one, place.to("after", i)) for i, one in after),
+            before=tuple(self._prompt(one, at.to("before", i)) for i, one in before),
+            after=tuple(self._prompt(one, at.to("after", i)) for i, one in after),
             stop_when=condition.stop_when,
         )
 
-    def _fault(self, place: _Position, text: str) -> None:
-        fault = place.fault(text)
+    def _fault(self, at: _Position, text: str) -> None:
+        fault = at.fault(text)
         if fault not in self._reported:
             self._reported.add(fault)
             self.faults.append(fault)

@@ -92,21 +92,17 @@ def _results(grouped: Sequence[RepeatedRuns]) -> Markup:
     names = dict.fromkeys(
         name for one in grouped for run in one.runs for name in run.real_summary.as_json()
     )
-    names_shown = [name for name in QUANTITIES if name in names]
+    kept = [name for name in QUANTITIES if name in names]
     rows = [
-        (
-            condition.name if name == names_shown[0] else "",
-            _named(name),
-            *_compared(condition, name),
-        )
+        (condition.name if name == kept[0] else "", _named(name), *_compared(condition, name))
         for condition in grouped
-        for name in names_shown
+        for name in kept
     ]
     heads = ("Condition", "Quantity", "Runs", "Real", "Twin", "Twin - real")
     percent = f"{100 * CONFIDENCE:.0f} %"
     about = f"Bars: mean of the repeats; whiskers: its {percent} interval; points: the runs."
     return table(rows, heads, css="numbers spreads") + figure(
-        bars(grouped, names_shown[0], _QUANTITIES[names_shown[0]]), about
+        bars(grouped, kept[0], _QUANTITIES[kept[0]]), about
     )
 
 
@@ -121,15 +117,11 @@ def _compared(condition: RepeatedRuns, name: str) -> tuple[str, str, str, str]:
     real = condition.interval(lambda run: quantity.factor * si("real", run))
     twin = condition.interval(lambda run: quantity.factor * si("twin", run))
     apart = condition.interval(lambda run: quantity.apart(si("real", run), si("twin", run)))
-    return (
-        str(real.known),
-        _with_unit(real, quantity),
-        _with_unit(twin, quantity),
-        _with_unit(apart, quantity, sign="+"),
-    )
+    shown = _text(real, quantity), _text(twin, quantity), _text(apart, quantity, sign="+")
+    return str(real.known), *shown
 
 
-def _with_unit(found: MeanInterval, quantity: DisplayedQuantity, sign: str = "") -> str:
+def _text(found: MeanInterval, quantity: DisplayedQuantity, sign: str = "") -> str:
     if not math.isfinite(found.mean):
         return "not measured"
     mean = f"{found.mean:{sign}.{quantity.digits}f}"
@@ -190,9 +182,9 @@ def _link(run: Comparison, report: str) -> Markup:
 
 
 def _recording(page: ExperimentPage) -> Markup:
-    quantity = picture(page.picture, "The recording of all runs in the viewer.")
+    drawn = picture(page.picture, "The recording of all runs in the viewer.")
     words = "<p>All robots start together, each pair in a lane and under a tab. Open it with</p>"
-    return quantity + Markup(words) + code(page.command)
+    return drawn + Markup(words) + code(page.command)
 
 
 def _protocol(runs: Sequence[Comparison]) -> Markup:

@@ -134,7 +134,7 @@ SIGLENT_TRIPLE = replace(SIGLENT, apart=(0b1100, 0b0100))  # in series its volta
 
 AT_LIMIT = "over-current protection trips at the current limit, it has no level of its own"
 CLEARS = "OUTP:PROT:CLE would restore the output's former state: it is never sent"
-UNREPORTED_TRIP = "it does not report which protection tripped: its output is found off"
+NO_REPORT = "it does not report which protection tripped: its output is found off"
 NO_TRIPS = (
     "it has neither over-voltage nor over-current protection that can be set: only its current "
     "limit and this program watch"
@@ -205,9 +205,7 @@ def _owon(
     name: str, dialect: Dialect, volts: str, amps: str, step: Decimal, maker: str = "OWON"
 ) -> ScpiModel:
     given = f"(?i:{maker})"
-    return _row(
-        name, given, dialect, volts, amps, step=step, baud=115200, quirks=(UNREPORTED_TRIP,)
-    )
+    return _row(name, given, dialect, volts, amps, step=step, baud=115200, quirks=(NO_REPORT,))
 
 
 def _siglent(
