@@ -10,7 +10,7 @@ import pytest
 
 from tests.bundles import manifest_of
 from workbench.attended import carry_out_with_control
-from workbench.bench import CameraWindow, Operator, SimulatedBench, Subject, load_bench
+from workbench.bench import CameraSpan, Operator, SimulatedBench, Subject, load_bench
 from workbench.bundle import Bundle, read_remarks
 from workbench.control import pause, session_files
 from workbench.experiment import Experiment, read_experiment
@@ -36,7 +36,7 @@ class Unfilmed(SimulatedBench):
         """Film nothing."""
 
     def collect(
-        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
     ) -> None:
         """Film nothing."""
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.bundles import journal_of, manifest_of
 from tests.conftest import Command
-from workbench.bench import CameraWindow, RealBench, Subject, VirtualBench, load_bench
+from workbench.bench import CameraSpan, RealBench, Subject, VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.engine import carry_out
 from workbench.errors import HardwareError, InputError, Interrupted
@@ -80,7 +80,7 @@ class Studio:
 
     def film(self) -> Path:
         """Return an export of what happened while the recording ran."""
-        window = CameraWindow(self.start, self.stop, self.began + self.late)
+        window = CameraSpan(self.start, self.stop, self.began + self.late)
         box = Bundle.create(self.scratch, "film", datetime.now())
         model, shape = load_model("thesis", self.place), load_shape("thesis-initial", self.place)
         subject = Subject(model.content, shape.content, "hop")

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BUILT_IN",
     "Bench",
-    "CameraWindow",
+    "CameraSpan",
     "Operator",
     "RealBench",
     "SimulatedBench",
@@ -85,7 +85,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class CameraWindow:
+class CameraSpan:
     """When the cameras ran.
 
     Args:
@@ -149,7 +149,7 @@ class Bench(ABC):
 
     @abstractmethod
     def collect(
-        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path | None:
         """Return the export of what the cameras saw; it may already lie in the bundle.
 
@@ -163,7 +163,7 @@ class Bench(ABC):
         """Leave nothing running, however the run ended."""
 
     def collector(
-        self, window: CameraWindow, bundle: Bundle, operator: Operator, used: dict[str, str]
+        self, window: CameraSpan, bundle: Bundle, operator: Operator, used: dict[str, str]
     ) -> Collector:
         """Return what finds the take of a window and checks that it belongs to it."""
         tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
@@ -272,7 +272,7 @@ class RealBench(Bench):
         operator.confirm("Start recording in the tracking software.")
 
     def collect(
-        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path:
         """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
@@ -343,7 +343,7 @@ class VirtualBench(SimulatedBench):
         """Record always."""
 
     def collect(
-        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         from workbench.tracking import format_start_time, write_motive, write_row
@@ -366,9 +366,7 @@ class VirtualBench(SimulatedBench):
             path
         )  # same seed, same take
 
-    def _motion(
-        self, subject: Subject, window: CameraWindow, rng: np.random.Generator
-    ) -> TimeSeries:
+    def _motion(self, subject: Subject, window: CameraSpan, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
         from workbench.sim import Condition
         from workbench.virtual import let_go, move, true_robot

@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
-from workbench.bench import BUILT_IN, Bench, CameraWindow, Operator, Subject
+from workbench.bench import BUILT_IN, Bench, CameraSpan, Operator, Subject
 from workbench.bench_supply import check_new_scale, made_ready, require_not_latched
 from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
@@ -229,7 +229,7 @@ class _Conductor:
         self.bundle.record.note(Measured(cameras=cameras))
         return self.bench.collect(subject, window, self.bundle, self.operator)
 
-    def _measure_drive(self, drive: PlannedDrive) -> CameraWindow:
+    def _measure_drive(self, drive: PlannedDrive) -> CameraSpan:
         """Drive the robot while the cameras run."""
         self.twin = self._live_twin()
         with self.signals.first_only(), self.twin, self.bench.supply(self.bundle) as supply:
@@ -250,7 +250,7 @@ class _Conductor:
                 self._switch_off(supply, first)
         self._keep_readings()
         self.twin.keep_in(self.bundle, self._journal)
-        return CameraWindow(self.start, self.bench.clock.now(), began)
+        return CameraSpan(self.start, self.bench.clock.now(), began)
 
     def _live_twin(self) -> LiveTwin | NoTwin:
         """Return what observes the run while it goes on, where the cameras stream."""
@@ -259,7 +259,7 @@ class _Conductor:
         texts = (self.experiment.model.text, self.shape.text, self.experiment.bench.text)
         return LiveTwin(LiveTask.of(self.run, *texts, self.bench.viewer), self.bench.on_live_state)
 
-    def _measure_release(self, release: PlannedRelease) -> CameraWindow:
+    def _measure_release(self, release: PlannedRelease) -> CameraSpan:
         """Let the operator hold the robot and let go while the cameras run."""
         self._journal(events.NoDrive())
         self.bundle.record.note(Measured(output_off="supply not opened"))
@@ -271,7 +271,7 @@ class _Conductor:
         seconds = self.run.duration
         self.progress(Stage(f"{seconds:g} s after the release", seconds=seconds))
         self.bench.clock.sleep(self.run.duration + _HAND_S)
-        return CameraWindow(self.start, self.bench.clock.now(), began, asked)
+        return CameraSpan(self.start, self.bench.clock.now(), began, asked)
 
     def _ask(self, prompts: Sequence[PlannedPrompt]) -> None:
         for prompt in prompts:

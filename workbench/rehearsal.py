@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from workbench.bench import CameraWindow, Operator, SimulatedBench, Subject
+from workbench.bench import CameraSpan, Operator, SimulatedBench, Subject
 from workbench.bundle import Bundle, Event, events
 from workbench.bundle.sentences import sentence
 from workbench.engine import carry_out
@@ -68,7 +68,7 @@ class _RehearsalBench(SimulatedBench):
         self.cameras = self.clock.now()
 
     def collect(
-        self, subject: Subject, window: CameraWindow, bundle: Bundle, operator: Operator
+        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
     ) -> None:
         """Film nothing."""
 
