@@ -243,8 +243,8 @@ class RealBench(Bench):
 
     def ledger_of(self, identity: Identity) -> Ledger:
         """Return the ledger of the supply that is open."""
-        place = connection_of(self.file).resolved_address
-        return Ledger(Ledger.key_of(identity.model, identity.known_serial, place))
+        address = connection_of(self.file).resolved_address
+        return Ledger(Ledger.key_of(identity.model, identity.known_serial, address))
 
     def require_ready(self, drives: bool) -> None:
         """Raise HardwareError where the folder of exports or the supply's place do not open."""

@@ -89,8 +89,8 @@ class Experiment:
         return {name: digest(one.text) for name, one in self._files().items()}
 
     def _files(self) -> dict[str, Document[Any]]:
-        own = {"protocol": self.protocol, "bench": self.bench, "model": self.model}
-        files: dict[str, Document[Any]] = {f"{k} {one.path.name}": one for k, one in own.items()}
+        given = {"protocol": self.protocol, "bench": self.bench, "model": self.model}
+        files: dict[str, Document[Any]] = {f"{k} {one.path.name}": one for k, one in given.items()}
         files |= {f"part {part.path.name}": part for part in self.parts.values()}
         shapes = [self.shape, *self.shapes.values()]
         return files | {f"shape {one.path.name}": one for one in shapes}
@@ -168,8 +168,8 @@ def require_takes(bench: Document[BenchFile]) -> None:
 
 
 def _first(
-    read: Callable[[str, Path], T], own: tuple[str | None, Path], default: tuple[str, Path]
+    read: Callable[[str, Path], T], given: tuple[str | None, Path], default: tuple[str, Path]
 ) -> T:
     """Read what the protocol names, else what the bench names, each beside its own file."""
-    name, beside = own
+    name, beside = given
     return read(*default) if name is None else read(name, beside)

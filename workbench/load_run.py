@@ -327,10 +327,8 @@ def _phases(bundle: Bundle, begin: float, command: CommandFacts) -> tuple[Phase,
 
 def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
     zero = _zero(bundle)
-    events_shown = (
-        one for one in _events(bundle) if not isinstance(one.event, events.SupplyReading)
-    )
-    return tuple((time - zero, sentence(event)) for time, event in events_shown)
+    logged = (one for one in _events(bundle) if not isinstance(one.event, events.SupplyReading))
+    return tuple((time - zero, sentence(event)) for time, event in logged)
 
 
 def _protocol(bundle: Bundle) -> str:

@@ -349,7 +349,7 @@ class Manifest(_Frozen):
         """
         sections, head = split(facts)
         try:
-            found = {name: SECTIONS[name].model_validate(own) for name, own in sections.items()}
+            found = {name: SECTIONS[name].model_validate(part) for name, part in sections.items()}
             return cls.model_validate(dict(head) | found)
         except ValidationError as error:
             raise ValueError(_faults(error)) from None

@@ -80,13 +80,13 @@ def small_motions(
     hinges = _hinges(values, rest.shape)
     weight = np.ascontiguousarray(step * _column(values, "gravity") * carried)
     moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
-    own = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
-    own[:, -1:] += _column(values, "top_mass") * step**2 / 12
+    inertia = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
+    inertia[:, -1:] += _column(values, "top_mass") * step**2 / 12
     parts = [slice(k, k + _AT_ONCE) for k in range(0, len(rest), _AT_ONCE)]
     moved = np.ascontiguousarray(np.broadcast_to(moved, (len(rest), count, count)))
 
     def ring(at: slice) -> tuple[NDArray[np.float64], ...]:
-        return _ring(rest[at], hinges[at], weight[at], moved[at], own[at], standing)
+        return _ring(rest[at], hinges[at], weight[at], moved[at], inertia[at], standing)
 
     rung = spread(ring, parts)
     phi, squares, modes = (np.concatenate(each) for each in zip(*rung, strict=True))
@@ -155,7 +155,7 @@ def _ring(
     hinges: NDArray[np.float64],
     weight: NDArray[np.float64],
     moved: NDArray[np.float64],
-    own: NDArray[np.float64],
+    inertia: NDArray[np.float64],
     standing: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return absolute angles under gravity, squares of the slowest frequencies, and their modes.
@@ -169,7 +169,7 @@ def _ring(
         hinges: (n, N) stiffness [N m/rad].
         weight: (n, N) gravity on what each increment carries, times its length [N m].
         moved: (n, N, N) inertia of parallel increments [kg m^2].
-        own: (n, N) of each about its centre.
+        inertia: (n, N) of each about its centre.
         standing: whether the angles are those under gravity.
 
     Returns:

@@ -178,10 +178,10 @@ class FilmStage:
             self._line(begin, end, _BEAM_M, _ink(color))
         pushed = ground_forces(motion, figure)
         if pushed is not None:
-            for place, force in zip(pushed[0][0], pushed[1][0], strict=True):
+            for point, force in zip(pushed[0][0], pushed[1][0], strict=True):
                 if np.isfinite(force).all() and force.any():
-                    tip = place + FORCE_M_PER_N * force
-                    self._line(place, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
+                    tip = point + FORCE_M_PER_N * force
+                    self._line(point, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
 
     def _add_measured(self, motion: TimeSeries, estimate: TimeSeries | None) -> None:
         """Add the real robot as a ghost, its beam as estimated, the fainter the less certain.

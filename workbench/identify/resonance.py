@@ -229,8 +229,8 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
         if low < found.speed < high:
             return Peak(leg[k].direction, oscillation(x, z), found.speed, found.speed_error,
                         (x, z), found.damping_ratio, True)  # fmt: skip
-    spread = (high - low) / np.sqrt(12)
-    return Peak(leg[k].direction, oscillation(x, z), leg[k].speed, spread, (x, z), None, False)
+    sigma = (high - low) / np.sqrt(12)
+    return Peak(leg[k].direction, oscillation(x, z), leg[k].speed, sigma, (x, z), None, False)
 
 
 def _jumps(leg: Sequence[SweepPoint], k: int) -> bool:
