@@ -207,7 +207,7 @@ def _ring(
         for i in range(size):
             for j in range(size):
                 inner[i, j] = moved[n, i, j] * math.cos(phi[n, i] - phi[n, j])
-            inner[i, i] += own[n, i]
+            inner[i, i] += inertia[n, i]
         for turn in range(2):  # rows, then columns of the symmetric matrix
             for i in range(size):
                 row = inner[i] if turn == 0 else inner[:, i]
