@@ -70,5 +70,5 @@ def test_unseen_samples_do_not_count_and_too_few_are_refused() -> None:
     found = fit_damped_sinusoids(t, path, 2)
     assert found.sinusoids[0].hz == pytest.approx(TRUTH[0].hz, rel=2e-3)
     assert np.isnan(found.residual[100:160]).all()
-    with pytest.raises(ValueError, match="59 samples show no swing; 60 do"):
+    with pytest.raises(ValueError, match="59 samples determine no sinusoid; 60 do"):
         fit_damped_sinusoids(t[:59], path[:59], 1)

@@ -87,7 +87,7 @@ def killed_after(bench: VirtualBench, waits: int) -> None:
 @pytest.fixture(autouse=True)
 def _no_views(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twins and views take most of a run's time and have no part in this."""
-    monkeypatch.setattr("workbench.engine.pair", lambda bundle: None)
+    monkeypatch.setattr("workbench.engine.compare_with_twin", lambda bundle: None)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -341,5 +341,5 @@ def test_a_protocol_s_name_resumes_its_newest_experiment(tmp_path: Path) -> None
     assert resume(Path("p"), root, asked.inputs()).id == made
     assert resume(Path(made or ""), root, asked.inputs()).done == {bundles(root)[0].asked.number}
     next(runs(asked, root))
-    with pytest.raises(InputError, match="stands for runs of 2 experiments; name one of them"):
+    with pytest.raises(InputError, match="names runs of 2 experiments; name one of them"):
         resume(root, root, asked.inputs())

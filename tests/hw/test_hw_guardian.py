@@ -264,7 +264,7 @@ def test_a_guardian_that_is_told_to_end_switches_off_first(
     clock.sleep(0.2)
     assert device.on()
     os.kill(supply.guardian_pid, signal.SIGTERM)
-    with pytest.raises(SafetyStop, match=r"told to end .SIGTERM.; the output is off, confirmed"):
+    with pytest.raises(SafetyStop, match=r"asked to end .SIGTERM.; the output is off, confirmed"):
         clock.sleep(10)
     assert not device.on()
 
