@@ -13,12 +13,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.damped_sinusoids import (
-    LEAST_SAMPLES,
-    DampedSinusoid,
-    SinusoidFit,
-    fit_damped_sinusoids,
-)
+from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, SinusoidFit, fit_sinusoids
 from workbench.motion import ROTOR_ANGLE, TOP, position
 from workbench.timeseries import TimeSeries
 
@@ -124,7 +119,7 @@ def answer(
     beside = terms(phi)
     near = [DampedSinusoid(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
     tried = [
-        fit_damped_sinusoids(times, top, _FREE_SINUSOIDS, beside=beside, start=start)
+        fit_sinusoids(times, top, _FREE_SINUSOIDS, beside=beside, start=start)
         for start in ([], *([sinusoid] for sinusoid in near))
     ]
     found = min(tried, key=lambda one: float(np.nansum(one.residual**2)))
@@ -134,7 +129,7 @@ def answer(
     ]
     if len(free) == len(found.sinusoids):
         return found
-    return fit_damped_sinusoids(times, top, len(free), beside=beside, start=free)
+    return fit_sinusoids(times, top, len(free), beside=beside, start=free)
 
 
 def factors(found: SinusoidFit) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-__all__ = ["LEAST_SAMPLES", "DampedSinusoid", "SinusoidFit", "fit_damped_sinusoids"]
+__all__ = ["LEAST_SAMPLES", "DampedSinusoid", "SinusoidFit", "fit_sinusoids"]
 
 LEAST_SAMPLES = 60
 """Fewer seen samples determine no sinusoid."""
@@ -65,7 +65,7 @@ class SinusoidFit:
     residual: NDArray[np.float64]
 
 
-def fit_damped_sinusoids(
+def fit_sinusoids(
     times: NDArray[np.float64],
     paths: NDArray[np.float64],
     count: int,

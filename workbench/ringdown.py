@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.damped_sinusoids import LEAST_SAMPLES, fit_damped_sinusoids
+from workbench.damped_sinusoids import LEAST_SAMPLES, fit_sinusoids
 from workbench.motion import FOOT, TOP, Mode, position, seen_median
 from workbench.timeseries import TimeSeries
 
@@ -83,7 +83,7 @@ def ring(times: NDArray[np.float64], path: NDArray[np.float64]) -> Ring:
     """
     if np.count_nonzero(np.isfinite(path)) < LEAST_SAMPLES:
         return Ring(np.nan, np.nan, np.nan)
-    found = fit_damped_sinusoids(times, path[:, None], 2)
+    found = fit_sinusoids(times, path[:, None], 2)
     strongest = int(np.argmax(np.abs(found.amplitudes[:, 0])))
     centre = float(found.beside[0, 0])
     if abs(found.amplitudes[strongest, 0]) < _LEAST_AMPLITUDE_M:

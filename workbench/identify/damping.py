@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, fit_damped_sinusoids
+from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, fit_sinusoids
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.identify.spectrum import Oscillation, oscillation
@@ -148,7 +148,7 @@ def _windows(run: MeasuredRun) -> Iterator[tuple[Oscillation, DampingPoint]]:
     times, path = swinging.times, position(swinging, TOP)[:, [0, 2]]
     if not _enough(path):
         return
-    sinusoids = fit_damped_sinusoids(times, path, _MODES).sinusoids
+    sinusoids = fit_sinusoids(times, path, _MODES).sinusoids
     parts = max(1, round((times[-1] - times[0]) / _WINDOW_S))
     edges = np.linspace(times[0], times[-1], parts + 1)
     for begin, end in pairwise(edges):
@@ -162,7 +162,7 @@ def _sinusoids(
 ) -> Iterator[tuple[Oscillation, DampingPoint]]:
     slow = start[0]
     double = DampedSinusoid(2 * slow.hz, 2 * slow.decay)  # a bent beam answers there too
-    found = fit_damped_sinusoids(times, path, len(start) + 1, start=[*start, double])
+    found = fit_sinusoids(times, path, len(start) + 1, start=[*start, double])
     first = times[np.isfinite(path).all(axis=1)][0]
     middle = (times[0] + times[-1]) / 2
     every = zip(found.sinusoids, found.sinusoid_errors, found.amplitudes, strict=True)

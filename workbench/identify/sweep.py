@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.clamped import ORDERS, answer, factors, lag, steady_end, terms
-from workbench.damped_sinusoids import LEAST_SAMPLES, SinusoidFit, fit_damped_sinusoids
+from workbench.damped_sinusoids import LEAST_SAMPLES, SinusoidFit, fit_sinusoids
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
@@ -183,7 +183,7 @@ def _changes(
     driven = columns @ found.beside + found.residual  # without the robot's free vibration
     middle = (times[0] + times[-1]) / 2
     (first, first_error), (last, last_error) = (
-        factors(fit_damped_sinusoids(times[half], driven[half], 0, beside=terms(phi[half])))
+        factors(fit_sinusoids(times[half], driven[half], 0, beside=terms(phi[half])))
         for half in (times <= middle, times > middle)
     )
     size = np.maximum(np.abs(first), np.finfo(float).tiny)
