@@ -36,7 +36,7 @@ class Unfilmed(SimulatedBench):
         """Film nothing."""
 
     def collect(
-        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> None:
         """Film nothing."""
 

@@ -102,7 +102,7 @@ class CameraSpan:
 
     @property
     def cameras(self) -> CameraTime:
-        """Return what a take of this window has to show."""
+        """Return what a take of this span has to show."""
         return CameraTime(self.began, self.stop - self.start)
 
 
@@ -149,7 +149,7 @@ class Bench(ABC):
 
     @abstractmethod
     def collect(
-        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path | None:
         """Return the export of what the cameras saw; it may already lie in the bundle.
 
@@ -163,11 +163,11 @@ class Bench(ABC):
         """Leave nothing running, however the run ended."""
 
     def collector(
-        self, window: CameraSpan, bundle: Bundle, operator: Operator, used: dict[str, str]
+        self, span: CameraSpan, bundle: Bundle, operator: Operator, used: dict[str, str]
     ) -> Collector:
-        """Return what finds the take of a window and checks that it belongs to it."""
-        tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
-        return Collector(bundle, wanted, window.start, operator, self.clock, tolerance, used)
+        """Return what finds the take of a span and checks that it belongs to it."""
+        tolerance, wanted = self.file.tracking.takes_tolerance, span.cameras
+        return Collector(bundle, wanted, span.start, operator, self.clock, tolerance, used)
 
     @property
     def voltage_step(self) -> Decimal:
@@ -272,14 +272,14 @@ class RealBench(Bench):
         operator.confirm("Start recording in the tracking software.")
 
     def collect(
-        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path:
         """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
-        collector = self.collector(window, bundle, operator, self._used)
+        collector = self.collector(span, bundle, operator, self._used)
         if self.recorder is not None:
             self.clock.sleep(_TAIL_S)
             return collector.accept(write_stream(self.recorder, bundle))
@@ -343,7 +343,7 @@ class VirtualBench(SimulatedBench):
         """Record always."""
 
     def collect(
-        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         from workbench.tracking import format_start_time, write_motive, write_row
@@ -352,8 +352,8 @@ class VirtualBench(SimulatedBench):
         # a resumed experiment goes on with the noise of its place in the plan
         self._takes = max(self._takes + 1, bundle.asked.number if bundle.manifest.asked else 1)
         rng = np.random.default_rng([self.section.seed, self._takes])  # same seed, same takes
-        filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
-        take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
+        filmed = film(self._motion(subject, span, rng), self.file.tracking, self.section, rng)
+        take = replace(filmed, header={"Capture Start Time": format_start_time(span.began)})
 
         def write(path: Path) -> None:
             if self.section.export == "row-1.0":
@@ -361,23 +361,21 @@ class VirtualBench(SimulatedBench):
             else:
                 write_motive(take, path, version="1.23")
 
-        path = bundle.write_take(f"take {window.began:%Y-%m-%d %H.%M.%S}.csv", write)
-        return self.collector(window, bundle, operator, used={}).accept(
-            path
-        )  # same seed, same take
+        path = bundle.write_take(f"take {span.began:%Y-%m-%d %H.%M.%S}.csv", write)
+        return self.collector(span, bundle, operator, used={}).accept(path)  # same seed, same take
 
-    def _motion(self, subject: Subject, window: CameraSpan, rng: np.random.Generator) -> TimeSeries:
+    def _motion(self, subject: Subject, span: CameraSpan, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
         from workbench.sim import Condition
         from workbench.virtual import let_go, move, true_robot
 
         robot = true_robot(subject.model, subject.shape, self.section)
-        duration = window.stop - window.start + _TAIL_S
-        if window.asked is not None:
+        duration = span.stop - span.start + _TAIL_S
+        if span.asked is not None:
             zeros = Condition(subject.mode, np.zeros(0), self.section.start_angle)
             held = replace(zeros, pull=subject.pull or 0.0, height=subject.height or 0.0)
-            return let_go(robot, held, window.asked - window.start, duration, rng)
-        history = [(t - window.start, volts) for t, volts in self.device.history]
+            return let_go(robot, held, span.asked - span.start, duration, rng)
+        history = [(t - span.start, volts) for t, volts in self.device.history]
         return move(robot, subject.mode, history, duration, self.section)
 
 
@@ -391,10 +389,8 @@ def load_bench(name: str) -> Document[BenchFile]:
     if name == "virtual":
         return with_calibration(load(BUILT_IN, BenchFile))
     if not name.endswith((".yaml", ".yml")):
-        hint = did_you_mean(name, ["virtual"])
-        raise InputError(
-            f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
-        )
+        what = f"no bench named {name!r}{did_you_mean(name, ['virtual'])}"
+        raise InputError(f"{what}; built in: virtual; a path must end in .yaml")
     return with_calibration(load(Path(name), BenchFile))
 
 

@@ -68,7 +68,7 @@ class _RehearsalBench(SimulatedBench):
         self.cameras = self.clock.now()
 
     def collect(
-        self, subject: Subject, window: CameraSpan, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> None:
         """Film nothing."""
 

@@ -7,7 +7,7 @@ the field with its docstring, run `make schemas`, and describe it in docs/refere
 
 from workbench.protocol.bench import BenchFile, CameraSettings, ConnectionSettings, VirtualSection
 from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
-from workbench.protocol.experiment import IncludedPart, Mode, Protocol, Role
+from workbench.protocol.experiment import Mode, PartFile, Protocol, Role
 from workbench.protocol.files import Document, load, parse
 from workbench.protocol.identified import Identified, identifications, identified_source
 from workbench.protocol.library import builtin_names, load_model, load_shape, with_calibration
@@ -48,7 +48,7 @@ from workbench.protocol.stop import StopWhen
 
 SCHEMAS: dict[str, type[Section]] = {
     "protocol": Protocol,
-    "part": IncludedPart,
+    "part": PartFile,
     "bench": BenchFile,
     "sheet": Sheet,
     "model": ModelFile,
@@ -71,7 +71,6 @@ __all__ = [
     "ConnectionSettings",
     "Document",
     "Identified",
-    "IncludedPart",
     "InputEffect",
     "Item",
     "JointEffect",
@@ -80,6 +79,7 @@ __all__ = [
     "ModelFile",
     "MotorLine",
     "Named",
+    "PartFile",
     "Parts",
     "Plan",
     "PlannedDrive",

@@ -16,14 +16,14 @@ from workbench.protocol.section import Section
 from workbench.protocol.stop import StopLimit
 
 __all__ = [
-    "ConditionFields",
-    "IncludedPart",
     "Mode",
+    "PartFile",
     "Pause",
     "Protocol",
     "ProtocolLimits",
     "Role",
     "Run",
+    "RunFields",
     "Staircase",
     "Step",
     "Sweep",
@@ -54,7 +54,7 @@ def wrong_release(mode: Mode, given: Mapping[str, object]) -> str | None:
     return None
 
 
-class ConditionFields(Section):
+class RunFields(Section):
     """What every run of a step has in common."""
 
     mode: Mode
@@ -105,7 +105,7 @@ class ConditionFields(Section):
             raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
 
 
-class _Timed(ConditionFields):
+class _Timed(RunFields):
     """A condition of one level."""
 
     duration: Annotated[float, UnitQuantity("time", above=0, high=3600)] = 10.0
@@ -151,7 +151,7 @@ class Sweep(_Timed):
         return self
 
 
-class Staircase(ConditionFields):
+class Staircase(RunFields):
     """One run that goes from level to level without a pause, for example up and down again."""
 
     speeds: Speeds | None = None
@@ -217,7 +217,7 @@ class Step(Section):
 Steps = Annotated[tuple[Step, ...], Field(min_length=1)]
 
 
-class IncludedPart(Section):
+class PartFile(Section):
     """Steps that several protocols share."""
 
     schema_: Annotated[Literal["workbench/part-1"], Field(alias="schema")]

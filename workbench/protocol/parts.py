@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.protocol.experiment import IncludedPart, Protocol, Step
+from workbench.protocol.experiment import PartFile, Protocol, Step
 from workbench.protocol.files import Document, load
 from workbench.protocol.prompt import OperatorPrompt
 from workbench.protocol.wording import Location
 
 __all__ = ["Parts", "load_protocol", "part_of"]
 
-Parts = Mapping[Path, Document[IncludedPart]]
+Parts = Mapping[Path, Document[PartFile]]
 """Resolved path -> what is there."""
 
 _DEEPEST = 20  # parts inside each other
@@ -29,17 +29,17 @@ def load_protocol(path: Path) -> tuple[Document[Protocol], Parts]:
             missing, and a part that includes itself, is a fault of the line that names it.
     """
     protocol = load(path, Protocol)
-    parts: dict[Path, Document[IncludedPart]] = {}
+    parts: dict[Path, Document[PartFile]] = {}
     _collect(protocol, (path.resolve(),), parts)
     return protocol, parts
 
 
-def part_of(document: Document[Protocol] | Document[IncludedPart], name: str) -> Path:
+def part_of(document: Document[Protocol] | Document[PartFile], name: str) -> Path:
     """Return where a part is that a file includes."""
     return (document.path.parent / name).resolve()
 
 
-def _missing_pictures(document: Document[Protocol] | Document[IncludedPart]) -> Iterator[FileFault]:
+def _missing_pictures(document: Document[Protocol] | Document[PartFile]) -> Iterator[FileFault]:
     """Yield a fault for each prompt whose picture is not there, or is no file."""
     for location, prompt in _prompts(document.content.steps):
         if prompt.picture is None:
@@ -67,9 +67,9 @@ def _prompts(steps: Sequence[Step]) -> Iterator[tuple[Location, OperatorPrompt]]
 
 
 def _collect(
-    document: Document[Protocol] | Document[IncludedPart],
+    document: Document[Protocol] | Document[PartFile],
     above: tuple[Path, ...],
-    parts: dict[Path, Document[IncludedPart]],
+    parts: dict[Path, Document[PartFile]],
 ) -> None:
     faults = list(_missing_pictures(document))
     for i, step in enumerate(document.content.steps):
@@ -89,7 +89,7 @@ def _collect(
         if not os.path.isfile(path):
             faults.append(document.fault(location, f"no such file: {path}"))
             continue
-        parts[path] = load(path, IncludedPart)
+        parts[path] = load(path, PartFile)
         _collect(parts[path], (*above, path), parts)
     if faults:
         raise FileFaults(faults)

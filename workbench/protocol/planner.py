@@ -11,15 +11,7 @@ from typing import NoReturn
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
-from workbench.protocol.experiment import (
-    ConditionFields,
-    IncludedPart,
-    Protocol,
-    Run,
-    Staircase,
-    Step,
-    Sweep,
-)
+from workbench.protocol.experiment import PartFile, Protocol, Run, RunFields, Staircase, Step, Sweep
 from workbench.protocol.files import Document
 from workbench.protocol.parts import Parts, part_of
 from workbench.protocol.plan import (
@@ -103,7 +95,7 @@ def _numbered(items: Sequence[Item]) -> Iterator[Item]:
 class _Position:
     """Position of something: a file, and the way to it from the top."""
 
-    document: Document[Protocol] | Document[IncludedPart]
+    document: Document[Protocol] | Document[PartFile]
     location: Location
 
     def to(self, *further: str | int) -> _Position:
@@ -126,7 +118,7 @@ class _Planner:
         self._seconds = 0.0
         self._asked: dict[int, _Position] = {}  # id of a planned prompt -> its position
 
-    def lay_out(self, document: Document[Protocol] | Document[IncludedPart]) -> list[Item]:
+    def lay_out(self, document: Document[Protocol] | Document[PartFile]) -> list[Item]:
         """Return what the steps of a file come to, its parts included."""
         return [
             item
@@ -202,11 +194,7 @@ class _Planner:
                 yield str(self._asked[id(item)].fault(text))
 
     def _grow(
-        self,
-        at: _Position,
-        runs: int = 0,
-        seconds: float = 0.0,
-        condition: ConditionFields | None = None,
+        self, at: _Position, runs: int = 0, seconds: float = 0.0, condition: RunFields | None = None
     ) -> None:
         """Count what a step comes to, before it is laid out, and give up where that is too much."""
         self._runs, self._seconds = self._runs + runs, self._seconds + seconds
@@ -357,23 +345,21 @@ class _Planner:
         return None
 
     def _drive(
-        self, condition: ConditionFields, duration: float, level: Level | None, at: _Position
+        self, condition: RunFields, duration: float, level: Level | None, at: _Position
     ) -> PlannedDrive | None:
         if level is None:
             return None
         self._require_ramp(condition, duration, "duration", at)
         return PlannedDrive((level,), self.ramps.through((level,), condition.ramp, 0.0))
 
-    def _require_ramp(
-        self, condition: ConditionFields, whole: float, name: str, at: _Position
-    ) -> None:
+    def _require_ramp(self, condition: RunFields, whole: float, name: str, at: _Position) -> None:
         if condition.ramp >= whole:
             text = f"ramp {condition.ramp:g} s is not shorter than {name} {whole:g} s"
             self._fault(at.to("ramp"), text)
 
     def _planned(
         self,
-        condition: ConditionFields,
+        condition: RunFields,
         action: PlannedDrive | PlannedRelease,
         duration: float,
         repeat: int,
