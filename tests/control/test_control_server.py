@@ -66,7 +66,7 @@ def heard(line: MessageLine, seconds: float = 3.0) -> Message:
 
 
 def shown(line: MessageLine, **wanted: object) -> Message:
-    """Wait until the desk shows something."""
+    """Wait until the server publishes something."""
     deadline = time.monotonic() + 3
     while time.monotonic() < deadline:
         found = heard(line)
@@ -234,7 +234,7 @@ def test_a_visitor_that_never_reads_does_not_hold_up_the_run(
             began = time.perf_counter()
             desk.show_phase("x" * 200_000 + f" {number}")
             took.append(time.perf_counter() - began)
-            time.sleep(0.005)  # lets the desk send
+            time.sleep(0.005)  # lets the server send
 
     worker = threading.Thread(target=work)
     worker.start()
