@@ -81,7 +81,7 @@ def print_lines(bundles: list[Bundle], truth: tuple[float, float]) -> None:
     worst = max(abs(p.speed - truth[0] * p.voltage - truth[1]) for p in found.points)
     print(f"ours: worst speed off {worst:.5f} rad/s, scatter {found.line.scatter:.5f} rad/s")
     print(f"ours: found {[n for n, c in found.checks.items() if c.found] or 'nothing'}")
-    print(f"ours: left out {[one.reason for one in found.left_out] or 'nothing'}; {seconds:.1f} s")
+    print(f"ours: left out {[one.reason for one in found.omitted] or 'nothing'}; {seconds:.1f} s")
 
 
 def row(name: str, slope: float, offset: float, truth: tuple[float, float]) -> None:

@@ -52,7 +52,7 @@ def make_bundles(root: Path, count: int) -> None:
         bundle = Bundle.create(root, f"{mode}-{k}", now)
         note(bundle, **facts(draw, mode, speed, k))
         bundle.write_document("shape", f"schema: workbench/shape-1\nname: bent-{k % 7}\n")
-        bundle.record.journal(events.Asked(run=f"{mode}-{k}"), 0.0)
+        bundle.record.journal(events.RunAsked(run=f"{mode}-{k}"), 0.0)
         (bundle.take_folder / "take.csv").write_text(f"Format Version,1.23\n{k}\n")
         bundle.finish(draw.choice(("complete",) * 9 + ("failed",)))
         if k % 20 == 0:

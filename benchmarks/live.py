@@ -95,7 +95,7 @@ def stream(seconds: float) -> None:
     row("stub to recorder", p50, p99, on_the_way.max())
     row("arrival to estimated state", *found.latency_ms, LATENCY_BAR_MS)
     if viewer.latency_ms is not None:
-        row(f"arrival to drawn state, {viewer.shown} of them", *viewer.latency_ms, LATENCY_BAR_MS)
+        row(f"arrival to drawn state, {viewer.frames} of them", *viewer.latency_ms, LATENCY_BAR_MS)
     print(f"{'observed, skipped, lost':42} {found.samples:8d} {found.skipped:8d} {found.lost:8d}")
     print(f"{'processor time of a sample [ms]':42} {found.cpu_ms:8.2f}      of {1e3 / RATE_HZ:.2f}")
     print(f"{'share of a core, worker':42} {100 * found.cpu_ms * RATE_HZ / 1e3:7.0f} %")

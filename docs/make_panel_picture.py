@@ -36,7 +36,7 @@ def main() -> None:
         runs = Path(folder) / "runs"
         subprocess.run([*MAIN, PROTOCOL, "--runs", str(runs)], check=True, capture_output=True)
         starter = Starter(Protocols(Path("protocols"), BENCH), runs)
-        with Watcher(runs, starter.shown) as watcher, browser() as found:
+        with Watcher(runs, starter.facts_of) as watcher, browser() as found:
             panel = Panel(watcher, starter)
             serving = threading.Thread(target=panel.serve)
             serving.start()

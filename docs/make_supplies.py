@@ -10,7 +10,7 @@ from pathlib import Path
 
 from workbench.hw import MODELS, Model
 from workbench.hw.models import FAMILIES, Family, ModbusModel, Rating, ScpiModel
-from workbench.hw.simulated import Fault
+from workbench.hw.simulated import SimulatedFault
 
 HEAD = """# Supplies
 
@@ -131,7 +131,7 @@ def _quirks(rows: list[Model]) -> list[str]:
 
 
 def _faults() -> list[str]:
-    return [FAULTS.format(faults=", ".join(f"`{fault}`" for fault in Fault))]
+    return [FAULTS.format(faults=", ".join(f"`{fault}`" for fault in SimulatedFault))]
 
 
 if __name__ == "__main__":

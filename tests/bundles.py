@@ -16,16 +16,16 @@ from workbench.bundle import (
     Compared,
     Document,
     Measured,
-    Observed,
+    ObserverFacts,
     Series,
-    Signals,
+    SignalFacts,
     add_remark,
     events,
 )
+from workbench.comparison_set import write_views
 from workbench.engine import carry_out
 from workbench.experiment import read_experiment
 from workbench.operators import QuietOperator
-from workbench.showing import write_views
 from workbench.timeseries import TimeSeries
 
 NOW = datetime(2026, 3, 12, 10, 15).astimezone()
@@ -76,7 +76,7 @@ def _plain(facts: dict[str, Any]) -> dict[str, Any]:
 
 def note(bundle: Bundle, **facts: Any) -> None:
     """Add facts to the manifest, each to the section that it belongs to."""
-    for kind in (Asked, Measured, Compared, Observed, Signals):
+    for kind in (Asked, Measured, Compared, ObserverFacts, SignalFacts):
         own = {key: value for key, value in facts.items() if key in kind.model_fields}
         if own:
             known = {k: v for k, v in manifest_of(bundle).items() if k in kind.model_fields}
@@ -99,7 +99,7 @@ def make_bundle(root: Path, name: str = "hop-16.99", now: datetime = NOW, **fact
         bundle.write_document(kind, f"name: {kind}\nangles: [0.1, 0.2]\n")
     bundle.write_resolved("protocol", {"title": "Hop", "steps": [{"run": {"speed": 17.0}}]})
     bundle.write_resolved("bench", {"name": "virtual"})
-    bundle.record.journal(events.Asked(run=name), 0.0)
+    bundle.record.journal(events.RunAsked(run=name), 0.0)
     bundle.record.journal(events.OutputOn(volts="4.52"), 2.0)
     bundle.record.wire('{"way": "sent", "bytes": "01 06"}')
     guarded = '{"event": "off", "confirmed": true}\n{"event": "terminals", "dead": true}\n'

@@ -29,7 +29,7 @@ import pytest
 from tests.bundles import guardian_of, journal_of
 from tests.hw.guardian_rig import Device, device_process, off_after
 from workbench.bundle import Bundle, Event, Record
-from workbench.output import MAY_BE_ON, OutputState, Standing, fold, ledgers
+from workbench.output import MAY_BE_ON, Latch, OutputState, fold, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
 SIGNALS = ("SIGKILL", "SIGSTOP", "SIGTERM", "SIGHUP")
@@ -108,11 +108,11 @@ class Client:
         (path,) = self.runs.iterdir()
         return Bundle.open(path)
 
-    def standing(self) -> Standing | None:
+    def standing(self) -> Latch | None:
         """Return what its supply is latched for."""
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("WORKBENCH_STATE", str(self.state))
-            found = [ledger.standing() for ledger in ledgers()]
+            found = [ledger.latch() for ledger in ledgers()]
         return found[0] if found else None
 
     def known(self) -> OutputState:

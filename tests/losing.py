@@ -442,7 +442,7 @@ def _look(found: Lost, line: LossyLine, folder: Path, until: float) -> None:
         with line.lock:
             live = line.stub.terminals().live
         if known.state == "off" and live > 0:
-            found.false_off = known.told
+            found.false_off = known.description
         time.sleep(5 * POLL_S)
 
 

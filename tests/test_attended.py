@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from tests.bundles import manifest_of
-from workbench.attended import carry_out_at_desk
-from workbench.bench import Operator, SimulatedBench, Subject, Window, load_bench
+from workbench.attended import carry_out_with_control
+from workbench.bench import CameraSpan, Operator, SimulatedBench, Subject, load_bench
 from workbench.bundle import Bundle, read_remarks
-from workbench.desk import cards, pause
+from workbench.control import pause, session_files
 from workbench.experiment import Experiment, read_experiment
 from workbench.hw import SimulatedClock
 from workbench.operators import QuietOperator
 from workbench.resume import resume
-from workbench.takes import Place
+from workbench.takes import AnsweredAt
 
 TEXT = """\
 schema: workbench/protocol-1
@@ -35,7 +35,9 @@ class Unfilmed(SimulatedBench):
     def start_cameras(self, operator: Operator) -> None:
         """Film nothing."""
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> None:
+    def collect(
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
+    ) -> None:
         """Film nothing."""
 
 
@@ -43,7 +45,7 @@ class Chooser(QuietOperator):
     """Somebody who is there and gives these answers."""
 
     present = True
-    answered_at: Place = "terminal"
+    answered_at: AnsweredAt = "terminal"
 
     def __init__(self, *replies: str) -> None:
         self.replies = list(replies)
@@ -54,7 +56,7 @@ class Chooser(QuietOperator):
     def confirm(self, text: str) -> None:
         self.confirmed += 1
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.told.append(text)
 
     def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
@@ -70,7 +72,7 @@ def asked(folder: Path) -> Experiment:
 def made(folder: Path, operator: QuietOperator, always: bool = True) -> list[Bundle]:
     lab = Unfilmed(load_bench("virtual").content, SimulatedClock())
     experiment = asked(folder)
-    done = carry_out_at_desk(
+    done = carry_out_with_control(
         experiment,
         lab,
         folder / "runs",
@@ -133,7 +135,7 @@ def test_a_pause_that_is_wanted_from_elsewhere_is_made_once(
     operator = Chooser("go on")
 
     def confirm(text: str) -> None:
-        (card,) = cards(tmp_path / "runs")
+        (card,) = session_files(tmp_path / "runs")
         assert pause(card, True)
         assert not pause(card, False)
         assert pause(card, True)

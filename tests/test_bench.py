@@ -11,7 +11,7 @@ import pytest
 
 from tests.bundles import journal_of, manifest_of
 from tests.conftest import Command
-from workbench.bench import RealBench, Subject, VirtualBench, Window, load_bench
+from workbench.bench import CameraSpan, RealBench, Subject, VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
 from workbench.engine import carry_out
 from workbench.errors import HardwareError, InputError, Interrupted
@@ -29,7 +29,7 @@ from workbench.protocol import (
     load_shape,
     make_plan,
 )
-from workbench.takes import Place
+from workbench.takes import AnsweredAt
 
 pytestmark = pytest.mark.usefixtures("without_views")
 
@@ -47,7 +47,7 @@ class Studio:
     """
 
     present = True
-    answered_at: Place = "terminal"
+    answered_at: AnsweredAt = "terminal"
 
     def __init__(self, lab: VirtualBench, place: Path, scratch: Path) -> None:
         self.lab, self.place, self.scratch = lab, place, scratch
@@ -58,7 +58,7 @@ class Studio:
         self.told: list[str] = []
         self.answers: list[str] = []
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.told.append(text)
         if text.startswith("Stop recording"):
             self.stop = self.lab.clock.now()
@@ -80,7 +80,7 @@ class Studio:
 
     def film(self) -> Path:
         """Return an export of what happened while the recording ran."""
-        window = Window(self.start, self.stop, self.began + self.late)
+        window = CameraSpan(self.start, self.stop, self.began + self.late)
         box = Bundle.create(self.scratch, "film", datetime.now())
         model, shape = load_model("thesis", self.place), load_shape("thesis-initial", self.place)
         subject = Subject(model.content, shape.content, "hop")

@@ -16,7 +16,7 @@ from workbench.bundle import Bundle, verify
 from workbench.engine import carry_out
 from workbench.errors import HardwareError, InputError, Interrupted, SafetyStop, WorkbenchError
 from workbench.experiment import Experiment
-from workbench.hw.simulated import Fault
+from workbench.hw.simulated import SimulatedFault
 from workbench.operators import QuietOperator
 from workbench.protocol import Protocol, load, load_model, load_shape, make_plan
 
@@ -178,13 +178,13 @@ def test_a_trip_of_the_supply_is_a_safety_stop(tmp_path: Path, bench: VirtualBen
 
 
 def test_an_output_switched_off_by_hand_ends_the_run(tmp_path: Path, bench: VirtualBench) -> None:
-    After(bench, 2.0, lambda: bench.device.fail(Fault.PANEL_OFF))
+    After(bench, 2.0, lambda: bench.device.fail(SimulatedFault.PANEL_OFF))
     with pytest.raises(SafetyStop, match="its output went off, not by this program"):
         list(runs(tmp_path, bench))
 
 
 def test_a_supply_that_falls_silent_is_told_loudly(tmp_path: Path, bench: VirtualBench) -> None:
-    After(bench, 2.0, lambda: bench.device.fail(Fault.SILENT))
+    After(bench, 2.0, lambda: bench.device.fail(SimulatedFault.SILENT))
     with pytest.raises(SafetyStop, match=r"OUTPUT MAY BE ON"):
         list(runs(tmp_path, bench))
     bundle = only_bundle(tmp_path)

@@ -24,7 +24,7 @@ from workbench.engine import carry_out
 from workbench.errors import InputError, Interrupted, RecordError, SafetyStop, WorkbenchError
 from workbench.experiment import read_experiment
 from workbench.hw.guardian import LeaseClock
-from workbench.hw.simulated import Fault
+from workbench.hw.simulated import SimulatedFault
 from workbench.operators import QuietOperator
 from workbench.output import Ledger, ledgers
 
@@ -113,9 +113,9 @@ def test_a_real_bench_is_guarded_and_its_bundle_holds_the_guardian_s_record(
     assert again == volts[1:]
 
 
-@pytest.mark.parametrize("fault", [Fault.TIMES_TEN, Fault.A_TENTH])
+@pytest.mark.parametrize("fault", [SimulatedFault.TIMES_TEN, SimulatedFault.A_TENTH])
 def test_a_supply_of_another_scale_is_stopped_at_half_a_volt(
-    tmp_path: Path, device: Device, fault: Fault
+    tmp_path: Path, device: Device, fault: SimulatedFault
 ) -> None:
     device.fail(fault)
     words = r"(5|0\.05) V where 0\.5 V was set, a factor of ten: scaling fault.*confirmed"
@@ -160,7 +160,7 @@ def test_a_trip_latches_until_somebody_has_looked(
 def test_a_latched_bench_still_does_what_needs_no_supply(tmp_path: Path, device: Device) -> None:
     bench = make_bench(load_bench(str(lab_file(tmp_path, device))).content)
     Ledger("RD6006_12345678").write("trip", reason="made for this test", place=device.address)
-    assert [ledger.standing() is None for ledger in bench.ledgers()] == [False]
+    assert [ledger.latch() is None for ledger in bench.ledgers()] == [False]
     (tmp_path / "p.yaml").write_text(DECAY)
     lab = load_bench(str(tmp_path / "lab.yaml"))
     bench.collect = no_take  # type: ignore[method-assign]
@@ -179,7 +179,7 @@ def test_a_virtual_bench_never_latches(tmp_path: Path, workbench: Command) -> No
 def test_an_output_that_stays_on_is_unconfirmed_in_the_bundle(
     tmp_path: Path, device: Device
 ) -> None:
-    stick: dict[str, At] = {"voltage": lambda bundle: device.fail(Fault.STUCK_OUTPUT)}
+    stick: dict[str, At] = {"voltage": lambda bundle: device.fail(SimulatedFault.STUCK_OUTPUT)}
     with pytest.raises(WorkbenchError, match="OUTPUT MAY BE ON") as told:
         run(tmp_path, device, stick)
     assert told.value.exit_code == SafetyStop.exit_code
@@ -237,7 +237,7 @@ def test_a_killed_run_tells_what_its_guardian_left(
 ) -> None:
     client = Client(tmp_path, device)
     client.heard_until("voltage")
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(SimulatedFault.STUCK_OUTPUT)
     client.kill("SIGKILL")
     client.end()
     wait_for(lambda: client.bundle.record.output_off == "unconfirmed")
@@ -262,7 +262,7 @@ def test_supply_off_and_read_go_through_a_guardian(
     assert answer.out == "output off, confirmed\n"
     assert not device.on()
     device.write(OUTPUT, 1)
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(SimulatedFault.STUCK_OUTPUT)
     stuck = workbench("supply", "off", "--bench", lab)
     assert stuck.code == 4
     assert "OUTPUT MAY BE ON" in stuck.err
@@ -299,7 +299,7 @@ def test_a_voltage_is_driven_by_hand_within_the_limits_and_switched_off(
     assert answer.json["output"] is False
     assert max(volts for _, volts in device.history) == 2.5
     assert not device.on()
-    assert [ledger.standing() for ledger in ledgers()] == [None]
+    assert [ledger.latch() for ledger in ledgers()] == [None]
     beyond = workbench("supply", "set", "9 V", "--bench", lab)
     assert beyond.code == 2
     assert "voltage 9 V is outside the bench's limits, above 0 to 5.5 V" in beyond.err
@@ -312,7 +312,7 @@ def test_a_voltage_driven_by_hand_stops_as_a_run_does(
     tmp_path: Path, device: Device, workbench: Command
 ) -> None:
     lab = lab_file(tmp_path, device)
-    threading.Timer(2.0, lambda: device.fail(Fault.PANEL_VOLTAGE)).start()
+    threading.Timer(2.0, lambda: device.fail(SimulatedFault.PANEL_VOLTAGE)).start()
     answer = workbench("supply", "set", "2 V", "--bench", lab)
     assert answer.code == 4
     assert "somebody changed it at the panel" in answer.err

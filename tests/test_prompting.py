@@ -13,17 +13,17 @@ from workbench.errors import FileFaults, InputError
 from workbench.operators import QuietOperator
 from workbench.prompting import ask
 from workbench.protocol import PlannedPrompt, Protocol, load
-from workbench.takes import Place
+from workbench.takes import AnsweredAt
 
 
 class Typist(QuietOperator):
     present = True
-    answered_at: Place = "terminal"
+    answered_at: AnsweredAt = "terminal"
 
     def __init__(self, *typed: str) -> None:
         self.typed, self.heard = list(typed), []
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.heard.append(text)
 
     def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
@@ -45,7 +45,7 @@ def test_a_quantity_is_asked_until_it_is_one_and_kept_in_si(tmp_path: Path) -> N
     operator = Typist("", "12", "3 m", "12.5 cm")
     one = ask(operator, asked)
     assert one.fact() == {"far": AnswerFact(value=0.125, unit="m")}
-    event = events.Prompt(text="Tell me.", name="far", answer=0.125, where="terminal")
+    event = events.PromptAnswered(text="Tell me.", name="far", answer=0.125, where="terminal")
     assert one.event(None) == event
     assert one.event(2.5).asked_s == 2.5
     assert operator.heard[0] == "Tell me. [far: length in m or cm or mm from 0 m to 2 m]"
@@ -97,7 +97,7 @@ def test_a_prompt_that_nobody_saw_is_not_said_to_be_confirmed(tmp_path: Path, va
 
 
 def test_a_record_of_before_that_names_nobody_is_not_read_as_confirmed() -> None:
-    before = events.Prompt(text="Clamp the foot.", answer="confirmed", where="nobody")
+    before = events.PromptAnswered(text="Clamp the foot.", answer="confirmed", where="nobody")
     assert sentence(before) == "nobody was asked, nobody confirmed: Clamp the foot."
-    seen = events.Prompt(text="Clamp the foot.", answer="confirmed")
+    seen = events.PromptAnswered(text="Clamp the foot.", answer="confirmed")
     assert sentence(seen) == "operator confirmed: Clamp the foot."

@@ -87,7 +87,7 @@ def killed_after(bench: VirtualBench, waits: int) -> None:
 @pytest.fixture(autouse=True)
 def _no_views(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twins and views take most of a run's time and have no part in this."""
-    monkeypatch.setattr("workbench.engine.pair", lambda bundle: None)
+    monkeypatch.setattr("workbench.engine.compare_with_twin", lambda bundle: None)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -291,7 +291,7 @@ def test_what_another_process_carries_out_is_not_resumed(tmp_path: Path) -> None
     first = next(runs(asked, root))
     name = manifest_of(first)["experiment"]
     left = Bundle.create(root, "open", datetime.now(), asked_for(experiment=name, number=2))
-    hold = "import sys, time; from pathlib import Path; from workbench.desk import claim\n" + (
+    hold = "import sys, time; from pathlib import Path; from workbench.control import claim\n" + (
         "with claim(Path(sys.argv[1]), sys.argv[2], {}):\n    print(flush=True); time.sleep(60)"
     )
     command = [sys.executable, "-c", hold, str(root), name]
@@ -341,5 +341,5 @@ def test_a_protocol_s_name_resumes_its_newest_experiment(tmp_path: Path) -> None
     assert resume(Path("p"), root, asked.inputs()).id == made
     assert resume(Path(made or ""), root, asked.inputs()).done == {bundles(root)[0].asked.number}
     next(runs(asked, root))
-    with pytest.raises(InputError, match="stands for runs of 2 experiments; name one of them"):
+    with pytest.raises(InputError, match="names runs of 2 experiments; name one of them"):
         resume(root, root, asked.inputs())

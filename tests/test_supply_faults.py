@@ -17,7 +17,7 @@ from tests.conftest import Answer, Command
 from workbench import bench as bench_module
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, verify
-from workbench.hw.simulated import Fault, SimulatedRiden, SimulatedScpi, SimulatedSupply
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, SimulatedScpi, SimulatedSupply
 
 pytestmark = pytest.mark.usefixtures("without_views")
 
@@ -36,7 +36,7 @@ OFF, LIVE = "the output is off, confirmed", "OUTPUT MAY BE ON"
 Happen = Callable[[SimulatedSupply], None]
 
 
-def fault(which: Fault, **how: float) -> Happen:
+def fault(which: SimulatedFault, **how: float) -> Happen:
     return lambda device: device.fail(which, **how)  # type: ignore[arg-type]
 
 
@@ -44,19 +44,28 @@ def swap(device: SimulatedSupply) -> None:
     """Put another supply at the same port: the first link dies, another device answers."""
     assert isinstance(device, SimulatedRiden)
     device._words[2] ^= 1  # of the serial number
-    device.fail(Fault.UNPLUGGED)
+    device.fail(SimulatedFault.UNPLUGGED)
 
 
 # two late answers are sometimes got over: it hangs on which of them meets the question asked again
 # model, what happens, exit code, message, state that is told, whether the terminals end live
-silent_for_long, late = fault(Fault.SILENT, times=3), fault(Fault.LATE_REPLY, times=6, delay_s=0.7)
-busy, damaged = fault(Fault.EXCEPTION, times=1, code=6), fault(Fault.BAD_CRC, times=3)
-short, foreign = fault(Fault.SHORT_REPLY, times=3), fault(Fault.WRONG_UNIT, times=3)
-errors = fault(Fault.EXCEPTION, times=3)
-refusals = [fault(Fault.EXCEPTION, times=1, code=code) for code in range(1, 5)]
+silent_for_long, late = (
+    fault(SimulatedFault.SILENT, times=3),
+    fault(SimulatedFault.LATE_REPLY, times=6, delay_s=0.7),
+)
+busy, damaged = (
+    fault(SimulatedFault.EXCEPTION, times=1, code=6),
+    fault(SimulatedFault.BAD_CRC, times=3),
+)
+short, foreign = (
+    fault(SimulatedFault.SHORT_REPLY, times=3),
+    fault(SimulatedFault.WRONG_UNIT, times=3),
+)
+errors = fault(SimulatedFault.EXCEPTION, times=3)
+refusals = [fault(SimulatedFault.EXCEPTION, times=1, code=code) for code in range(1, 5)]
 
 CASES = {
-    "silent": ("RD6006", fault(Fault.SILENT), SAFETY, "did not confirm off", LIVE, False),
+    "silent": ("RD6006", fault(SimulatedFault.SILENT), SAFETY, "did not confirm off", LIVE, False),
     "silent for long": ("RD6006", silent_for_long, HARDWARE, "no answer", OFF, False),
     "late": ("RD6006", late, HARDWARE, "no answer|answered with 4 registers", OFF, False),
     "bad CRC": ("RD6006", damaged, HARDWARE, "answer damaged", OFF, False),
@@ -67,23 +76,100 @@ CASES = {
     "exception 2": ("RD6006", refusals[1], HARDWARE, "exception 2", OFF, False),
     "exception 3": ("RD6006", refusals[2], HARDWARE, "exception 3", OFF, False),
     "exception 4": ("RD6006", refusals[3], HARDWARE, "exception 4", OFF, False),
-    "OVP": ("RD6006", fault(Fault.OVP_TRIP), SAFETY, r"protection \(OVP\) tripped at", OFF, False),
-    "OCP": ("RD6006", fault(Fault.OCP_TRIP), SAFETY, r"\(OCP\) tripped at", OFF, False),
-    "panel off": ("RD6006", fault(Fault.PANEL_OFF), SAFETY, "not by this program", OFF, False),
-    "panel volts": ("RD6006", fault(Fault.PANEL_VOLTAGE), SAFETY, "changed it at", OFF, False),
-    "power cycle": ("RD6006", fault(Fault.POWER_CYCLE), SAFETY, "not by this program", OFF, False),
-    "times ten": ("RD6006", fault(Fault.TIMES_TEN), SAFETY, "a factor of ten", OFF, False),
-    "a tenth": ("RD6006", fault(Fault.A_TENTH), SAFETY, "a factor of ten", OFF, False),
-    "stuck output": ("RD6006", fault(Fault.STUCK_OUTPUT), SAFETY, "MAY BE ON", LIVE, True),
-    "false off": ("RD6006", fault(Fault.FALSE_OFF), SAFETY, "its terminals are live", LIVE, True),
-    "frozen": ("RD6006", fault(Fault.FROZEN_READING), SAFETY, "did not confirm off", LIVE, False),
-    "unplugged": ("RD6006", fault(Fault.UNPLUGGED), SAFETY, "did not confirm off", LIVE, True),
+    "OVP": (
+        "RD6006",
+        fault(SimulatedFault.OVP_TRIP),
+        SAFETY,
+        r"protection \(OVP\) tripped at",
+        OFF,
+        False,
+    ),
+    "OCP": ("RD6006", fault(SimulatedFault.OCP_TRIP), SAFETY, r"\(OCP\) tripped at", OFF, False),
+    "panel off": (
+        "RD6006",
+        fault(SimulatedFault.PANEL_OFF),
+        SAFETY,
+        "not by this program",
+        OFF,
+        False,
+    ),
+    "panel volts": (
+        "RD6006",
+        fault(SimulatedFault.PANEL_VOLTAGE),
+        SAFETY,
+        "changed it at",
+        OFF,
+        False,
+    ),
+    "power cycle": (
+        "RD6006",
+        fault(SimulatedFault.POWER_CYCLE),
+        SAFETY,
+        "not by this program",
+        OFF,
+        False,
+    ),
+    "times ten": ("RD6006", fault(SimulatedFault.TIMES_TEN), SAFETY, "a factor of ten", OFF, False),
+    "a tenth": ("RD6006", fault(SimulatedFault.A_TENTH), SAFETY, "a factor of ten", OFF, False),
+    "stuck output": ("RD6006", fault(SimulatedFault.STUCK_OUTPUT), SAFETY, "MAY BE ON", LIVE, True),
+    "false off": (
+        "RD6006",
+        fault(SimulatedFault.FALSE_OFF),
+        SAFETY,
+        "its terminals are live",
+        LIVE,
+        True,
+    ),
+    "frozen": (
+        "RD6006",
+        fault(SimulatedFault.FROZEN_READING),
+        SAFETY,
+        "did not confirm off",
+        LIVE,
+        False,
+    ),
+    "unplugged": (
+        "RD6006",
+        fault(SimulatedFault.UNPLUGGED),
+        SAFETY,
+        "did not confirm off",
+        LIVE,
+        True,
+    ),
     "swapped": ("RD6006", swap, SAFETY, "did not confirm off", LIVE, True),
-    "DPS, OVP": ("DPS5005", fault(Fault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
-    "Hanmatek, OCP": ("HM305P", fault(Fault.OCP_TRIP), SAFETY, r"\(OCP\) tripped", OFF, False),
-    "Korad, trip": ("KA3005P", fault(Fault.OCP_TRIP), SAFETY, "not by this|stay on", OFF, False),
-    "Korad, silent": ("KA3005P", fault(Fault.SILENT), SAFETY, "not confirm off", LIVE, False),
-    "SCPI, OVP": ("E36312A", fault(Fault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
+    "DPS, OVP": ("DPS5005", fault(SimulatedFault.OVP_TRIP), SAFETY, r"\(OVP\) tripped", OFF, False),
+    "Hanmatek, OCP": (
+        "HM305P",
+        fault(SimulatedFault.OCP_TRIP),
+        SAFETY,
+        r"\(OCP\) tripped",
+        OFF,
+        False,
+    ),
+    "Korad, trip": (
+        "KA3005P",
+        fault(SimulatedFault.OCP_TRIP),
+        SAFETY,
+        "not by this|stay on",
+        OFF,
+        False,
+    ),
+    "Korad, silent": (
+        "KA3005P",
+        fault(SimulatedFault.SILENT),
+        SAFETY,
+        "not confirm off",
+        LIVE,
+        False,
+    ),
+    "SCPI, OVP": (
+        "E36312A",
+        fault(SimulatedFault.OVP_TRIP),
+        SAFETY,
+        r"\(OVP\) tripped",
+        OFF,
+        False,
+    ),
     "SCPI, error": ("DP832", errors, HARDWARE, "no answer to it|does not answer", OFF, False),
 }
 
@@ -127,7 +213,7 @@ def test_one_late_answer_is_dropped_and_the_run_goes_on(
 ) -> None:
     lab = bench_with("RD6006", tmp_path)
     bench = Watched(load_bench(str(lab)).content)
-    bench.let_happen(fault(Fault.LATE_REPLY, times=1, delay_s=0.7))
+    bench.let_happen(fault(SimulatedFault.LATE_REPLY, times=1, delay_s=0.7))
     answer = run_on(bench, lab, workbench, monkeypatch)
     assert answer.code == 0, answer.err
     wire = next((tmp_path / "runs").glob("*/wire.log")).read_text(encoding="utf-8")
@@ -178,7 +264,7 @@ def test_another_channel_selected_at_the_front_changes_nothing(
 ) -> None:
     lab = bench_with("HMP4040", tmp_path)
     bench = Watched(load_bench(str(lab)).content)
-    bench.let_happen(fault(Fault.PANEL_CHANNEL))
+    bench.let_happen(fault(SimulatedFault.PANEL_CHANNEL))
     answer = run_on(bench, lab, workbench, monkeypatch)
     assert answer.code == 0, answer.err
     assert isinstance(bench.device, SimulatedScpi)

@@ -17,8 +17,8 @@ from tests.bundles import carried_out, manifest_of, report_of
 from tests.conftest import Command
 from workbench import ingest, review
 from workbench.bundle import Bundle, View, verify
+from workbench.comparison_set import write_views
 from workbench.errors import WorkbenchError
-from workbench.showing import write_views
 
 PROTOCOL = """\
 schema: workbench/protocol-1
@@ -137,7 +137,9 @@ def test_a_broken_viewer_costs_the_recording_alone(
 def test_the_command_in_the_warning_draws_what_is_missing(
     workbench: Command, bare: Bundle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("workbench.showing.Shown.picture", raising(WorkbenchError("no driver")))
+    monkeypatch.setattr(
+        "workbench.comparison_set.ComparisonSet.picture", raising(WorkbenchError("no driver"))
+    )
     with monkeypatch.context() as patch:
         patch.setattr(review, "write_recording", raising(PanicError("unreachable code")))
         patch.setattr(review, "write_report", raising(ImportError("no module named jinja2")))

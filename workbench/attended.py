@@ -1,4 +1,4 @@
-"""An experiment at a desk: seen, answered and stopped from the panel as well as from here."""
+"""An experiment with a control server: seen, answered and stopped from the panel too."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from workbench.bench import Bench, Operator
 from workbench.between import Choice
 from workbench.bundle import Bundle, add_remark
-from workbench.desk import Desk, open_desk
+from workbench.control import ControlServer, open_control_server
 from workbench.engine import carry_out
 from workbench.experiment import Experiment
 from workbench.operator_name import operator_name, start_id
@@ -19,21 +19,21 @@ from workbench.progress import Progress
 from workbench.protocol import BenchFile, Item, PlannedPause, PlannedRun
 from workbench.resume import Course, begin
 
-__all__ = ["DrawViews", "OperatorAt", "carry_out_at_desk"]
+__all__ = ["DrawViews", "OperatorAt", "carry_out_with_control"]
 
-OperatorAt = Callable[[BenchFile, Desk], Operator]
-"""Returns who answers the prompts of a bench, which a desk shows elsewhere too."""
+OperatorAt = Callable[[BenchFile, ControlServer], Operator]
+"""Returns who answers the prompts of a bench, which a control server shows elsewhere too."""
 
 DrawViews = Callable[[Bundle, Progress], list[str]]
 """Draws recording and report of a sealed bundle, and returns what could not be drawn and why."""
 
 
-def carry_out_at_desk(
+def carry_out_with_control(
     experiment: Experiment,
     bench: Bench,
     runs: Path,
     operator_at: OperatorAt,
-    tell: Progress,
+    progress: Progress,
     draw: DrawViews,
     course: Course | None = None,
     pause: bool = False,
@@ -45,7 +45,7 @@ def carry_out_at_desk(
         bench: what it is done on.
         runs: folder of all bundles.
         operator_at: returns who answers the prompts.
-        tell: is told each stage.
+        progress: receives each stage.
         draw: draws the views of each sealed bundle.
         course: of an experiment that was begun; None begins one.
         pause: whether to ask after each run what is done next; otherwise after one where somebody
@@ -60,15 +60,15 @@ def carry_out_at_desk(
     """
     now = datetime.now()
     course = course or begin(experiment.inputs(), now)
-    with open_desk(runs, course.id, _facts(experiment, course, now)) as desk:
-        operator = operator_at(bench.file, desk)
-        bench.tell_live = lambda state: desk.show_live(None if state is None else asdict(state))
+    with open_control_server(runs, course.id, _facts(experiment, course, now)) as server:
+        operator = operator_at(bench.file, server)
+        bench.on_live_state = lambda now: server.show_live(None if now is None else asdict(now))
 
         def show(text: str) -> None:
-            desk.show_phase(text)
-            tell(text)
+            server.show_phase(text)
+            progress(text)
 
-        between = _Between(experiment, desk, operator, tell, pause)
+        between = _Between(experiment, server, operator, progress, pause)
         for bundle in carry_out(experiment, bench, runs, operator, show, course, between):
             yield bundle, draw(bundle, show)
 
@@ -77,19 +77,25 @@ class _Between:
     """Asks the operator between two runs, where that was asked for."""
 
     def __init__(
-        self, experiment: Experiment, desk: Desk, operator: Operator, tell: Progress, always: bool
+        self,
+        experiment: Experiment,
+        server: ControlServer,
+        operator: Operator,
+        progress: Progress,
+        always: bool,
     ) -> None:
         self._of = len(experiment.plan.runs)
-        self._desk, self._operator, self._tell, self._always = desk, operator, tell, always
+        self._server, self._operator = server, operator
+        self._progress, self._always = progress, always
         self._skipped = False
 
     def __call__(self, bundle: Bundle, run: PlannedRun, following: PlannedRun | None) -> Choice:
         """Return what is done next, and keep with the run that it was chosen."""
-        if not (self._always or self._desk.pausing or self._skipped):
+        if not (self._always or self._server.pausing or self._skipped):
             return "go on"
-        self._desk.want_pause(False)
+        self._server.want_pause(False)
         if not self._operator.present:
-            self._tell("nobody is there to be asked what is done next; going on")
+            self._progress("nobody is there to be asked what is done next; going on")
             return "go on"
         words = self._words(run, following)
         choice = self._choose(run, following, words)
@@ -97,7 +103,7 @@ class _Between:
         who, now = operator_name(), datetime.now().astimezone()
         add_remark(bundle.path, "note", f"paused after this run, then: {words[choice]}", who, now)
         if choice == "end" and following is not None:
-            self._desk.outcome = "ended"
+            self._server.outcome = "ended"
         return choice
 
     def _words(self, run: PlannedRun, following: PlannedRun | None) -> dict[Choice, str]:
@@ -120,15 +126,16 @@ class _Between:
         while True:
             typed = self._operator.ask(asked, "", tuple(words.values())).strip().casefold()
             meant: list[Choice] = [
-                one for one, told in words.items() if typed and told.startswith(typed)
+                one for one, phrase in words.items() if typed and phrase.startswith(typed)
             ]
             if len(meant) == 1:
                 return meant[0]
-            self._operator.tell(f"not taken: {typed!r} is not one of {', '.join(words.values())}")
+            among = ", ".join(words.values())
+            self._operator.show_text(f"not taken: {typed!r} is not one of {among}")
 
 
 def _facts(experiment: Experiment, course: Course, now: datetime) -> dict[str, Any]:
-    """Return what the card says, besides where the desk is; the panel tells the time left by it."""
+    """Return the facts of the session file; the panel computes the remaining time from them."""
     plan = experiment.plan.without(course.done)
     return {
         "title": experiment.plan.title,

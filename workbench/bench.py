@@ -53,12 +53,12 @@ if TYPE_CHECKING:
 __all__ = [
     "BUILT_IN",
     "Bench",
+    "CameraSpan",
     "Operator",
     "RealBench",
     "SimulatedBench",
     "Subject",
     "VirtualBench",
-    "Window",
     "load_bench",
     "make_bench",
 ]
@@ -85,7 +85,7 @@ class Subject:
 
 
 @dataclass(frozen=True)
-class Window:
+class CameraSpan:
     """When the cameras ran.
 
     Args:
@@ -102,7 +102,7 @@ class Window:
 
     @property
     def cameras(self) -> CameraTime:
-        """Return what a take of this window has to show."""
+        """Return what a take of this span has to show."""
         return CameraTime(self.began, self.stop - self.start)
 
 
@@ -117,7 +117,7 @@ class Bench(ABC):
     awaited = ""  # what a run waits for once the robot has moved, in words
     streams = False  # whether its cameras stream while a run goes on
     recorder: Recorder | None = None  # of that stream
-    tell_live: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
+    on_live_state: Callable[[LiveState | None], None] = staticmethod(lambda state: None)
     viewer: int | None = None  # port on loopback of who draws the live twin
 
     def __init__(self, file: BenchFile, clock: Clock) -> None:
@@ -141,7 +141,7 @@ class Bench(ABC):
         return None
 
     def require_ready(self, drives: bool) -> None:  # noqa: B027  most benches have all they need
-        """Refuse a bench that lacks what runs need, the supply where one `drives`."""
+        """Refuse a bench without what runs need, the supply where one `drives`."""
 
     @abstractmethod
     def start_cameras(self, operator: Operator) -> None:
@@ -149,7 +149,7 @@ class Bench(ABC):
 
     @abstractmethod
     def collect(
-        self, subject: Subject, window: Window, bundle: Bundle, operator: Operator
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
     ) -> Path | None:
         """Return the export of what the cameras saw; it may already lie in the bundle.
 
@@ -163,11 +163,11 @@ class Bench(ABC):
         """Leave nothing running, however the run ended."""
 
     def collector(
-        self, window: Window, bundle: Bundle, operator: Operator, used: dict[str, str]
+        self, span: CameraSpan, bundle: Bundle, operator: Operator, used: dict[str, str]
     ) -> Collector:
-        """Return what finds the take of a window and checks that it belongs to it."""
-        tolerance, wanted = self.file.tracking.takes_tolerance, window.cameras
-        return Collector(bundle, wanted, window.start, operator, self.clock, tolerance, used)
+        """Return what finds the take of a span and checks that it belongs to it."""
+        tolerance, wanted = self.file.tracking.takes_tolerance, span.cameras
+        return Collector(bundle, wanted, span.start, operator, self.clock, tolerance, used)
 
     @property
     def voltage_step(self) -> Decimal:
@@ -180,8 +180,8 @@ class Bench(ABC):
 
     def limits(self, current: float) -> Limits:
         """Return what the supply may do in a run with this current limit [A]."""
-        own = self.file.supply.limits
-        values = (own.voltage, current, own.over_voltage, own.over_current)
+        limits = self.file.supply.limits
+        values = (limits.voltage, current, limits.over_voltage, limits.over_current)
         return Limits(*(Decimal(repr(value)) for value in values))
 
 
@@ -243,8 +243,8 @@ class RealBench(Bench):
 
     def ledger_of(self, identity: Identity) -> Ledger:
         """Return the ledger of the supply that is open."""
-        place = connection_of(self.file).place
-        return Ledger(Ledger.key_of(identity.model, identity.known_serial, place))
+        address = connection_of(self.file).resolved_address
+        return Ledger(Ledger.key_of(identity.model, identity.known_serial, address))
 
     def require_ready(self, drives: bool) -> None:
         """Raise HardwareError where the folder of exports or the supply's place do not open."""
@@ -271,13 +271,15 @@ class RealBench(Bench):
         self._folder = None if takes is None else TakeFolder(Path(takes), self.clock)
         operator.confirm("Start recording in the tracking software.")
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+    def collect(
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
+    ) -> Path:
         """Stop the recorder, or wait for the export in the bench's folder, or ask for its path.
 
         Raises:
             HardwareError: when none comes in time, or what was recorded does not show the run.
         """
-        collector = self.collector(window, bundle, operator, self._used)
+        collector = self.collector(span, bundle, operator, self._used)
         if self.recorder is not None:
             self.clock.sleep(_TAIL_S)
             return collector.accept(write_stream(self.recorder, bundle))
@@ -322,13 +324,13 @@ class SimulatedBench(Bench):
         family, modbus = self.model.family, isinstance(self.model, ModbusModel)
         with serve(self.device, framing="rtu") as address:
             kind, channel = "rtu-over-tcp" if modbus else "tcp", self.file.supply.connection.channel
-            place, log = Connection(kind, address, channel=channel), bundle.record.wire
-            with open_supply(place, clock=self.clock, wire_log=log, family=family) as supply:
+            connection, log = Connection(kind, address, channel=channel), bundle.record.wire
+            with open_supply(connection, clock=self.clock, wire_log=log, family=family) as supply:
                 yield supply
 
 
 class VirtualBench(SimulatedBench):
-    """A bench without hardware; what stands in for it is in `virtual` and `hw.simulated`."""
+    """A bench without hardware; what replaces it is in `virtual` and `hw.simulated`."""
 
     def __init__(self, file: BenchFile) -> None:
         if file.virtual is None:
@@ -340,7 +342,9 @@ class VirtualBench(SimulatedBench):
     def start_cameras(self, operator: Operator) -> None:
         """Record always."""
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> Path:
+    def collect(
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
+    ) -> Path:
         """Let the true robot move as the terminals' voltage says and write the export."""
         from workbench.tracking import format_start_time, write_motive, write_row
         from workbench.virtual import film
@@ -348,8 +352,8 @@ class VirtualBench(SimulatedBench):
         # a resumed experiment goes on with the noise of its place in the plan
         self._takes = max(self._takes + 1, bundle.asked.number if bundle.manifest.asked else 1)
         rng = np.random.default_rng([self.section.seed, self._takes])  # same seed, same takes
-        filmed = film(self._motion(subject, window, rng), self.file.tracking, self.section, rng)
-        take = replace(filmed, header={"Capture Start Time": format_start_time(window.began)})
+        filmed = film(self._motion(subject, span, rng), self.file.tracking, self.section, rng)
+        take = replace(filmed, header={"Capture Start Time": format_start_time(span.began)})
 
         def write(path: Path) -> None:
             if self.section.export == "row-1.0":
@@ -357,23 +361,21 @@ class VirtualBench(SimulatedBench):
             else:
                 write_motive(take, path, version="1.23")
 
-        path = bundle.write_take(f"take {window.began:%Y-%m-%d %H.%M.%S}.csv", write)
-        return self.collector(window, bundle, operator, used={}).accept(
-            path
-        )  # same seed, same take
+        path = bundle.write_take(f"take {span.began:%Y-%m-%d %H.%M.%S}.csv", write)
+        return self.collector(span, bundle, operator, used={}).accept(path)  # same seed, same take
 
-    def _motion(self, subject: Subject, window: Window, rng: np.random.Generator) -> TimeSeries:
+    def _motion(self, subject: Subject, span: CameraSpan, rng: np.random.Generator) -> TimeSeries:
         """Return what the true robot did while the cameras ran."""
         from workbench.sim import Condition
         from workbench.virtual import let_go, move, true_robot
 
         robot = true_robot(subject.model, subject.shape, self.section)
-        duration = window.stop - window.start + _TAIL_S
-        if window.asked is not None:
+        duration = span.stop - span.start + _TAIL_S
+        if span.asked is not None:
             zeros = Condition(subject.mode, np.zeros(0), self.section.start_angle)
             held = replace(zeros, pull=subject.pull or 0.0, height=subject.height or 0.0)
-            return let_go(robot, held, window.asked - window.start, duration, rng)
-        history = [(t - window.start, volts) for t, volts in self.device.history]
+            return let_go(robot, held, span.asked - span.start, duration, rng)
+        history = [(t - span.start, volts) for t, volts in self.device.history]
         return move(robot, subject.mode, history, duration, self.section)
 
 
@@ -387,10 +389,8 @@ def load_bench(name: str) -> Document[BenchFile]:
     if name == "virtual":
         return with_calibration(load(BUILT_IN, BenchFile))
     if not name.endswith((".yaml", ".yml")):
-        hint = did_you_mean(name, ["virtual"])
-        raise InputError(
-            f"no bench named {name!r}{hint}; built in: virtual; a path must end in .yaml"
-        )
+        what = f"no bench named {name!r}{did_you_mean(name, ['virtual'])}"
+        raise InputError(f"{what}; built in: virtual; a path must end in .yaml")
     return with_calibration(load(Path(name), BenchFile))
 
 

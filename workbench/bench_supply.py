@@ -61,20 +61,20 @@ def connection_of(file: BenchFile) -> Connection:
     Raises:
         InputError: when the bench has no real supply.
     """
-    place = file.supply.connection
-    kind = place.kind
+    connection = file.supply.connection
+    kind = connection.kind
     if kind == "simulated":  # the schema allows it only beside a section `virtual`
         raise InputError(f"bench {file.name!r} has no real supply")
-    address = place.port if kind == "serial" else place.address
+    address = connection.port if kind == "serial" else connection.address
     return Connection(
         kind,
         address or "",
-        baud=place.baud or model_of(file).baud,
-        unit=place.unit,
-        timeout_s=place.timeout,
-        gap_s=place.gap,
-        echo=place.echo,
-        channel=place.channel,
+        baud=connection.baud or model_of(file).baud,
+        unit=connection.unit,
+        timeout_s=connection.timeout,
+        gap_s=connection.gap,
+        echo=connection.echo,
+        channel=connection.channel,
     )
 
 
@@ -84,18 +84,18 @@ def found_at(file: BenchFile) -> Connection:
     Raises:
         HardwareError: when it is at no port.
     """
-    place, serial = connection_of(file), file.supply.serial_number
-    if place.address or serial is None:
-        return place
+    connection, serial = connection_of(file), file.supply.serial_number
+    if connection.address or serial is None:
+        return connection
     model = model_of(file)
-    return find_supply(place, model.family, model.name, serial)
+    return find_supply(connection, model.family, model.name, serial)
 
 
 def ledgers_of(file: BenchFile) -> list[Ledger]:
     """Return the ledgers that may be of its supply: by serial number, or by where it was."""
-    place = connection_of(file).place
-    key = Ledger.key_of(model_of(file).name, file.supply.serial_number, place)
-    return [one for one in ledgers() if one.key == key or (place and one.place == place)]
+    address = connection_of(file).resolved_address
+    key = Ledger.key_of(model_of(file).name, file.supply.serial_number, address)
+    return [one for one in ledgers() if one.key == key or (address and one.address == address)]
 
 
 def made_ready(file: BenchFile, supply: Supply, limits: Limits) -> Prepared:
@@ -113,7 +113,7 @@ def check_new_scale(
         supply: a prepared one.
         ledger: its own; None where there is nothing to harm.
         firmware: of the supply.
-        progress: is told before it is driven.
+        progress: called before it is driven.
 
     Returns:
         what it measured; None where nothing had to be checked.
@@ -141,9 +141,9 @@ def require_not_latched(ledgers: Iterable[Ledger], name: str, path: Path) -> Non
         SafetyStop: when nobody acknowledged a safety stop of an earlier run.
     """
     for ledger in ledgers:
-        if standing := ledger.standing():
+        if latch := ledger.latch():
             raise SafetyStop(
-                f"bench {name!r} is {standing.told}\n"
+                f"bench {name!r} is {latch.description}\n"
                 "nothing was switched on; find the cause, then type: workbench supply acknowledge "
                 f"--bench {path} --name NAME"
             )

@@ -14,7 +14,7 @@ from workbench.errors import HardwareError, InputError, Interrupted, SafetyStop
 from workbench.hw import DEAD_V, MODELS, Connection, Reading, Supply, switch_on, watch
 from workbench.hw.models import Family
 from workbench.hw.ports import who_answers
-from workbench.output import BY_HAND, MAY_BE_ON, Ledger, Standing
+from workbench.output import BY_HAND, MAY_BE_ON, Latch, Ledger
 from workbench.progress import Progress, Stage
 from workbench.protocol.plan import Level
 from workbench.protocol.ramps import Ramps
@@ -30,27 +30,27 @@ _LET_GO_S = 10.0  # for a guardian to switch off and see the terminals dead
 
 
 def who_is_at(
-    place: str, families: Sequence[Family], rtu_over_tcp: bool
+    address: str, families: Sequence[Family], rtu_over_tcp: bool
 ) -> dict[str, object] | None:
     """Return who answers at a place; sets nothing.
 
     Args:
-        place: serial port, or host:port.
+        address: serial port, or host:port.
         families: each is tried, at the speeds of its models.
         rtu_over_tcp: whether a host:port passes RTU frames on.
 
     Returns:
         port, family, baud and what the supply says of itself; None where nobody answers.
     """
-    is_serial = not place.rpartition(":")[2].isdecimal()
+    is_serial = not address.rpartition(":")[2].isdecimal()
     kind = "serial" if is_serial else "rtu-over-tcp" if rtu_over_tcp else "tcp"
     for family in families:
         bauds = sorted({model.baud for model in MODELS if model.family == family})
         for baud in bauds if is_serial else bauds[:1]:
             with suppress(InputError):  # this family cannot be reached in that way
-                who = who_answers(Connection(kind, place, baud=baud), family)
+                who = who_answers(Connection(kind, address, baud=baud), family)
                 if who is not None:
-                    return {"port": place, "family": family, "baud": baud} | who._asdict()
+                    return {"port": address, "family": family, "baud": baud} | who._asdict()
     return None
 
 
@@ -78,8 +78,8 @@ def drive(
         bench: whose supply it is.
         voltage: [V].
         seconds: how long; infinite until Ctrl-C.
-        progress: is told what begins.
-        update: is told each reading.
+        progress: receives what begins.
+        update: receives each reading.
         current: limit [A]; the bench's where it is left out.
 
     Raises:
@@ -145,15 +145,15 @@ def _hold(
     known = None if isinf(seconds) else seconds
     how_long = "Ctrl-C switches off" if known is None else f"for {known:g} s"
     progress(Stage(f"on, {how_long}", seconds=known))
-    while (left := end - supply.clock.now()) > 0:
-        supply.clock.sleep(min(_WATCH_S, left))
+    while (remaining_s := end - supply.clock.now()) > 0:
+        supply.clock.sleep(min(_WATCH_S, remaining_s))
         reading = watch(supply)
         update(Stage(f"{reading.voltage_V:.2f} V, {reading.current_A:.3f} A, {how_long}"))
     return reading
 
 
 def switch_off(bench: RealBench) -> bool:
-    """Stop who drives, switch the output off, and tell whether that was confirmed.
+    """Stop who drives, switch the output off, and return whether that was confirmed.
 
     Args:
         bench: whose supply it is.
@@ -185,46 +185,46 @@ def _stop_who_drives(ledger: Ledger) -> None:
     ledger.asked_for_off()  # for whoever comes next it is no request
 
 
-def acknowledged(bench: RealBench, name: str, who: str, tell: Progress) -> Iterator[Standing]:
+def acknowledged(bench: RealBench, name: str, who: str, progress: Progress) -> Iterator[Latch]:
     """Sign for the safety stops of a supply, and yield each once it is signed for.
 
     Args:
         bench: whose supply it is.
         name: of the bench as it was typed, for messages.
         who: has looked at the cause.
-        tell: is told where the supply could not be asked whether it is off.
+        progress: called where the supply could not be asked whether it is off.
 
     Raises:
         InputError: when no stop waits for it.
         SafetyStop: when the output is on.
     """
-    standing = _standing(bench.ledgers()) or _standing(_asked_for_ledgers(bench))
-    if not standing:
+    latches = _latches(bench.ledgers()) or _latches(_asked_for_ledgers(bench))
+    if not latches:
         raise InputError(f"bench {name!r}: no stop is waiting for an acknowledgement")
-    if any(stop.output.live for stop in standing.values()):
-        _require_off(bench, name, tell)
-    for ledger in standing:
+    if any(stop.output.live for stop in latches.values()):
+        _require_off(bench, name, progress)
+    for ledger in latches:
         yield ledger.acknowledge(who)
 
 
-def _standing(known: list[Ledger]) -> dict[Ledger, Standing]:
-    return {one: stop for one in known if (stop := one.standing())}
+def _latches(known: list[Ledger]) -> dict[Ledger, Latch]:
+    return {one: stop for one in known if (stop := one.latch())}
 
 
 def _asked_for_ledgers(bench: RealBench) -> list[Ledger]:
-    """Return the ledger of whoever is there: one that was damaged tells no more where that is."""
+    """Return the ledger of whoever is there: one that was damaged no longer says where that is."""
     with suppress(HardwareError), opened(bench) as device:
         return [bench.ledger_of(device.identify())]
     return []
 
 
-def _require_off(bench: RealBench, name: str, tell: Progress) -> None:
+def _require_off(bench: RealBench, name: str, progress: Progress) -> None:
     """Refuse to sign for an output that is on; where the supply is out of reach, a person knows."""
     try:
         with opened(bench) as device:
             reading = device.measure()
     except HardwareError as error:
-        tell(f"it could not be asked whether it is off: {error}")
+        progress(f"it could not be asked whether it is off: {error}")
         return
     if reading.output or reading.voltage_V > DEAD_V:
         raise SafetyStop(

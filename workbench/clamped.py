@@ -2,7 +2,7 @@
 
 The rotor pulls T along its own direction. T answers in multiples of the rotor's angle, and where
 two motions are possible also at half its speed. A lightly damped robot rings for half a minute
-after each change of speed; these swings of its own are fitted beside the answer. The same estimator
+after each change of speed; this free vibration is fitted beside the answer. The same estimator
 serves track and twin, and each speed of a sweep.
 """
 
@@ -13,13 +13,13 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, SinusoidFit, fit_sinusoids
 from workbench.motion import ROTOR_ANGLE, TOP, position
-from workbench.swings import LEAST_SAMPLES, Pole, Swings, fit_swings
 from workbench.timeseries import TimeSeries
 
 __all__ = [
     "ORDERS",
-    "Swing",
+    "ClampedResponse",
     "answer",
     "factors",
     "lag",
@@ -32,15 +32,15 @@ ORDERS = (0.5, 1.0, 2.0)
 """Multiples of the rotor's speed at which T's answer is estimated."""
 
 _SETTLE_S = 1.0  # twenty time constants of a motor
-_LEAST_END_S = 6.0  # tells swings apart that differ by 1 rad/s from the rotor
-_OWN_SWINGS = 2  # modes below 20 Hz
+_LEAST_END_S = 6.0  # separates sinusoids that differ by 1 rad/s from the rotor
+_FREE_SINUSOIDS = 2  # modes below 20 Hz
 _FADING = 0.1  # [1/s], where the search for a swing at an order begins
 _LEAST_TURNED = 2  # samples of a speed
 _FIRST = ORDERS.index(1.0)
 
 
 @dataclass(frozen=True)
-class Swing:
+class ClampedResponse:
     """What a clamped robot did at the last speed of a run; NaN where too little is seen.
 
     Args:
@@ -61,7 +61,7 @@ class Swing:
         return asdict(self)
 
 
-def summarize_clamped(motion: TimeSeries, duration: float) -> Swing:
+def summarize_clamped(motion: TimeSeries, duration: float) -> ClampedResponse:
     """Return amplitude, frequency and phase of T in a motion whose time zero is the first motion.
 
     Args:
@@ -74,13 +74,13 @@ def summarize_clamped(motion: TimeSeries, duration: float) -> Swing:
     top = position(motion, TOP)[window][:, [0, 2]]
     turned = np.isfinite(phi)
     if np.count_nonzero(turned) < _LEAST_TURNED:
-        return Swing(np.nan, np.nan, np.nan, np.nan)
+        return ClampedResponse(np.nan, np.nan, np.nan, np.nan)
     speed = float(np.polyfit(t[window][turned], phi[turned], 1)[0])
     if np.count_nonzero(turned & np.isfinite(top).all(axis=1)) < LEAST_SAMPLES:
-        return Swing(np.nan, np.nan, np.nan, speed)
+        return ClampedResponse(np.nan, np.nan, np.nan, speed)
     found = factors(answer(t[window], top, phi, abs(speed)))[0]
     strongest = int(np.abs(found).max(axis=0).argmax())
-    return Swing(
+    return ClampedResponse(
         amplitude_m=float(np.abs(found[0, _FIRST])),
         swing_hz=ORDERS[strongest] * abs(speed) / (2 * np.pi),
         phase_rad=float(lag(found)[0]),
@@ -108,11 +108,11 @@ def terms(phi: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def answer(
     times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], speed: float
-) -> Swings:
-    """Return the fit of the orders with the robot's own swings beside them.
+) -> SinusoidFit:
+    """Return the fit of the orders with the robot's free vibration beside them.
 
-    A swing that the window does not part from an order is looked for, but then left to the answer,
-    whose change tells of it: a large answer bends the beam, so that nothing linear takes it off.
+    A sinusoid that the window cannot separate from an order is searched, then left to the answer,
+    whose change shows it: a large answer bends the beam, so that nothing linear takes it off.
 
     Args:
         times: (n,) nearly evenly spaced [s].
@@ -121,22 +121,22 @@ def answer(
         speed: of the rotor, positive [rad/s].
     """
     beside = terms(phi)
-    near = [Pole(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
+    near = [DampedSinusoid(order * speed / (2 * np.pi), _FADING) for order in ORDERS]
     tried = [
-        fit_swings(times, top, _OWN_SWINGS, beside=beside, start=start)
-        for start in ([], *([pole] for pole in near))
+        fit_sinusoids(times, top, _FREE_SINUSOIDS, beside=beside, start=start)
+        for start in ([], *([sinusoid] for sinusoid in near))
     ]
-    found = min(tried, key=lambda one: float(np.nansum(one.left**2)))
+    found = min(tried, key=lambda one: float(np.nansum(one.residual**2)))
     length = times[-1] - times[0]
-    own = [
-        pole for pole in found.poles if all(abs(pole.hz - other.hz) * length > 1 for other in near)
+    free = [
+        one for one in found.sinusoids if all(abs(one.hz - other.hz) * length > 1 for other in near)
     ]
-    if len(own) == len(found.poles):
+    if len(free) == len(found.sinusoids):
         return found
-    return fit_swings(times, top, len(own), beside=beside, start=own)
+    return fit_sinusoids(times, top, len(free), beside=beside, start=free)
 
 
-def factors(found: Swings) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+def factors(found: SinusoidFit) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
     """Return the complex answer along x and z and its errors, (2, orders) each [m]."""
     pairs = found.beside[1:].T.reshape(2, len(ORDERS), 2)
     variances = np.array([np.diag(c)[1:] for c in found.beside_covariance])

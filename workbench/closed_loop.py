@@ -27,14 +27,14 @@ from workbench.experiment import Experiment, read_experiment
 from workbench.progress import Progress
 from workbench.protocol import BenchFile, Document, PlannedRun, Protocol
 
-__all__ = ["CarryOut", "ClosedLoop", "Job"]
+__all__ = ["BenchJob", "CarryOut", "ClosedLoop"]
 
 CarryOut = Callable[[Experiment, Bench, Path], Iterable[tuple[Bundle, list[str]]]]
 """Makes the runs of an experiment on a bench, into a folder of bundles."""
 
 
 @dataclass(frozen=True)
-class Job:
+class BenchJob:
     """What the loop can run: a protocol, those of its runs that are still to be made.
 
     Args:
@@ -59,8 +59,8 @@ class ClosedLoop:
         bench: its devices.
         out: folder of runs and rounds.
         carry_out: makes the runs of a protocol.
-        made: is told each run that was made.
-        tell: is told each stage.
+        made: receives each run that was made.
+        progress: receives each stage.
     """
 
     lab: Document[BenchFile]
@@ -68,14 +68,14 @@ class ClosedLoop:
     out: Path
     carry_out: CarryOut
     made: Callable[[Bundle], None]
-    tell: Progress
+    progress: Progress
 
     @property
     def runs(self) -> Path:
         """Return the folder of the bundles."""
         return self.out / "runs"
 
-    def rounds(self, protocol: Document[Protocol], budget: float) -> Iterator[Round[Job]]:
+    def rounds(self, protocol: Document[Protocol], budget: float) -> Iterator[Round[BenchJob]]:
         """Go on from the runs that are there, and yield each round when its diagnosis is there.
 
         Args:
@@ -101,12 +101,12 @@ class ClosedLoop:
         bundles = [Bundle.open(folder) for folder in found]
         return [one for one in bundles if one.manifest.status == "complete"]
 
-    def _first(self, protocol: Document[Protocol]) -> Job | None:
+    def _first(self, protocol: Document[Protocol]) -> BenchJob | None:
         """Return what is still to be run of the first protocol, None where all of it is there."""
         named = [b for b in self._complete() if b.asked.protocol == protocol.path.name]
         done = frozenset(bundle.asked.number for bundle in named)
-        left = self._read(protocol).plan.without(done).runs
-        return Job(protocol, done, _minutes_of(left)) if left else None
+        remaining = self._read(protocol).plan.without(done).runs
+        return BenchJob(protocol, done, _minutes_of(remaining)) if remaining else None
 
     def _minutes_spent(self) -> float:
         """Return the bench time that the runs of earlier calls took [min]."""
@@ -117,26 +117,26 @@ class ClosedLoop:
     def _read(self, protocol: Document[Protocol]) -> Experiment:
         return read_experiment(protocol.path, self.lab, self.bench.voltage_step)
 
-    def _run(self, job: Job) -> None:
+    def _run(self, job: BenchJob) -> None:
         """Make the runs of a protocol that do not exist yet."""
         asked = self._read(job.protocol)
         asked = replace(asked, plan=asked.plan.without(job.done))
         for bundle, _ in self.carry_out(asked, self.bench, self.runs):
             self.made(bundle)
 
-    def _look(self, number: int) -> tuple[Diagnosis, Job | None]:
+    def _look(self, number: int) -> tuple[Diagnosis, BenchJob | None]:
         """Diagnose all runs that exist and propose the next."""
         bundles = self._complete()
-        rig, files = robot_of(bundles, self.tell)
+        rig, files = robot_of(bundles, self.progress)
         folder = self.out / f"round-{number}"
         folder.mkdir(parents=True)
-        done = diagnose_into(folder, rig, files, bundles, self.tell)
+        done = diagnose_into(folder, rig, files, bundles, self.progress)
         found, proposed = done.found, done.proposed
-        self.tell(f"report: {done.report}")
+        self.progress(f"report: {done.report}")
         if proposed is None:
             return found, None
         minutes = proposed.proposal.minutes
-        return found, Job(proposed.protocol, frozenset(), minutes, proposed)
+        return found, BenchJob(proposed.protocol, frozenset(), minutes, proposed)
 
 
 def _minutes_of(runs: Sequence[PlannedRun]) -> float:

@@ -12,7 +12,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
-from workbench.bench import BUILT_IN, Bench, Operator, Subject, Window
+from workbench.bench import BUILT_IN, Bench, CameraSpan, Operator, Subject
 from workbench.bench_supply import check_new_scale, made_ready, require_not_latched
 from workbench.between import Between, Part, go_on, what_follows
 from workbench.bundle import Asked, Bundle, CameraWindow, Event, Measured, SupplyIdentity, events
@@ -22,9 +22,8 @@ from workbench.hw import Reading, Supply, stop, switch_on, watch
 from workbench.live import LiveTask, LiveTwin, NoTwin
 from workbench.operator_name import operator_name, started
 from workbench.output import BY_HAND, MAY_BE_ON
-from workbench.pairing import pair
 from workbench.progress import Progress, Stage, within
-from workbench.prompting import Answered, ask
+from workbench.prompting import PromptAnswer, ask
 from workbench.protocol import (
     CalibrationFile,
     PlannedDrive,
@@ -38,6 +37,7 @@ from workbench.readiness import require_room
 from workbench.resume import Course, begin
 from workbench.signals import Signals
 from workbench.timeseries import TimeSeries
+from workbench.twin_comparison import compare_with_twin
 from workbench.versions import versions
 
 __all__ = ["carry_out"]
@@ -66,7 +66,7 @@ def carry_out(
         bench: what it is done on.
         root: folder of all bundles.
         operator: answers the prompts.
-        progress: is told each phase.
+        progress: receives each phase.
         course: of an experiment that was begun; None begins one.
         between: is asked after each run.
 
@@ -83,10 +83,10 @@ def carry_out(
     require_room(root)
     bench.require_ready(experiment.plan.drives)
     course = course or begin(experiment.inputs(), datetime.now())
-    left, busy = experiment.plan.without(course.done), 0.0
-    waiting: Sequence[Part] = left.by_run()
+    remaining, busy = experiment.plan.without(course.done), 0.0
+    waiting: Sequence[Part] = remaining.by_run()
     while waiting:
-        answers: list[Answered] = []
+        answers: list[PromptAnswer] = []
         items, run = waiting[0]
         for item in items:
             match item:
@@ -94,9 +94,9 @@ def carry_out(
                     answers.append(ask(operator, item))
                 case PlannedPause():
                     _wait(bench, item, progress)
-        of, share = len(experiment.plan.runs), min(busy / left.seconds, 1.0)
-        told = within(progress, f"run {run.number} of {of}: ", share if of > 1 else None)
-        bundle = _Conductor(experiment, bench, root, operator, told, run, course).conduct(answers)
+        of, share = len(experiment.plan.runs), min(busy / remaining.seconds, 1.0)
+        of_run = within(progress, f"run {run.number} of {of}: ", share if of > 1 else None)
+        bundle = _Conductor(experiment, bench, root, operator, of_run, run, course).conduct(answers)
         yield bundle
         busy, course = busy + run.rest + run.duration, course.after(run.number)
         waiting = what_follows(waiting, bundle, between)
@@ -130,7 +130,7 @@ class _Conductor:
         self.start = bench.clock.now()
         self.bundle = Bundle.create(root, run.name, datetime.now().astimezone(), self._asked())
 
-    def conduct(self, answers: Sequence[Answered]) -> Bundle:
+    def conduct(self, answers: Sequence[PromptAnswer]) -> Bundle:
         with self.signals:
             try:
                 try:
@@ -139,14 +139,14 @@ class _Conductor:
                     self.signals.hold()  # a second Ctrl-C would cut off what follows the first
             except KeyboardInterrupt:
                 self._end("interrupted", "stopped by the user")
-                raise Interrupted(self._told("stopped by the user")) from None
+                raise Interrupted(self._failure_text("stopped by the user")) from None
             except SafetyStop as error:
                 self._end("safety-stop", str(error))
-                error.args = (self._told(str(error)),)
+                error.args = (self._failure_text(str(error)),)
                 raise
             except WorkbenchError as error:
                 self._end("failed", str(error))
-                error.args = (self._told(str(error)),)
+                error.args = (self._failure_text(str(error)),)
                 raise
             except Exception:
                 self._end("failed", traceback.format_exc())
@@ -157,7 +157,7 @@ class _Conductor:
             self.bundle.finish("complete")
         return self.bundle
 
-    def _carry_out(self, answers: Sequence[Answered]) -> None:
+    def _carry_out(self, answers: Sequence[PromptAnswer]) -> None:
         """Do all that the run asks for, from its inputs in the bundle to its pair."""
         self._keep_inputs()
         for one in answers:
@@ -168,7 +168,7 @@ class _Conductor:
         if take is not None:
             self.bundle.add_take(take)
             self.progress("track, twin")
-            pair(self.bundle)
+            compare_with_twin(self.bundle)
 
     def _asked(self) -> Asked:
         run, protocol = self.run, self.experiment.protocol
@@ -211,7 +211,7 @@ class _Conductor:
         self.bundle.write_resolved("bench", experiment.bench.content.model_dump(by_alias=True))
         run, action = self.run, self.run.action
         steps = tuple(action.steps) if isinstance(action, PlannedDrive) else ()
-        self._journal(events.Asked(run=run.name, rest_s=run.rest, steps=steps, **started()))
+        self._journal(events.RunAsked(run=run.name, rest_s=run.rest, steps=steps, **started()))
 
     def _measure(self) -> Path | None:
         """Let the robot move while the cameras run and return the export."""
@@ -229,7 +229,7 @@ class _Conductor:
         self.bundle.record.note(Measured(cameras=cameras))
         return self.bench.collect(subject, window, self.bundle, self.operator)
 
-    def _measure_drive(self, drive: PlannedDrive) -> Window:
+    def _measure_drive(self, drive: PlannedDrive) -> CameraSpan:
         """Drive the robot while the cameras run."""
         self.twin = self._live_twin()
         with self.signals.first_only(), self.twin, self.bench.supply(self.bundle) as supply:
@@ -250,16 +250,16 @@ class _Conductor:
                 self._switch_off(supply, first)
         self._keep_readings()
         self.twin.keep_in(self.bundle, self._journal)
-        return Window(self.start, self.bench.clock.now(), began)
+        return CameraSpan(self.start, self.bench.clock.now(), began)
 
     def _live_twin(self) -> LiveTwin | NoTwin:
         """Return what observes the run while it goes on, where the cameras stream."""
         if not self.bench.streams:
             return NoTwin()
         texts = (self.experiment.model.text, self.shape.text, self.experiment.bench.text)
-        return LiveTwin(LiveTask.of(self.run, *texts, self.bench.viewer), self.bench.tell_live)
+        return LiveTwin(LiveTask.of(self.run, *texts, self.bench.viewer), self.bench.on_live_state)
 
-    def _measure_release(self, release: PlannedRelease) -> Window:
+    def _measure_release(self, release: PlannedRelease) -> CameraSpan:
         """Let the operator hold the robot and let go while the cameras run."""
         self._journal(events.NoDrive())
         self.bundle.record.note(Measured(output_off="supply not opened"))
@@ -271,14 +271,14 @@ class _Conductor:
         seconds = self.run.duration
         self.progress(Stage(f"{seconds:g} s after the release", seconds=seconds))
         self.bench.clock.sleep(self.run.duration + _HAND_S)
-        return Window(self.start, self.bench.clock.now(), began, asked)
+        return CameraSpan(self.start, self.bench.clock.now(), began, asked)
 
     def _ask(self, prompts: Sequence[PlannedPrompt]) -> None:
         for prompt in prompts:
             asked = self.bench.clock.now() - self.start
             self._keep(ask(self.operator, prompt), asked_s=round(asked, 6))
 
-    def _keep(self, one: Answered, asked_s: float | None = None) -> None:
+    def _keep(self, one: PromptAnswer, asked_s: float | None = None) -> None:
         """Keep an answer in the journal, and its value in the manifest."""
         self._journal(one.event(asked_s))
         if fact := one.fact():
@@ -289,7 +289,7 @@ class _Conductor:
         """Start the cameras, and with them the run's time, and return the wall time."""
         self.bench.start_cameras(self.operator)
         self.start, began = self.bench.clock.now(), datetime.now()
-        self._journal(events.Cameras(began=began))
+        self._journal(events.CamerasStarted(began=began))
         return began
 
     def _rest(self) -> None:
@@ -302,7 +302,7 @@ class _Conductor:
         ready = made_ready(self.experiment.bench.content, supply, limits)
         identity = SupplyIdentity(**ready.identity._asdict())
         self.bundle.record.note(Measured(supply=identity))
-        self._journal(events.Prepared(identity=identity, found=vars(ready.found)))
+        self._journal(events.SupplyPrepared(identity=identity, found=vars(ready.found)))
         ledger, firmware = self.bench.ledger_of(ready.identity), ready.identity.firmware
         if seen := check_new_scale(supply, ledger, firmware, self.progress):
             scale = events.Scale(set_voltage_V=seen.set_voltage_V, voltage_V=seen.voltage_V)
@@ -332,10 +332,10 @@ class _Conductor:
     def _watch_until(self, end: float, supply: Supply) -> None:
         """Watch a running supply until an instant of the bench's clock."""
         clock = self.bench.clock
-        while (left := end - clock.now()) > 0:
-            if (why := self.twin.wait(clock, min(_POLL_S, left))) is not None:
+        while (remaining_s := end - clock.now()) > 0:
+            if (why := self.twin.wait(clock, min(_POLL_S, remaining_s))) is not None:
                 raise stop(supply, why)
-            if left > _POLL_S:
+            if remaining_s > _POLL_S:
                 self._note_reading(watch(supply))
 
     def _switch_off(self, supply: Supply, first: BaseException | None) -> None:
@@ -355,7 +355,7 @@ class _Conductor:
     def _note_reading(self, reading: Reading) -> None:
         self.readings.append(reading)
         keys = ("set_voltage_V", "voltage_V", "current_A", "output")
-        self._journal(events.Reading(**{key: getattr(reading, key) for key in keys}))
+        self._journal(events.SupplyReading(**{key: getattr(reading, key) for key in keys}))
 
     def _keep_readings(self) -> None:
         names = ("set_voltage_V", "voltage_V", "current_A")
@@ -369,7 +369,7 @@ class _Conductor:
 
     def _end(self, status: _Ended, reason: str) -> None:
         """Close the bundle of a run that did not succeed, with what there is."""
-        # on a full disk the message alone tells what happened
+        # on a full disk the message alone says what happened
         with suppress(OSError, RecordError):
             self._journal(events.Stopped(event=status, reason=reason))
             if self.readings and not self.bundle.series.has("supply"):
@@ -378,13 +378,13 @@ class _Conductor:
             self.bench.keep_recorded(self.bundle)
             self.bundle.finish(status, error=reason)
 
-    def _told(self, reason: str) -> str:
-        off = self.bundle.record.output.told + "; "
+    def _failure_text(self, reason: str) -> str:
+        off = self.bundle.record.output.description + "; "
         if MAY_BE_ON in reason:  # which was said before more was known
             off = "" if self.bundle.record.output.live else f"by now {off}"
-        told = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
+        text = f"run {self.run.number} ({self.run.name}): {reason}\n{off}see {self.bundle.path}"
         if self.bundle.manifest.measured.cameras is not None and not self.bundle.has_take():
-            told += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
+            text += f"\nadd its take later: workbench ingest TAKE --into {self.bundle.path}"
         asked, bench = self.experiment.protocol.path, self.experiment.bench
         lab = "virtual" if bench.path == BUILT_IN else bench.path
-        return f"{told}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"
+        return f"{text}\ngo on: workbench run {asked} --bench {lab} --resume {self.bundle.path}"

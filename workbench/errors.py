@@ -40,8 +40,8 @@ __all__ = [
     "what_to_do",
 ]
 
-_SHOWN = 160  # characters of a line that a fault shows
-_TOLD = 40  # faults of a file that a message tells
+_WIDTH = 160  # characters of a line that a fault shows
+_MOST = 40  # faults of a file in one message
 _TO_DO = {
     errno.ENOENT: "see that the name is right; it counts from the folder of the command",
     errno.EEXIST: "something of this name is there already; name another",
@@ -126,9 +126,9 @@ class FileFault:
         head = f"{self.file}:{self.line}:{self.column}: {self.text}"
         if not self.source.strip():
             return head
-        first = max(self.column - 1 - _SHOWN // 2, 0) if len(self.source) > _SHOWN else 0
+        first = max(self.column - 1 - _WIDTH // 2, 0) if len(self.source) > _WIDTH else 0
         caret = " " * (self.column - 1 - first) + "^"
-        return f"{head}\n    {self.source[first : first + _SHOWN]}\n    {caret}"
+        return f"{head}\n    {self.source[first : first + _WIDTH]}\n    {caret}"
 
 
 class FileFaults(InputError):
@@ -136,10 +136,10 @@ class FileFaults(InputError):
 
     def __init__(self, faults: Sequence[FileFault]) -> None:
         self.faults = tuple(sorted(faults, key=lambda f: (f.line, f.column)))
-        told = [str(fault) for fault in self.faults[:_TOLD]]
-        if len(self.faults) > _TOLD:
-            told.append(f"{len(self.faults) - _TOLD} or more further faults; mend these first")
-        super().__init__("\n".join(told))
+        texts = [str(fault) for fault in self.faults[:_MOST]]
+        if len(self.faults) > _MOST:
+            texts.append(f"{len(self.faults) - _MOST} or more further faults; mend these first")
+        super().__init__("\n".join(texts))
 
 
 class TakeError(InputError):

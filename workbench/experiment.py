@@ -36,7 +36,7 @@ __all__ = ["Experiment", "condition_facts", "read_experiment", "require_takes"]
 T = TypeVar("T")
 
 _REACHED = ("kind", "port", "address", "baud", "unit", "timeout", "gap", "echo")
-"""Keys of a connection that tell the way to a supply, and not which one it is."""
+"""Keys of a connection of the way to a supply, and not of which one it is."""
 
 
 @dataclass(frozen=True)
@@ -69,15 +69,15 @@ class Experiment:
         """Return the name of each file -> sha256 of what it comes to; a resumed run needs the same.
 
         A comment, the order of keys, and how the supply is reached, change nothing that is
-        measured. Which supply it is stands under `supply`, as text: it may be told by other means.
+        measured. Which supply it is comes under `supply`, as text: it may be known by other means.
         """
         bench = self.bench.content
-        told = {name: digest(_meaning(one)) for name, one in self._files().items()}
-        told["calibration"] = digest(bench.line.model_dump_json())
+        digests = {name: digest(_meaning(one)) for name, one in self._files().items()}
+        digests["calibration"] = digest(bench.line.model_dump_json())
         number = bench.supply.serial_number
         reached = bench.supply.connection.model_dump(mode="json", include=set(_REACHED))
         which = {"connection": reached} if number is None else {"serial": number}
-        return told | {"supply": json.dumps(which, sort_keys=True)}
+        return digests | {"supply": json.dumps(which, sort_keys=True)}
 
     @property
     def digest(self) -> str:
@@ -89,8 +89,8 @@ class Experiment:
         return {name: digest(one.text) for name, one in self._files().items()}
 
     def _files(self) -> dict[str, Document[Any]]:
-        own = {"protocol": self.protocol, "bench": self.bench, "model": self.model}
-        files: dict[str, Document[Any]] = {f"{k} {one.path.name}": one for k, one in own.items()}
+        given = {"protocol": self.protocol, "bench": self.bench, "model": self.model}
+        files: dict[str, Document[Any]] = {f"{k} {one.path.name}": one for k, one in given.items()}
         files |= {f"part {part.path.name}": part for part in self.parts.values()}
         shapes = [self.shape, *self.shapes.values()]
         return files | {f"shape {one.path.name}": one for one in shapes}
@@ -111,13 +111,13 @@ def read_experiment(path: Path, bench: Document[BenchFile], voltage_step: Decima
     """
     asked, parts = load_protocol(path)
     require_takes(bench)
-    own, other = asked.path.parent, bench.path.parent
-    model = _first(load_model, (asked.content.model, own), (bench.content.model, other))
-    shape = _first(load_shape, (asked.content.shape, own), (bench.content.shape, other))
+    folder, other = asked.path.parent, bench.path.parent
+    model = _first(load_model, (asked.content.model, folder), (bench.content.model, other))
+    shape = _first(load_shape, (asked.content.shape, folder), (bench.content.shape, other))
     plan = make_plan(asked, bench.content, voltage_step, parts)
     names = {run.shape for run in plan.runs if run.shape is not None}
     shapes = {name: load_shape(name.name, name.beside) for name in names}
-    from workbench.twin import check_twin  # the simulation with it: what is misspelt is told before
+    from workbench.twin import check_twin  # with simulation: misspelt names are reported before
 
     made = Experiment(asked, bench, model, shape, plan, parts, shapes)
     for beam in (shape, *shapes.values()):
@@ -168,8 +168,8 @@ def require_takes(bench: Document[BenchFile]) -> None:
 
 
 def _first(
-    read: Callable[[str, Path], T], own: tuple[str | None, Path], default: tuple[str, Path]
+    read: Callable[[str, Path], T], given: tuple[str | None, Path], default: tuple[str, Path]
 ) -> T:
     """Read what the protocol names, else what the bench names, each beside its own file."""
-    name, beside = own
+    name, beside = given
     return read(*default) if name is None else read(name, beside)

@@ -1,4 +1,4 @@
-"""Make bundles of runs that were measured elsewhere; add a take to a run that lacks it."""
+"""Make bundles of runs that were measured elsewhere; add a take to a run without one."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
     Args:
         sheet: as read; paths in it are from its folder.
         root: folder of all bundles.
-        progress: is told each take.
+        progress: receives each take.
 
     Raises:
         FileFaults: when the sheet names takes or modes that cannot be used; nothing was written.
         WorkbenchError: when a take cannot be used; its bundle says why.
     """
-    from workbench.pairing import pair  # the simulation with it: reading one export needs none
     from workbench.twin import check_twin
+    from workbench.twin_comparison import compare_with_twin  # with simulation: rarely needed
 
     folder = sheet.path.parent
     model, shape = load_model(sheet.content.model, folder), _shape(sheet)
@@ -60,7 +60,7 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
         bundle.write_document("shape", shape.text)
         bundle.add_take(folder / run.take)
         try:
-            pair(bundle)
+            compare_with_twin(bundle)
         except WorkbenchError as error:
             bundle.finish("failed", error=str(error))
             error.args = (f"run {number} ({run.take}): {error}\nsee {bundle.path}",)
@@ -70,12 +70,12 @@ def ingest_sheet(sheet: Document[Sheet], root: Path, progress: Progress) -> Iter
 
 
 def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = False) -> None:
-    """Give a run the take that it lacks, pair it with its twin and finish it.
+    """Give a run without a take its take, compare it with its twin and finish it.
 
     Args:
         take: the export; checked as at the bench.
         bundle: of a run that was measured, but whose take did not come.
-        progress: is told what begins.
+        progress: receives what begins.
         insist: take it although it does not seem to belong; the bundle says so.
 
     Raises:
@@ -83,7 +83,7 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
             nothing was written.
         WorkbenchError: when the take cannot be used; the bundle says why.
     """
-    from workbench.pairing import pair
+    from workbench.twin_comparison import compare_with_twin
 
     wanted = _wanted(bundle)
     tolerance = load(bundle.document("bench"), BenchFile).content.tracking.takes_tolerance
@@ -99,7 +99,7 @@ def add_take(take: Path, bundle: Bundle, progress: Progress, insist: bool = Fals
     bundle.add_take(take)
     progress("track, twin")
     try:
-        pair(bundle)
+        compare_with_twin(bundle)
     except WorkbenchError as error:
         bundle.finish("failed", error=str(error))
         error.args = (f"{error}\nsee {bundle.path}",)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["HERE", "Line", "Message"]
+__all__ = ["HERE", "Message", "MessageLine"]
 
 HERE = "127.0.0.1"
 Message = dict[str, Any]  # what JSON can say
@@ -18,7 +18,7 @@ _CHUNK = 65536
 _LONGEST = 1 << 20  # bytes of a line; whoever sends more is no process of ours
 
 
-class Line:
+class MessageLine:
     """One end of the link, one object a line; several threads may send, one receives.
 
     Args:
@@ -32,7 +32,7 @@ class Line:
         self._selector = selectors.DefaultSelector()
         self._selector.register(link, selectors.EVENT_READ)
         self._sending = threading.Lock()
-        self._heard = b""
+        self._buffer = b""
 
     def send(self, message: Mapping[str, Any]) -> None:
         """Send one object.
@@ -51,16 +51,16 @@ class Line:
             OSError: when the other end is gone.
         """
         deadline = time.monotonic() + timeout
-        while b"\n" not in self._heard:
+        while b"\n" not in self._buffer:
             if not self._selector.select(max(deadline - time.monotonic(), 0.0)):
                 return None
             data = self._link.recv(_CHUNK)
             if not data:
                 raise ConnectionResetError("the other end closed the link")
-            self._heard += data
-            if len(self._heard) > _LONGEST:
+            self._buffer += data
+            if len(self._buffer) > _LONGEST:
                 raise ConnectionResetError("the other end sends no lines")
-        line, _, self._heard = self._heard.partition(b"\n")
+        line, _, self._buffer = self._buffer.partition(b"\n")
         try:
             message = json.loads(line)
         except ValueError:  # a Ctrl-C cut it; what was asked for is asked for again

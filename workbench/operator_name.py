@@ -1,4 +1,4 @@
-"""Who stands at the bench, and where a run was started: written into each run."""
+"""Who is at the bench, and where a run was started: written into each run."""
 
 from __future__ import annotations
 

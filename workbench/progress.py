@@ -1,4 +1,4 @@
-"""What the rooms tell of work that takes time: stages in words, and what is known of each."""
+"""Progress of work that takes time: stages in words, and what is known of each."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable
 __all__ = ["Progress", "Stage", "counted", "portion", "reached", "within"]
 
 Progress = Callable[[str], None]
-"""Is told each stage as it begins; a `Stage` where more than its words is known.
+"""Receives each stage as it begins; a `Stage` where more than its words is known.
 
-It is the one way to tell of progress, and how often it is told is up to the work: what is shown of
+It is the one way to report progress, and how often is up to the work: what is shown of
 it, and where, is up to the command line. What it raises ends the work.
 """
 
@@ -57,20 +57,20 @@ def reached(words: str, done: int, count: int) -> Stage:
 
 
 def portion(progress: Progress, begin: float, end: float) -> Progress:
-    """Return what is told the stages of one part of a work, as stages of the whole.
+    """Return a callback for the stages of one part of a work, passed on as stages of the whole.
 
     A stage that says no share is taken to begin where a quarter of what remained of the part was
     done since the stage before: how many follow is not known, and the share never passes `end`.
 
     Args:
-        progress: is told.
+        progress: receives them.
         begin: share of the whole that is done when the part begins, 0 to 1.
         end: and when it ends.
     """
     done = 0.0
     began = False
 
-    def told(stage: str) -> None:
+    def report(stage: str) -> None:
         nonlocal done, began
         share = stage.share if isinstance(stage, Stage) else None
         if share is None:
@@ -79,20 +79,20 @@ def portion(progress: Progress, begin: float, end: float) -> Progress:
         seconds = stage.seconds if isinstance(stage, Stage) else None
         progress(Stage(stage, begin + done * (end - begin), seconds))
 
-    return told
+    return report
 
 
 def within(progress: Progress, words: str, share: float | None) -> Progress:
-    """Return what tells the stages of one part of a work, as stages of the whole.
+    """Return a callback for the stages of one part of a work, as stages of the whole.
 
     Args:
-        progress: is told.
+        progress: receives them.
         words: of the part, put before each stage's own.
         share: of the whole that is done when the part begins, 0 to 1; None where it is the whole.
     """
 
-    def told(stage: str) -> None:
+    def report(stage: str) -> None:
         seconds = stage.seconds if isinstance(stage, Stage) else None
         progress(Stage(f"{words}{stage}", share, seconds))
 
-    return told
+    return report

@@ -7,39 +7,39 @@ from typing import NamedTuple
 from workbench.bundle import AnswerFact, events
 from workbench.errors import InputError
 from workbench.protocol import DIMENSIONS, Answer, PlannedPrompt
-from workbench.takes import Operator, Place
+from workbench.takes import AnsweredAt, Operator
 
-__all__ = ["Answered", "ask"]
+__all__ = ["PromptAnswer", "ask"]
 
 _TRIES = 5
 
 
-class Answered(NamedTuple):
+class PromptAnswer(NamedTuple):
     """A prompt and what became of it.
 
     Args:
         prompt: as planned.
         answer: what was typed, None where it was only confirmed or nobody was there to type.
-        place: where.
+        answered_at: where.
     """
 
     prompt: PlannedPrompt
     answer: Answer | None
-    place: Place
+    answered_at: AnsweredAt
 
-    def event(self, asked_s: float | None) -> events.Prompt:
+    def event(self, asked_s: float | None) -> events.PromptAnswered:
         """Return the event for the journal.
 
         Args:
             asked_s: when it was shown, on the clock of the run [s]; None before that runs.
         """
         question, text = self.prompt.question, self.prompt.text
-        seen = self.place != "nobody"
+        seen = self.answered_at != "nobody"
         answer = ("confirmed" if seen else None) if question is None else self.answer
-        facts = events.Prompt(text=text, answer=answer, where=self.place)
+        facts = events.PromptAnswered(text=text, answer=answer, where=self.answered_at)
         named = {} if question is None else {"name": question.name}
-        shown = {} if asked_s is None else {"asked_s": asked_s}
-        return facts.model_copy(update=named | shown)
+        waited = {} if asked_s is None else {"asked_s": asked_s}
+        return facts.model_copy(update=named | waited)
 
     def fact(self) -> dict[str, AnswerFact]:
         """Return name -> value with its unit, for the manifest; empty where none was asked."""
@@ -50,7 +50,7 @@ class Answered(NamedTuple):
         return {question.name: AnswerFact(value=self.answer, unit=unit)}
 
 
-def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
+def ask(operator: Operator, prompt: PlannedPrompt) -> PromptAnswer:
     """Show a prompt and wait until it is confirmed, or answered with something that is taken.
 
     On a bench without an operator nobody types: a value stays open.
@@ -62,15 +62,15 @@ def ask(operator: Operator, prompt: PlannedPrompt) -> Answered:
     if question is None or not operator.present:
         _show_picture(operator, prompt)
         operator.confirm(prompt.text)
-        return Answered(prompt, None, operator.answered_at)
+        return PromptAnswer(prompt, None, operator.answered_at)
     asked = f"{prompt.text} [{question.name}: {question.hint}]"
     for _ in range(_TRIES):
         _show_picture(operator, prompt)
         try:
             answer = question.read(operator.ask(asked, "", question.one_of or ()))
-            return Answered(prompt, answer, operator.answered_at)
+            return PromptAnswer(prompt, answer, operator.answered_at)
         except ValueError as error:
-            operator.tell(f"not taken: {error}")
+            operator.show_text(f"not taken: {error}")
     raise InputError(f"{question.name}: {_TRIES} answers were not taken; {question.hint} is needed")
 
 

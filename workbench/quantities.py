@@ -1,4 +1,4 @@
-"""The numbers that tell what a run did: how each is called and shown."""
+"""The numbers of what a run did: how each is called and shown."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-__all__ = ["QUANTITIES", "Quantity", "leading", "numbers_in_words", "unit_of"]
+__all__ = ["QUANTITIES", "DisplayedQuantity", "leading", "numbers_in_words", "unit_of"]
 
 
-class Quantity(NamedTuple):
+class DisplayedQuantity(NamedTuple):
     """How a number of a summary is shown.
 
     Args:
@@ -43,16 +43,16 @@ class Quantity(NamedTuple):
         return (gap + 180) % 360 - 180 if self.unit == "deg" and math.isfinite(gap) else gap
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "distance_m": Quantity("Distance", "m", 1.0, 3),
-    "hop_height_m": Quantity("Hop height", "mm", 1e3, 1),
-    "amplitude_m": Quantity("Amplitude of T", "mm", 1e3, 1),
-    "swing_hz": Quantity("Frequency of T", "Hz", 1.0, 3),
-    "phase_rad": Quantity("Phase of T behind the rotor", "deg", 180 / math.pi, 1),
-    "speed_rad_s": Quantity("Rotor speed", "rad/s", 1.0, 2),
-    "displacement_m": Quantity("Displacement", "mm", 1e3, 1),
-    "ring_hz": Quantity("Ring frequency", "Hz", 1.0, 3),
-    "damping_ratio": Quantity("Damping ratio", "%", 1e2, 2),
+QUANTITIES: dict[str, DisplayedQuantity] = {
+    "distance_m": DisplayedQuantity("Distance", "m", 1.0, 3),
+    "hop_height_m": DisplayedQuantity("Hop height", "mm", 1e3, 1),
+    "amplitude_m": DisplayedQuantity("Amplitude of T", "mm", 1e3, 1),
+    "swing_hz": DisplayedQuantity("Frequency of T", "Hz", 1.0, 3),
+    "phase_rad": DisplayedQuantity("Phase of T behind the rotor", "deg", 180 / math.pi, 1),
+    "speed_rad_s": DisplayedQuantity("Rotor speed", "rad/s", 1.0, 2),
+    "displacement_m": DisplayedQuantity("Displacement", "mm", 1e3, 1),
+    "ring_hz": DisplayedQuantity("Ring frequency", "Hz", 1.0, 3),
+    "damping_ratio": DisplayedQuantity("Damping ratio", "%", 1e2, 2),
 }
 """Name of a number in a summary -> how it is shown."""
 
@@ -88,7 +88,7 @@ def numbers_in_words(summary: Mapping[str, Any]) -> str:
 
 
 def unit_of(name: str) -> tuple[str, str]:
-    """Return the end of a name that tells its unit, and the unit; twice nothing without one.
+    """Return the end of a name that is its unit, and the unit; twice nothing without one.
 
     By custom names end in their unit: `foot_x_m`, `rotor_speed_rad_s`.
     """

@@ -16,10 +16,10 @@ _LEAST_GB = 0.1  # some runs; the doctor asks for more
 
 def existing(folder: Path) -> Path:
     """Return a folder, or the nearest above it that exists."""
-    place = folder.absolute()
-    while not place.exists():
-        place = place.parent
-    return place
+    path = folder.absolute()
+    while not path.exists():
+        path = path.parent
+    return path
 
 
 def free_gb(folder: Path) -> float:
@@ -33,17 +33,17 @@ def require_room(runs: Path) -> None:
     Raises:
         InputError: with what to do.
     """
-    place = existing(runs)
+    path = existing(runs)
     try:
-        with tempfile.TemporaryFile(dir=place) as file:
+        with tempfile.TemporaryFile(dir=path) as file:
             file.write(b"?")
     except OSError as error:
         raise InputError(
-            f"{place}{'' if place.is_dir() else '/'}: no run can be written here: "
+            f"{path}{'' if path.is_dir() else '/'}: no run can be written here: "
             f"{what_to_do(error)} (--runs, WORKBENCH_RUNS)"
         ) from None
-    if free_gb(place) < _LEAST_GB:
+    if free_gb(path) < _LEAST_GB:
         raise InputError(
-            f"{place}: {1000 * free_gb(place):.0f} MB free, at least {1000 * _LEAST_GB:.0f} MB are "
+            f"{path}: {1000 * free_gb(path):.0f} MB free, at least {1000 * _LEAST_GB:.0f} MB are "
             "needed; make room, or name a folder on another disk with --runs"
         )

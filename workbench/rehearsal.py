@@ -1,7 +1,7 @@
 """A dry run: the same engine and driver, on a simulated supply of the bench's model.
 
 Nothing of the laboratory is opened. The clock is simulated, so hours take a moment; the words that
-are told are those that really went over the simulated line.
+are reported are those that really went over the simulated line.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from workbench.bench import Operator, SimulatedBench, Subject, Window
+from workbench.bench import CameraSpan, Operator, SimulatedBench, Subject
 from workbench.bundle import Bundle, Event, events
 from workbench.bundle.sentences import sentence
 from workbench.engine import carry_out
@@ -23,7 +23,8 @@ from workbench.protocol import BenchFile, PlannedRun
 
 __all__ = ["Instant", "Rehearsed", "rehearse"]
 
-_OWN = (events.Asked, events.Complete, events.Reading)  # they say nothing of the bench
+_RUN_EVENTS = (events.RunAsked, events.Complete, events.SupplyReading)
+"""They say nothing of the bench."""
 
 
 class Instant(NamedTuple):
@@ -66,7 +67,9 @@ class _RehearsalBench(SimulatedBench):
         """Note when, as the run's time begins anew with them."""
         self.cameras = self.clock.now()
 
-    def collect(self, subject: Subject, window: Window, bundle: Bundle, operator: Operator) -> None:
+    def collect(
+        self, subject: Subject, span: CameraSpan, bundle: Bundle, operator: Operator
+    ) -> None:
         """Film nothing."""
 
 
@@ -79,30 +82,30 @@ def rehearse(
 
     Args:
         experiment: plan and files.
-        progress: is told each run as it begins.
+        progress: receives each run as it begins.
 
     Raises:
         WorkbenchError: what a run on the bench would end with, such as a limit that the supply
             cannot hold.
     """
     bench = _RehearsalBench(experiment.bench.content)
-    told: list[Rehearsed] = []
+    rehearsed: list[Rehearsed] = []
     known: dict[PlannedRun, Rehearsed] = {}
     runs = experiment.plan.runs
     with TemporaryDirectory(prefix="rehearsal-") as folder:
-        for place, run in enumerate(runs, start=1):
+        for number, run in enumerate(runs, start=1):
             alike = replace(run, number=0, repeat=0)
             if alike in known:
-                told.append(replace(known[alike], run=run))
+                rehearsed.append(replace(known[alike], run=run))
                 continue
-            progress(counted("rehearse a run", place, len(runs)))
+            progress(counted("rehearse a run", number, len(runs)))
             alone = replace(experiment, plan=replace(experiment.plan, items=(run,)))
             begin = bench.clock.now()
             (bundle,) = carry_out(alone, bench, Path(folder), QuietOperator(), lambda text: None)
             busy = bench.clock.now() - begin
             known[alike] = Rehearsed(run, busy, _instants(bundle, bench, begin))
-            told.append(known[alike])
-    return tuple(told)
+            rehearsed.append(known[alike])
+    return tuple(rehearsed)
 
 
 def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Instant, ...]:
@@ -111,9 +114,9 @@ def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Ins
     words: dict[float, list[str]] = {}
     origin = begin
     for time, event in bundle.record.events():
-        if isinstance(event, events.Cameras):
+        if isinstance(event, events.CamerasStarted):
             origin = bench.cameras
-        if not isinstance(event, _OWN):
+        if not isinstance(event, _RUN_EVENTS):
             happened.setdefault(_at(origin + time - begin), []).append(_words(event))
     for one in bundle.record.exchanges():
         word = written(one.data) if one.way == "sent" else None
@@ -126,7 +129,7 @@ def _instants(bundle: Bundle, bench: _RehearsalBench, begin: float) -> tuple[Ins
 
 
 def _words(event: Event) -> str:
-    if not isinstance(event, events.Prompt):
+    if not isinstance(event, events.PromptAnswered):
         return sentence(event)
     asked = "" if event.name is None else f" (type {event.name})"
     return f"prompt: {event.text}{asked}"

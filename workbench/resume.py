@@ -16,12 +16,12 @@ from datetime import datetime
 from pathlib import Path
 
 from workbench.bundle import Bundle, runs_named, runs_of
-from workbench.desk import holder
+from workbench.control import holder
 from workbench.errors import InputError
 
 __all__ = ["Course", "begin", "digest", "foresee", "resume"]
 
-_SUPPLY = "supply"  # the input that tells which supply it is
+_SUPPLY = "supply"  # the input that identifies the supply
 _CUT = "the program ended without a word here: it was killed, or the computer stopped"
 
 
@@ -70,7 +70,7 @@ def resume(
     Bundles that were cut off are closed as failed, with all that they hold.
 
     Args:
-        run: any run of the experiment, or what stands for its runs, as `runs_named` takes it.
+        run: any run of the experiment, or what names its runs, as `runs_named` takes it.
         root: folder of all bundles.
         inputs: of the experiment that shall go on, as in `Course`.
         texts: sha256 of each file as it is written, for experiments that were begun when that
@@ -101,7 +101,7 @@ def _find(
     meant = [Bundle.open(folder) for folder in runs_named([run], root)]
     one, names = meant[0], {bundle.experiment for bundle in meant}
     if len(names) > 1:
-        raise InputError(f"{run}: stands for runs of {len(names)} experiments; name one of them")
+        raise InputError(f"{run}: names runs of {len(names)} experiments; name one of them")
     (name,) = names
     if name is None:
         raise InputError(
@@ -123,10 +123,10 @@ def _find(
 
 def _require_free(root: Path, experiment: str, newest: Bundle) -> None:
     """Refuse while a process carries the experiment out; its bundle is not ours to close."""
-    card = holder(root, experiment)
-    if card is not None:
+    session = holder(root, experiment)
+    if session is not None:
         raise InputError(
-            f"{newest.path} cannot be resumed: process {card.pid} still carries out experiment "
+            f"{newest.path} cannot be resumed: process {session.pid} still carries out experiment "
             f"{experiment}. Let it end, or stop it with Ctrl-C in its terminal or STOP in "
             "`workbench panel`"
         )
@@ -141,12 +141,12 @@ def _require_same(bundle: Bundle, inputs: Mapping[str, str], texts: Mapping[str,
         if name in then and name != _SUPPLY and then[name] not in (inputs[name], texts.get(name))
     ]
     other = sorted((set(then) ^ set(inputs)) - {_SUPPLY})
-    told = [f"{name} was changed" for name in changed]
-    told += [f"{name} is {'new' if name in inputs else 'gone'}" for name in other]
-    if told:
+    changes = [f"{name} was changed" for name in changed]
+    changes += [f"{name} is {'new' if name in inputs else 'gone'}" for name in other]
+    if changes:
         raise InputError(
-            f"{bundle.path} cannot be resumed: {', '.join(told)}. Put it back as it was, or start "
-            "anew without --resume"
+            f"{bundle.path} cannot be resumed: {', '.join(changes)}. Put it back as it was, or "
+            "start anew without --resume"
         )
     if _SUPPLY in then:
         _require_same_supply(bundle, then[_SUPPLY], inputs[_SUPPLY])

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.damped_sinusoids import LEAST_SAMPLES, fit_sinusoids
 from workbench.errors import require_named
 from workbench.motion import FOOT, RELEASED, TOP, Mode, position, seen_median
-from workbench.swings import LEAST_SAMPLES, fit_swings
 from workbench.timeseries import TimeSeries
 
 __all__ = ["Ring", "RingDown", "ring", "summarize_release"]
@@ -25,14 +25,14 @@ _LEAST_AMPLITUDE_M = 2e-4  # below this, markers show noise
 
 @dataclass(frozen=True)
 class RingDown:
-    """What a released robot did, in three numbers; NaN where it cannot be told.
+    """What a released robot did, in three numbers; NaN where it cannot be determined.
 
     Args:
         displacement_m: decay: how far forward of the centre of its swings T was held; drop: how far
             the foot fell, from the hand to its rest on the ground.
         ring_hz: frequency of the strongest swing of T, forward in decay, upward after a drop.
         damping_ratio: of that swing, as if its damping were viscous. The twin, pulled by 16 mm, has
-            0.36 %; told are 0.36 % after 5 or 10 s, but 0.28 % after 2 s and nothing after 1 s.
+            0.36 %; found are 0.36 % after 5 or 10 s, but 0.28 % after 2 s and nothing after 1 s.
     """
 
     displacement_m: float
@@ -45,7 +45,7 @@ class RingDown:
 
 
 class Ring(NamedTuple):
-    """A fading swing: its frequency [Hz], damping ratio, and what it swings about [m]."""
+    """A damped sinusoid: its frequency [Hz], damping ratio, and what it swings about [m]."""
 
     hz: float
     damping_ratio: float
@@ -53,7 +53,7 @@ class Ring(NamedTuple):
 
 
 def summarize_release(motion: TimeSeries, mode: Mode, duration: float) -> RingDown:
-    """Tell displacement, frequency and damping of a motion whose time zero is the release.
+    """Return displacement, frequency and damping of a motion whose time zero is the release.
 
     Args:
         motion: channels of `workbench.motion`.
@@ -66,20 +66,20 @@ def summarize_release(motion: TimeSeries, mode: Mode, duration: float) -> RingDo
     require_named("mode with a release", mode, RELEASED)
     t, top, foot = motion.times, position(motion, TOP), position(motion, FOOT)
     if mode == "decay":
-        swings = (t >= 0) & (t <= duration)
-        found = ring(t[swings], top[swings, 0])
+        analysed = (t >= 0) & (t <= duration)
+        found = ring(t[analysed], top[analysed, 0])
         return RingDown(seen_median(top[t < 0, 0]) - found.centre, found.hz, found.damping_ratio)
-    swings = (t >= _LANDED_S) & (t <= duration)
-    found = ring(t[swings], top[swings, 2])
+    analysed = (t >= _LANDED_S) & (t <= duration)
+    found = ring(t[analysed], top[analysed, 2])
     ended = (t >= min(duration, t[-1]) - _END_S) & (t <= duration)
     fall = seen_median(foot[t < 0, 2]) - seen_median(foot[ended, 2])
     return RingDown(fall, found.hz, found.damping_ratio)
 
 
 def ring(times: NDArray[np.float64], path: NDArray[np.float64]) -> Ring:
-    """Return the strongest of two fading swings fitted to a path; NaN where nothing rings.
+    """Return the strongest of two damped sinusoids fitted to a path; NaN where nothing rings.
 
-    The robot has two modes below 20 Hz; fitted alone, the strong one would take the other's swing
+    The robot has two modes below 20 Hz; fitted alone, the strong one would take the other's motion
     for damping.
 
     Args:
@@ -88,10 +88,10 @@ def ring(times: NDArray[np.float64], path: NDArray[np.float64]) -> Ring:
     """
     if np.count_nonzero(np.isfinite(path)) < LEAST_SAMPLES:
         return Ring(np.nan, np.nan, np.nan)
-    found = fit_swings(times, path[:, None], 2)
+    found = fit_sinusoids(times, path[:, None], 2)
     strongest = int(np.argmax(np.abs(found.amplitudes[:, 0])))
     centre = float(found.beside[0, 0])
     if abs(found.amplitudes[strongest, 0]) < _LEAST_AMPLITUDE_M:
         return Ring(np.nan, np.nan, centre)
-    pole = found.poles[strongest]
-    return Ring(pole.hz, pole.damping_ratio, centre)
+    sinusoid = found.sinusoids[strongest]
+    return Ring(sinusoid.hz, sinusoid.damping_ratio, centre)

@@ -85,7 +85,7 @@ class TimeSeries:
         return len(self.times)
 
     def __contains__(self, name: object) -> bool:
-        """Tell whether a column of that name exists."""
+        """Return whether a column of that name exists."""
         return name in self.names
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:

@@ -44,7 +44,7 @@ _ALIKE = 5  # neighbours of a track that is low-passed at 25 Hz say about the sa
 
 @dataclass(frozen=True)
 class Command:
-    """What the motor was told.
+    """What the motor was commanded.
 
     Args:
         steps: (time since the output came on [s], rotor speed [rad/s]), ending with speed 0; empty
@@ -62,7 +62,7 @@ class Release(NamedTuple):
     Args:
         pull: force on T, forward [N]; zero in a drop.
         height: of the foot above the floor [m]; zero in a decay.
-        uncertainty: standard error of what was found in the data; None when it was told.
+        uncertainty: standard error of what was found in the data; None when it was given.
         pull_up: force on T, upward [N].
     """
 

@@ -1,4 +1,4 @@
-"""The virtual laboratory: a motor, a robot and cameras where the real ones would stand.
+"""The virtual laboratory: a motor, a robot and cameras in place of the real ones.
 
 It follows the voltage at the simulated supply's terminals, never what the driver believes, and
 leaves a genuine export on disk, which is then read like any other. The twin knows nothing of it.
@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
-from workbench.protocol import Cameras, Mode, ModelFile, ShapeFile, VirtualSection
+from workbench.protocol import CameraSettings, Mode, ModelFile, ShapeFile, VirtualSection
 from workbench.sim import (
     SAMPLE_RATE_HZ,
     Condition,
@@ -32,16 +32,16 @@ _PER_SAMPLE = 16  # the motor's lag is followed in steps of half a millisecond
 
 _HAND_S = (0.2, 1.2)  # a person lets go so long after being asked
 _LEAST_S = 0.5  # a motion shorter than this has no rotor speed
-_DARK = slice(30, 32)  # frames at rest in which somebody stands before all cameras
+_DARK = slice(30, 32)  # frames at rest in which somebody hides all cameras
 
 __all__ = ["film", "let_go", "move", "true_robot"]
 
-_PLACE = np.array([-0.4, 0.15, 0.02])
-"""Where the robot stands in the cameras' volume, along the bench axes [m]."""
+_START_M = np.array([-0.4, 0.15, 0.02])
+"""Position of the robot in the cameras' volume, along the bench axes [m]."""
 
 
 def true_robot(model: ModelFile, shape: ShapeFile, section: VirtualSection) -> Robot:
-    """Return the robot that stands on the virtual bench."""
+    """Return the robot of the virtual bench."""
     values = model.values() | section.parameters
     effects = model.quantities() | section.effects
     return make_robot(values, shape, section.increments, effects)
@@ -90,8 +90,8 @@ def let_go(
     """
     times = sample_times(duration)
     released = asked + rng.uniform(*_HAND_S)
-    left = max(duration - released, _LEAST_S)  # they may let go too late
-    locked = np.zeros(len(sample_times(left)) + 1)
+    remaining_s = max(duration - released, _LEAST_S)  # they may let go too late
+    locked = np.zeros(len(sample_times(remaining_s)) + 1)
     motion = simulate(robot, replace(held, command=locked)).motion
     motion = _lying_still(motion, len(locked))
     since = np.maximum(times - released, 0.0)
@@ -100,7 +100,7 @@ def let_go(
 
 
 def film(
-    motion: TimeSeries, cameras: Cameras, section: VirtualSection, rng: np.random.Generator
+    motion: TimeSeries, cameras: CameraSettings, section: VirtualSection, rng: np.random.Generator
 ) -> Take:
     """Return what the cameras see: noisy markers, with gaps, in the export's axes."""
     axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
@@ -112,9 +112,9 @@ def film(
     }
     bodies: dict[str, BodyTake] = {}
     for i, (name, (point, angle)) in enumerate(poses.items(), start=1):
-        places = np.array(cameras.markers.get(name, ((0, 20, 0), (0, -20, 0)))) / 1000
-        origin = motion.select(point).values + _PLACE
-        bodies[name] = _seen(name, i, origin, angle, places, axes, section, rng)
+        positions = np.array(cameras.markers.get(name, ((0, 20, 0), (0, -20, 0)))) / 1000
+        origin = motion.select(point).values + _START_M
+        bodies[name] = _seen(name, i, origin, angle, positions, axes, section, rng)
     rate = cameras.axes.rate or 120.0
     count = len(motion)
     return Take(
@@ -133,15 +133,15 @@ def film(
 
 def _lying_still(motion: TimeSeries, count: int) -> TimeSeries:
     """Repeat the last sample up to `count`: a robot that fell stays on the floor."""
-    lacking = count - len(motion)
-    if lacking <= 0:
+    missing = count - len(motion)
+    if missing <= 0:
         return motion
-    times = motion.times[-1] + np.arange(1, lacking + 1) / SAMPLE_RATE_HZ
+    times = motion.times[-1] + np.arange(1, missing + 1) / SAMPLE_RATE_HZ
     return TimeSeries(
         np.concatenate([motion.times, times]),
-        np.concatenate([motion.values, np.repeat(motion.values[-1:], lacking, axis=0)]),
+        np.concatenate([motion.values, np.repeat(motion.values[-1:], missing, axis=0)]),
         motion.names,
-        np.concatenate([motion.valid, np.repeat(motion.valid[-1:], lacking, axis=0)]),
+        np.concatenate([motion.valid, np.repeat(motion.valid[-1:], missing, axis=0)]),
     )
 
 
@@ -150,21 +150,21 @@ def _seen(
     number: int,
     origin: NDArray[np.float64],
     angle: NDArray[np.float64],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     axes: Axes,
     section: VirtualSection,
     rng: np.random.Generator,
 ) -> BodyTake:
     """Return one body's markers: true places, plus noise, minus what the cameras lose."""
-    true = origin[:, None, :] + _turned(places, angle)
+    true = origin[:, None, :] + _turned(positions, angle)
     noise = rng.normal(0.0, section.noise, true.shape)
     measured = true + noise
     # the tracker fits the rigid body: its solved markers share the markers' mean error
     shared = noise.mean(axis=1, keepdims=True)
     solved = true + shared
-    hidden = _gaps(len(true), len(places), section, rng)
+    hidden = _gaps(len(true), len(positions), section, rng)
     measured[hidden] = np.nan
-    lost = hidden.sum(axis=1) > len(places) - 2
+    lost = hidden.sum(axis=1) > len(positions) - 2
     last = np.maximum.accumulate(np.where(lost, 0, np.arange(len(true))))
     quaternion = np.zeros((len(true), 4))
     quaternion[:, 0], quaternion[:, 2] = np.cos(angle / 2), np.sin(angle / 2)
@@ -175,15 +175,15 @@ def _seen(
         quaternion=_blank(axes.quaternions_to_export(quaternion), lost),
         measured=axes.points_to_export(measured),
         solved=axes.points_to_export(solved[last]),  # stays where it was while the body is lost
-        marker_names=tuple(f"{name}_{k}" for k in range(1, len(places) + 1)),
+        marker_names=tuple(f"{name}_{k}" for k in range(1, len(positions) + 1)),
         missing=np.where(lost, Missing.LOST, Missing.SEEN).astype(np.int8),
     )
 
 
-def _turned(places: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turned(positions: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return marker places (m, 3) turned about +y by each angle (n,): (n, m, 3)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    x, y, z = places.T
+    x, y, z = positions.T
     return np.stack([c * x + s * z, np.broadcast_to(y, (len(angle), len(y))), c * z - s * x], -1)
 
 

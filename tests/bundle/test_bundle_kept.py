@@ -21,7 +21,7 @@ from tests.bundles import journal_of, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, events, verify
 from workbench.diagnose import robot_of
-from workbench.recall import recall
+from workbench.load_run import load_comparison
 from workbench.review import write_recording, write_report
 
 KEPT = ROOT / "tests" / "data" / "record"
@@ -61,7 +61,7 @@ def test_a_kept_bundle_is_shown_with_the_same_facts(
 def test_a_kept_bundle_is_reviewed_with_the_same_numbers(
     runs: Path, tmp_path: Path, name: str
 ) -> None:
-    shown = recall(Bundle.open(runs / name))
+    shown = load_comparison(Bundle.open(runs / name))
     write_recording(shown, tmp_path / "compare.rrd")
     write_report(shown, tmp_path / "report.html")
     assert (tmp_path / "compare.rrd").stat().st_size > 100_000

@@ -230,7 +230,7 @@ def test_a_link_is_not_followed_and_is_told(runs: list[Path], tmp_path: Path, na
         (run / own).symlink_to(secret / "track.parquet")
     done = export([run], tmp_path / name, csv=True, mat=True)
     links = {"take/x.csv", "folder", "dangling", "track.parquet", "remarks.jsonl", "journal.jsonl"}
-    assert set(done.left_out) == {f"{run.name}/{n}" for n in {*links, "pipe"}}
+    assert set(done.omitted) == {f"{run.name}/{n}" for n in {*links, "pipe"}}
     for link in links:
         told = f"{run.name}: {link}: a link, and no file of the run; it is not opened"
         assert told in done.problems
@@ -264,7 +264,7 @@ def test_no_name_of_an_export_leaves_its_folder(
     run = Path(shutil.copytree(runs[0], tmp_path / runs[0].name))
     (run / name).write_text("evil")
     done = export([run], tmp_path / "x.zip", csv=False, mat=False)
-    assert len(done.left_out) == 1
+    assert len(done.omitted) == 1
     assert not [n for n, data in _held(done.target).items() if data == b"evil"]
     assert any(printable(name) in problem for problem in done.problems)
 

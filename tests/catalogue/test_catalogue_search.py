@@ -17,7 +17,7 @@ import pytest
 
 from tests.bundles import NOW, make_bundle, note, remarked
 from workbench.bundle import add_remark
-from workbench.catalogue import Query, Window, period, rebuild, search, window
+from workbench.catalogue import NumberRange, Query, period, rebuild, search, window
 from workbench.catalogue.entry import COLUMNS
 from workbench.catalogue.index import _STAMPED, _VERSION, INDEX, _opened
 from workbench.errors import InputError
@@ -261,4 +261,4 @@ def test_an_index_that_another_program_made_while_we_waited_is_kept(root: Path) 
 
 
 def test_windows_are_closed() -> None:
-    assert window("16..18") == Window(16.0, 18.0)
+    assert window("16..18") == NumberRange(16.0, 18.0)

@@ -13,9 +13,9 @@ from rerun.chunk import RrdReader
 from tests.bundles import carried_out, manifest_of
 from tests.conftest import ROOT, Command
 from workbench.bundle import Bundle, sha256, verify
+from workbench.comparison_set import compare_extended
 from workbench.errors import WorkbenchError
 from workbench.protocol import load_model
-from workbench.showing import pair_extended
 
 DAMPING = 0.05  # [N m s^2/rad^2] that the robot has and the stated model lacks
 
@@ -44,7 +44,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_model_that_has_the_cause_rings_like_the_robot(bundle: Path, model: Path) -> None:
-    found = pair_extended(Bundle.open(bundle), load_model(str(model), Path()))
+    found = compare_extended(Bundle.open(bundle), load_model(str(model), Path()))
     assert found.extended is not None
     assert found.extended.misfit.top_mm < 0.5
     assert found.misfit.top_mm > 4 * found.extended.misfit.top_mm
@@ -128,7 +128,7 @@ def test_a_diagnosis_of_the_run_brings_its_extended_twin(
 def test_several_runs_stand_in_one_recording_and_one_page(
     workbench: Command, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("workbench.showing.Shown.picture", no_viewer)
+    monkeypatch.setattr("workbench.comparison_set.ComparisonSet.picture", no_viewer)
     runs = bundle.parent
     other = shutil.copytree(bundle, runs / f"{bundle.name}_2", dirs_exist_ok=True)
     text = (other / "manifest.json").read_text(encoding="utf-8")

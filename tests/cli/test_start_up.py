@@ -86,7 +86,8 @@ def test_a_take_is_read_without_the_simulation(tmp_path: Path) -> None:
 
 def test_what_a_run_needs_draws_nothing(tmp_path: Path) -> None:
     """Carrying one out up to its seal loads none of them either: `tests/test_views.py`."""
-    rooms = "bench, engine, ingest, pairing, rehearsal, attended, cli.run, cli.terminal, cli.ingest"
+    rooms = "bench, engine, ingest, twin_comparison, rehearsal, attended, "
+    rooms += "cli.run, cli.terminal, cli.ingest"
     found = loaded(f"import {', '.join(f'workbench.{r}' for r in rooms.split(', '))}", tmp_path)
     assert "mujoco" in found
     assert not found & DRAWING

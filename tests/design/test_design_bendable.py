@@ -7,14 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from workbench.design import Problem, Strip
+from workbench.design import BendableStrip, Problem
 from workbench.errors import InputError
 from workbench.sim import Robot, compile_model, settle
 
 LENGTH = 0.615
 
 
-def stand(robot: Robot, angles: tuple[float, ...], strip: Strip) -> None:
+def stand(robot: Robot, angles: tuple[float, ...], strip: BendableStrip) -> None:
     strip.require_upright(*settle(replace(robot, angles=angles), "free", math.pi / 2))
 
 
@@ -27,23 +27,23 @@ def test_too_tight_a_bend_is_named_with_its_joint() -> None:
     angles = [-2.5, *[0.2] * 15]
     angles[4] = 2.0  # 615 mm / 16 / 2 rad
     with pytest.raises(InputError, match=r"radius at joint 4 is 19.2 mm, at least 30 mm"):
-        Strip(LENGTH).require_bendable(angles)
-    Strip(LENGTH, least_radius=0.019).require_bendable(angles)
+        BendableStrip(LENGTH).require_bendable(angles)
+    BendableStrip(LENGTH, least_radius=0.019).require_bendable(angles)
 
 
 def test_a_strip_wound_up_crosses_itself() -> None:
     """Figure 5.2: a sum below 1.2 pi alone does not keep a loop out, nor do the bounds."""
     wound = [-2.0, *[0.0] * 3, *[0.55] * 12]
     with pytest.raises(InputError, match="cannot be bent: bent, its strip crosses itself"):
-        Strip(LENGTH).require_bendable(wound)
+        BendableStrip(LENGTH).require_bendable(wound)
 
 
 def test_a_thick_strip_needs_room_between_its_parts() -> None:
     straight, turn = [0.0] * 5, [math.pi / 4] * 4
     hairpin = np.array([-2.0, *straight, *turn, *straight, 0.0])
-    Strip(LENGTH, thickness=0.002).require_bendable(hairpin)
+    BendableStrip(LENGTH, thickness=0.002).require_bendable(hairpin)
     with pytest.raises(InputError, match=r"come within \d+\.\d mm and the strip is 100 mm thick"):
-        Strip(LENGTH, thickness=0.1).require_bendable(hairpin)
+        BendableStrip(LENGTH, thickness=0.1).require_bendable(hairpin)
 
 
 def test_a_top_that_overhangs_the_foot_is_refused(robot: Robot, problem: Problem) -> None:

@@ -19,7 +19,7 @@ from workbench.doctor.ports import exports
 from workbench.errors import WorkbenchError
 from workbench.hw import SystemClock
 from workbench.hw.simulated import SimulatedSupply, draw_current, serve, simulated
-from workbench.hw.simulated.device import Answer, Wire
+from workbench.hw.simulated.device import DeviceOutput, Wire
 
 LAB = (ROOT / "docs" / "examples" / "lab-bench.yaml").read_text("utf-8")
 
@@ -66,7 +66,7 @@ class Overheard(Wire):
     def __init__(self, wire: Wire, heard: list[bytes]) -> None:
         self._wire, self._heard = wire, heard
 
-    def receive(self, data: bytes) -> list[Answer]:
+    def receive(self, data: bytes) -> list[DeviceOutput]:
         self._heard.append(data)
         return self._wire.receive(data)
 

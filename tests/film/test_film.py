@@ -17,7 +17,7 @@ from tests.review.conftest import make_comparison
 from workbench.errors import InputError, WorkbenchError
 from workbench.film import Film, film, write_frames, write_video
 from workbench.film.caption import pace
-from workbench.film.stage import Stage, Window
+from workbench.film.stage import FilmStage, PixelWindow
 from workbench.review import Comparison
 
 SMALL = Film(rate_hz=4, width=320, height=180)
@@ -114,8 +114,8 @@ def test_all_of_the_robots_and_their_shadows_is_in_the_window_that_is_rendered(
     """The window lies where it belongs in the whole picture, and nothing lies outside."""
     run = replace(comparison, duration_s=8.0, estimate=comparison.twin)
     windows = pictures(run, SHOT)
-    whole = Window(0, 0, SHOT.width, SHOT.height)
-    monkeypatch.setattr(Stage, "_look_closer", lambda stage: whole)
+    whole = PixelWindow(0, 0, SHOT.width, SHOT.height)
+    monkeypatch.setattr(FilmStage, "_look_closer", lambda stage: whole)
     for (_, part), (_, full) in zip(windows, pictures(run, SHOT), strict=True):
         apart = np.abs(part.astype(int) - full).max(axis=2) > 24
         assert np.mean(apart) < 1e-4
@@ -123,7 +123,7 @@ def test_all_of_the_robots_and_their_shadows_is_in_the_window_that_is_rendered(
 
 def test_an_instant_at_which_nothing_was_seen_is_an_empty_floor(comparison: Comparison) -> None:
     times = np.array([0.5, 50.0])
-    stage = Stage(comparison, times, SHOT.width, SHOT.height)
+    stage = FilmStage(comparison, times, SHOT.width, SHOT.height)
     assert stage.at(50.0).window[2:] == (1, 1)
     assert 100 < stage.at(0.5).window.width < SHOT.width
 

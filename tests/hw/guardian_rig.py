@@ -15,7 +15,7 @@ from typing import Any
 
 from workbench.hw import Connection, SystemClock
 from workbench.hw.guardian import Records
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 from workbench.output import ledgers
 
 OUTPUT = 18  # register of the output's flag
@@ -84,7 +84,7 @@ class Device:
         """Turn a knob at its front."""
         self._ask("write", register, [word])
 
-    def fail(self, fault: Fault) -> None:
+    def fail(self, fault: SimulatedFault) -> None:
         """Switch a fault on."""
         self._ask("fail", fault)
 
@@ -165,5 +165,5 @@ def told(records: Records, event: str) -> list[dict[str, Any]]:
 
 def standing() -> str:
     """Return what the only supply of this test is latched for, or nothing."""
-    found = [stop for ledger in ledgers() if (stop := ledger.standing())]
+    found = [stop for ledger in ledgers() if (stop := ledger.latch())]
     return found[0].reason if found else ""

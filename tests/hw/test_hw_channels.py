@@ -27,7 +27,7 @@ from workbench.hw import (
 from workbench.hw.guardian import NO_RECORDS
 from workbench.hw.guardian.messages import Task
 from workbench.hw.models import SCPI
-from workbench.hw.simulated import Fault, SimulatedScpi, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedScpi, serve
 
 SEVERAL = [model.name for model in SCPI if model.channels > 1]
 LOW = Limits(Decimal("4.5"), Decimal("0.9"), Decimal("4.9"), Decimal("0.95"))
@@ -64,11 +64,11 @@ def test_off_reaches_and_is_confirmed_from_the_chosen_channel(
     with opened(device, clock) as supply:
         prepare(supply, LOW, model=model)
         switch_on(supply, Decimal("2.9"))
-        device.fail(Fault.PANEL_CHANNEL)
+        device.fail(SimulatedFault.PANEL_CHANNEL)
         assert device.selected == 2
         reading = watch(supply)  # of channel 1 all the same
         assert (reading.voltage_V, reading.set_voltage_V, reading.output) == (2.9, 2.9, True)
-        device.fail(Fault.PANEL_CHANNEL)
+        device.fail(SimulatedFault.PANEL_CHANNEL)
         assert supply.off()
         assert supply.terminals_dead()
     assert [volts for _, volts in device.history] == [0, 2.9, 0]
@@ -94,7 +94,7 @@ def test_the_channel_of_the_bench_file_is_driven(clock: SimulatedClock, model: s
     device = SimulatedScpi(clock=clock, model=model, channel=2)
     with opened(device, clock, channel=2) as supply:
         prepare(supply, LOW, model=model)
-        device.fail(Fault.PANEL_CHANNEL)
+        device.fail(SimulatedFault.PANEL_CHANNEL)
         assert switch_on(supply, Decimal("2.9")).voltage_V == 2.9
         assert supply.name.startswith(f"channel 2 of {model} at ")
         assert supply.off()
@@ -173,7 +173,7 @@ def test_the_simulated_supply_knows_its_maker_s_channels(
     assert device.output.set_voltage == 0
     assert float(device.obey(asked) or b"") == 5
     assert float(device.obey("VOLT?") or b"") == 0  # of the selected one
-    device.fail(Fault.PANEL_CHANNEL)
+    device.fail(SimulatedFault.PANEL_CHANNEL)
     assert float(device.obey("VOLT?") or b"") == 5
 
 
@@ -185,7 +185,7 @@ def test_the_simulated_supply_honours_what_was_selected(clock: SimulatedClock) -
     assert (device.output.on, device.obey("INST:NSEL?")) == (False, b"3")
     device.obey("INST:NSEL 5")  # there is none
     assert device.selected == 3
-    device.fail(Fault.POWER_CYCLE)
+    device.fail(SimulatedFault.POWER_CYCLE)
     assert (device.selected, device.channels[3].output.voltage) == (1, 0)
 
 
@@ -206,7 +206,7 @@ def test_no_channel_selects_itself_where_there_is_one_only(clock: SimulatedClock
     with opened(device, clock) as supply:
         prepare(supply, LOW, model="P4305")
         switch_on(supply, Decimal("2.9"))
-        device.fail(Fault.PANEL_CHANNEL)
+        device.fail(SimulatedFault.PANEL_CHANNEL)
         assert watch(supply).voltage_V == 2.9
         with pytest.raises(SafetyStop, match=r"4\.5 V, the limits of this run"):
             supply.set_voltage(Decimal(20))
@@ -214,7 +214,7 @@ def test_no_channel_selects_itself_where_there_is_one_only(clock: SimulatedClock
 
 def test_a_supply_that_never_tells_its_name_is_hinted_at(clock: SimulatedClock) -> None:
     device = SimulatedScpi(clock=clock, model="P4305")
-    device.fail(Fault.SILENT)
+    device.fail(SimulatedFault.SILENT)
     words = r"no answer within 0\.5 s.*model that is not known here, as some never answer \*IDN\?"
     with pytest.raises(HardwareError, match=words), opened(device, clock):
         pass

@@ -25,8 +25,8 @@ from workbench.hw import (
 )
 from workbench.hw.models import ModbusModel, from_word, rounded, to_word
 from workbench.hw.simulated import (
-    Fault,
     SimulatedDps,
+    SimulatedFault,
     SimulatedHanmatek,
     SimulatedKorad,
     SimulatedSupply,
@@ -128,7 +128,12 @@ def test_a_name_that_it_is_sold_under_means_the_same_model(model: Model) -> None
 
 @each_family
 def test_a_limit_event_is_a_safety_stop(clock: SimulatedClock, name: str) -> None:
-    for event in (Fault.OVP_TRIP, Fault.OCP_TRIP, Fault.PANEL_OFF, Fault.POWER_CYCLE):
+    for event in (
+        SimulatedFault.OVP_TRIP,
+        SimulatedFault.OCP_TRIP,
+        SimulatedFault.PANEL_OFF,
+        SimulatedFault.POWER_CYCLE,
+    ):
         device = simulated(name, clock=clock, load=driving)
         with opened(device, clock, []) as supply:
             prepare(supply, LIMITS, model=name)
@@ -145,7 +150,7 @@ def test_a_hand_at_the_front_panel_ends_the_run(clock: SimulatedClock, name: str
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal("3.5"))
-        device.fail(Fault.PANEL_VOLTAGE)
+        device.fail(SimulatedFault.PANEL_VOLTAGE)
         assert device.history[-1][1] == 4.5
         words = r"its setpoint is 4\.5 V, this program set 3\.5 V; somebody changed.*off, confirm"
         with pytest.raises(SafetyStop, match=words):
@@ -158,8 +163,8 @@ def test_an_output_switched_on_by_hand_is_lowered_before_it_is_used(
     clock: SimulatedClock, name: str
 ) -> None:
     device = simulated(name, clock=clock, load=driving)
-    device.fail(Fault.PANEL_VOLTAGE)
-    device.fail(Fault.PANEL_ON)
+    device.fail(SimulatedFault.PANEL_VOLTAGE)
+    device.fail(SimulatedFault.PANEL_ON)
     with opened(device, clock, []) as supply:
         assert prepare(supply, LIMITS, model=name).found.output
     assert [volts for _, volts in device.history] == pytest.approx([0, 1, 0.5, 0])
@@ -167,10 +172,11 @@ def test_an_output_switched_on_by_hand_is_lowered_before_it_is_used(
 
 @each_family
 @pytest.mark.parametrize(
-    ("fault", "words"), [(Fault.TIMES_TEN, r"measures \d+"), (Fault.A_TENTH, r"measures 0\.\d+")]
+    ("fault", "words"),
+    [(SimulatedFault.TIMES_TEN, r"measures \d+"), (SimulatedFault.A_TENTH, r"measures 0\.\d+")],
 )
 def test_a_factor_of_ten_switches_off_at_once(
-    clock: SimulatedClock, name: str, fault: Fault, words: str
+    clock: SimulatedClock, name: str, fault: SimulatedFault, words: str
 ) -> None:
     device = simulated(name, clock=clock)
     with opened(device, clock, []) as supply:
@@ -192,7 +198,7 @@ def test_a_factor_of_ten_while_it_runs_switches_off_too(clock: SimulatedClock, n
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal("1.2"))
         watch(supply)
-        device.fail(Fault.TIMES_TEN)
+        device.fail(SimulatedFault.TIMES_TEN)
         with pytest.raises(SafetyStop, match="a factor of ten: scaling fault"):
             watch(supply)
     assert device.history[-1][1] == 0
@@ -214,7 +220,7 @@ def test_a_setting_that_is_not_applied_is_told(clock: SimulatedClock, name: str)
     device = simulated(name, clock=clock)
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
-        device.fail(Fault.IGNORED_WRITE)
+        device.fail(SimulatedFault.IGNORED_WRITE)
         with pytest.raises(HardwareError, match=r"asked 4\.35 V.*(read back 0|it holds .*0)"):
             supply.set_voltage(Decimal("4.35"))
         with pytest.raises(HardwareError, match="output asked on"):
@@ -229,7 +235,7 @@ def test_readings_that_stand_still_are_noticed_when_the_voltage_should_change(
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
-        device.fail(Fault.FROZEN_READING)
+        device.fail(SimulatedFault.FROZEN_READING)
         with pytest.raises(HardwareError, match=r"asked 5 V"):
             supply.set_voltage(Decimal(5))
         assert not supply.off()  # it goes on saying on: not confirmed
@@ -242,25 +248,27 @@ def test_off_that_its_terminals_belie_is_not_believed(clock: SimulatedClock, nam
     with opened(device, clock, []) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
-        device.fail(Fault.FALSE_OFF)
+        device.fail(SimulatedFault.FALSE_OFF)
         assert supply.off()
         assert not supply.terminals_dead()
         assert device.history[-1][1] == 3
 
 
 WIRE = {
-    Fault.SILENT: "no answer within 0.1 s",
-    Fault.BAD_CRC: "answer damaged|which is no answer to it|does not answer",
-    Fault.SHORT_REPLY: "answer cut short|no answer|does not answer",
-    Fault.LATE_REPLY: "no answer within 0.1 s|does not answer",
-    Fault.EXCEPTION: "exception 4, device failure|which is no answer to it|does not answer",
+    SimulatedFault.SILENT: "no answer within 0.1 s",
+    SimulatedFault.BAD_CRC: "answer damaged|which is no answer to it|does not answer",
+    SimulatedFault.SHORT_REPLY: "answer cut short|no answer|does not answer",
+    SimulatedFault.LATE_REPLY: "no answer within 0.1 s|does not answer",
+    SimulatedFault.EXCEPTION: (
+        "exception 4, device failure|which is no answer to it|does not answer"
+    ),
 }
 
 
 @each_family
 @pytest.mark.parametrize("fault", WIRE, ids=str)
 def test_a_fault_on_the_wire_is_told_and_then_over(
-    clock: SimulatedClock, name: str, fault: Fault
+    clock: SimulatedClock, name: str, fault: SimulatedFault
 ) -> None:
     device = simulated(name, clock=clock)
     with opened(device, clock, [], QUICK_S) as supply:
@@ -268,23 +276,29 @@ def test_a_fault_on_the_wire_is_told_and_then_over(
         with pytest.raises(HardwareError, match=WIRE[fault]):
             supply.measure()
         device.mend()
-        device.fail(Fault.PANEL_VOLTAGE)
+        device.fail(SimulatedFault.PANEL_VOLTAGE)
         assert supply.measure().set_voltage_V == 1.0
 
 
 @each_family
 @pytest.mark.parametrize(
     "fault",
-    [Fault.SILENT, Fault.BAD_CRC, Fault.SHORT_REPLY, Fault.JUNK, Fault.REPEATED_REPLY],
+    [
+        SimulatedFault.SILENT,
+        SimulatedFault.BAD_CRC,
+        SimulatedFault.SHORT_REPLY,
+        SimulatedFault.JUNK,
+        SimulatedFault.REPEATED_REPLY,
+    ],
     ids=str,
 )
 def test_one_bad_answer_never_changes_a_reading(
-    clock: SimulatedClock, name: str, fault: Fault
+    clock: SimulatedClock, name: str, fault: SimulatedFault
 ) -> None:
     device = simulated(name, clock=clock)
     with opened(device, clock, [], QUICK_S) as supply:
         for turn in range(1, 4):
-            device.fail(Fault.PANEL_VOLTAGE)
+            device.fail(SimulatedFault.PANEL_VOLTAGE)
             device.fail(fault, times=1)
             assert supply.measure().set_voltage_V == turn
             device.mend()
@@ -298,7 +312,7 @@ def test_a_pulled_cable_is_told_and_the_same_supply_is_switched_off_after(
     with opened(device, clock, [], QUICK_S) as supply:
         prepare(supply, LIMITS, model=name)
         switch_on(supply, Decimal(3))
-        device.fail(Fault.UNPLUGGED)
+        device.fail(SimulatedFault.UNPLUGGED)
         with pytest.raises(HardwareError, match="connection was lost"):
             measure_until_it_fails(supply)
         assert not supply.off()
@@ -325,7 +339,7 @@ def test_a_supply_of_another_family_is_refused_and_nothing_is_set(
     words: str,
 ) -> None:
     device = make(clock)
-    device.fail(Fault.PANEL_ON)
+    device.fail(SimulatedFault.PANEL_ON)
     before = device.output
     modbus = family in ("riden", "dps", "hanmatek")
     with serve(device) as address:

@@ -22,8 +22,8 @@ from workbench.hw import Connection, Limits, prepare, switch_on, watch
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
 from workbench.hw.guardian.process import _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
-from workbench.hw.simulated import Fault, serve, simulated
-from workbench.loopback import Line
+from workbench.hw.simulated import SimulatedFault, serve, simulated
+from workbench.loopback import MessageLine
 
 pytestmark = pytest.mark.xdist_group("alone")  # leases and hangs are timed
 
@@ -88,7 +88,7 @@ def test_what_the_supply_or_its_rules_refuse_is_told_as_without_a_guardian(
     prepare(supply, limits, model="RD6006")
     with pytest.raises(SafetyStop, match="voltage 7 V is outside 0 to 6 V, the limits of this run"):
         supply.set_voltage(Decimal(7))
-    device.fail(Fault.EXCEPTION)
+    device.fail(SimulatedFault.EXCEPTION)
     with pytest.raises(HardwareError, match="exception 4, device failure"):
         supply.measure()
     device.mend()
@@ -264,7 +264,7 @@ def test_a_guardian_that_is_told_to_end_switches_off_first(
     clock.sleep(0.2)
     assert device.on()
     os.kill(supply.guardian_pid, signal.SIGTERM)
-    with pytest.raises(SafetyStop, match=r"told to end .SIGTERM.; the output is off, confirmed"):
+    with pytest.raises(SafetyStop, match=r"asked to end .SIGTERM.; the output is off, confirmed"):
         clock.sleep(10)
     assert not device.on()
 
@@ -293,13 +293,13 @@ def test_a_call_that_ctrl_c_cut_leaves_its_answer_to_nobody(
     supply: GuardedSupply, limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     prepare(supply, limits, model="RD6006")
-    true_receive = Line.receive
+    true_receive = MessageLine.receive
 
-    def interrupted(line: Line, timeout: float) -> object:
-        monkeypatch.setattr(Line, "receive", true_receive)
+    def interrupted(line: MessageLine, timeout: float) -> object:
+        monkeypatch.setattr(MessageLine, "receive", true_receive)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Line, "receive", interrupted)
+    monkeypatch.setattr(MessageLine, "receive", interrupted)
     with pytest.raises(KeyboardInterrupt):
         supply.identify()
     assert supply.measure_power_on_output() is False

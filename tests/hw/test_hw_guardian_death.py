@@ -21,7 +21,7 @@ from workbench.errors import SafetyStop
 from workbench.hw import Limits, prepare, switch_on
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
 from workbench.hw.guardian.messages import Task
-from workbench.hw.simulated import Fault
+from workbench.hw.simulated import SimulatedFault
 
 pytestmark = pytest.mark.xdist_group("alone")  # deaths are timed
 
@@ -115,7 +115,7 @@ def test_an_output_that_stays_on_is_told_loudly_and_written_down(
     device: Device, tmp_path: Path, records: Records
 ) -> None:
     process = client(device, tmp_path)
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(SimulatedFault.STUCK_OUTPUT)
     process.kill()
     wait_for(lambda: [e for e in told(records, "off") if not e["confirmed"]])
     assert device.on()
@@ -146,7 +146,7 @@ def _lose(supply: GuardedSupply, device: Device, limits: Limits, killed: threadi
     with supply:
         prepare(supply, limits, model="RD6006")
         switch_on(supply, Decimal(3))
-        device.fail(Fault.STUCK_OUTPUT)
+        device.fail(SimulatedFault.STUCK_OUTPUT)
         killed.start()
         supply.set_output(False)
 
@@ -163,7 +163,7 @@ def test_a_client_that_leaves_does_not_end_a_guardian_that_tries(
     supply = open_guarded(device.connection, clock=clock, records=records, force=True)
     device.write(8, 300)
     device.write(OUTPUT, 1)
-    device.fail(Fault.FALSE_OFF)
+    device.fail(SimulatedFault.FALSE_OFF)
     assert supply.off()
     assert not supply.terminals_dead()
     supply.close()  # as `workbench supply off` ends

@@ -26,11 +26,11 @@ def test_a_terminal_that_takes_nothing_is_not_waited_for(monkeypatch: pytest.Mon
     os.set_blocking(into, True)
     with os.fdopen(into, "w", encoding="utf-8") as stopped, os.fdopen(out, "rb") as terminal:
         monkeypatch.setattr(sys, "stderr", stopped)
-        recorder = under_test.Recorder(NO_RECORDS, SystemClock())
+        recorder = under_test.EventRecorder(NO_RECORDS, SystemClock())
         began = time.monotonic()
         for _ in range(100):
             recorder.shout("OUTPUT MAY BE ON")
-        recorder.fall_silent()
+        recorder.close_terminal()
         assert time.monotonic() - began < 1.0
         heard = b""
         while heard.count(b"guardian: OUTPUT MAY BE ON\n") < 100:  # it goes on where it stopped
@@ -42,8 +42,8 @@ def test_what_was_said_is_written_before_the_end(
 ) -> None:
     with (tmp_path / "said").open("w", encoding="utf-8") as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
-        recorder = under_test.Recorder(NO_RECORDS, SystemClock())
+        recorder = under_test.EventRecorder(NO_RECORDS, SystemClock())
         recorder.shout("one")
         recorder.shout("two")
-        recorder.fall_silent()
+        recorder.close_terminal()
     assert (tmp_path / "said").read_text(encoding="utf-8") == "guardian: one\nguardian: two\n"

@@ -24,7 +24,7 @@ from workbench.hw import (
     watch,
 )
 from workbench.hw.models.riden import RIDEN
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 
 WHO = "01 03 00 00 00 04 44 09"
 RD6006 = "01 03 08 ea 9d 00 bc 61 4e 00 8d b9 7c"
@@ -169,7 +169,7 @@ def test_a_write_that_is_not_applied_is_told_with_all_three_numbers(
     device: SimulatedRiden, supply: Supply, limits: Limits
 ) -> None:
     supply.arm(limits)
-    device.fail(Fault.IGNORED_WRITE)
+    device.fail(SimulatedFault.IGNORED_WRITE)
     words = r"asked 4\.35 V, wrote 435 to register 8, read back 0, which is 0\.00 V"
     with pytest.raises(HardwareError, match=words):
         supply.set_voltage(Decimal("4.35"))

@@ -20,7 +20,7 @@ from workbench.hw import (
     switch_on,
     watch,
 )
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 from workbench.hw.transport import Transport
 
 
@@ -99,7 +99,7 @@ def test_terminals_that_stay_live_are_refused(
 ) -> None:
     device.write(8, [450])
     device.write(18, [1])
-    device.fail(Fault.FALSE_OFF)
+    device.fail(SimulatedFault.FALSE_OFF)
     monkeypatch.setattr(supply, "ramp_down", lambda: None)
     with pytest.raises(SafetyStop, match=r"it says off but measures 4\.5 V .*; OUTPUT MAY BE ON"):
         prepare(supply, limits, model="RD6006")
@@ -246,13 +246,19 @@ def test_the_output_is_off_after_a_block_that_went_well(
 
 
 @pytest.mark.parametrize(
-    "fault", [Fault.SILENT, Fault.BAD_CRC, Fault.EXCEPTION, Fault.STUCK_OUTPUT]
+    "fault",
+    [
+        SimulatedFault.SILENT,
+        SimulatedFault.BAD_CRC,
+        SimulatedFault.EXCEPTION,
+        SimulatedFault.STUCK_OUTPUT,
+    ],
 )
 def test_off_tries_again_until_it_is_confirmed(
-    device: SimulatedRiden, supply: Supply, limits: Limits, fault: Fault
+    device: SimulatedRiden, supply: Supply, limits: Limits, fault: SimulatedFault
 ) -> None:
     start(supply, limits)
-    device.fail(fault, times=3 if fault is not Fault.STUCK_OUTPUT else 2)
+    device.fail(fault, times=3 if fault is not SimulatedFault.STUCK_OUTPUT else 2)
     assert supply.off()
     assert device.read(18, 1) == [0]
 
@@ -261,7 +267,7 @@ def test_off_that_is_never_confirmed_is_told_loudly(
     device: SimulatedRiden, supply: Supply, limits: Limits
 ) -> None:
     start(supply, limits)
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(SimulatedFault.STUCK_OUTPUT)
     assert not supply.off()
     with (
         pytest.raises(
@@ -320,7 +326,7 @@ def test_off_reaches_the_device_at_once_after_a_lost_answer(
     drained = '{"way": "drained"}'
     monkeypatch.setattr(Transport, "_clear_suspect", lambda link, what: wire.append(drained))
     start(supply, limits)
-    device.fail(Fault.SILENT, times=2)
+    device.fail(SimulatedFault.SILENT, times=2)
     with pytest.raises(HardwareError, match="no answer"):
         supply.measure()
     del wire[:]

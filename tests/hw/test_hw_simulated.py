@@ -8,7 +8,7 @@ import pytest
 
 from workbench.errors import HardwareError, InputError
 from workbench.hw import Connection, SimulatedClock, Supply
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 from workbench.hw.simulated.faults import RequestError
 
 
@@ -76,16 +76,16 @@ def test_what_does_not_exist_answers_exception_2(device: SimulatedRiden) -> None
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (Fault.SILENT, "no answer within 0.1 s"),
-        (Fault.BAD_CRC, "answer damaged"),
-        (Fault.SHORT_REPLY, r"answer cut short, \d+ of \d+ bytes"),
-        (Fault.WRONG_UNIT, "unit 2 answered, unit 1 was asked"),
-        (Fault.LATE_REPLY, r"no answer within 0\.1 s|answered with \d+ registers"),
-        (Fault.EXCEPTION, "exception 4, device failure"),
+        (SimulatedFault.SILENT, "no answer within 0.1 s"),
+        (SimulatedFault.BAD_CRC, "answer damaged"),
+        (SimulatedFault.SHORT_REPLY, r"answer cut short, \d+ of \d+ bytes"),
+        (SimulatedFault.WRONG_UNIT, "unit 2 answered, unit 1 was asked"),
+        (SimulatedFault.LATE_REPLY, r"no answer within 0\.1 s|answered with \d+ registers"),
+        (SimulatedFault.EXCEPTION, "exception 4, device failure"),
     ],
 )
 def test_a_fault_is_told_in_words_and_then_over(
-    device: SimulatedRiden, supply: Supply, fault: Fault, words: str
+    device: SimulatedRiden, supply: Supply, fault: SimulatedFault, words: str
 ) -> None:
     device.fail(fault, delay_s=0.15)  # as long as it lasts; once or twice is survived
     with pytest.raises(HardwareError, match=words):
@@ -95,7 +95,12 @@ def test_a_fault_is_told_in_words_and_then_over(
 
 
 def test_one_bad_answer_is_survived(device: SimulatedRiden, supply: Supply) -> None:
-    for fault in (Fault.SILENT, Fault.BAD_CRC, Fault.SHORT_REPLY, Fault.WRONG_UNIT):
+    for fault in (
+        SimulatedFault.SILENT,
+        SimulatedFault.BAD_CRC,
+        SimulatedFault.SHORT_REPLY,
+        SimulatedFault.WRONG_UNIT,
+    ):
         device.fail(fault, times=1)
         assert supply.measure().input_voltage_V == 65.0
 
@@ -104,7 +109,7 @@ def test_a_damaged_modbus_tcp_header_is_told(device: SimulatedRiden, clock: Simu
     from workbench.hw import open_supply
 
     with serve(device, framing="tcp") as address:
-        device.fail(Fault.BAD_CRC)
+        device.fail(SimulatedFault.BAD_CRC)
         with pytest.raises(HardwareError, match="its checksum or header does not fit"):
             open_supply(
                 Connection("tcp", address, timeout_s=0.1), clock=clock, wire_log=lambda line: None

@@ -14,7 +14,7 @@ from hw_stub import PAUSE_S, QUICK_S, Play
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import Connection, SimulatedClock
 from workbench.hw.models import RIDEN_REGISTERS
-from workbench.hw.simulated import Fault, SimulatedRiden, serve
+from workbench.hw.simulated import SimulatedFault, SimulatedRiden, serve
 from workbench.hw.transport import Transport
 
 ONE = "01 03 00 08 00 01 05 c8"  # read register 8
@@ -136,7 +136,7 @@ def test_a_late_reply_never_becomes_the_answer_to_another_question(
 ) -> None:
     link = open_link(connection)
     device.write(8, [111, 222])
-    device.fail(Fault.LATE_REPLY, times=2, delay_s=1.7 * QUICK_S)
+    device.fail(SimulatedFault.LATE_REPLY, times=2, delay_s=1.7 * QUICK_S)
     with pytest.raises(HardwareError, match=r"no answer within 0\.1 s"):
         link.read(8, 1)
     assert link.read(9, 1) == [222]
@@ -147,7 +147,7 @@ def test_a_late_echo_does_not_confirm_another_write(
     device: SimulatedRiden, connection: Connection, open_link: Open
 ) -> None:
     link = open_link(connection)
-    device.fail(Fault.LATE_REPLY, times=1, delay_s=1.7 * QUICK_S)
+    device.fail(SimulatedFault.LATE_REPLY, times=1, delay_s=1.7 * QUICK_S)
     with pytest.raises(HardwareError, match="write of 100 to register 8: no answer"):
         link.write(8, 100)
     link.write(8, 200)

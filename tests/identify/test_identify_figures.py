@@ -17,9 +17,9 @@ from workbench.errors import InputError
 from workbench.fit import Estimator, Hopper, ParameterVector, settled
 from workbench.fit.measured import MeasuredRun
 from workbench.identify import (
-    Estimate,
     Identification,
-    Part,
+    ParameterEstimate,
+    ReportPart,
     damping,
     resonances,
     write_identification,
@@ -42,8 +42,8 @@ from workbench.sim import Condition, Robot, linear_modes, make_robot, sample_tim
 from workbench.timeseries import TimeSeries
 
 NOISE_M = 2e-4
-STIFFNESS = Estimate(9.3, 9.28, 9.32, "N m/rad", 9.5, 0.5)
-ROOT = Estimate(12.1, 12.0, 12.2, "N m/rad", 12.0, 1.0)
+STIFFNESS = ParameterEstimate(9.3, 9.28, 9.32, "N m/rad", 9.5, 0.5)
+ROOT = ParameterEstimate(12.1, 12.0, 12.2, "N m/rad", 12.0, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +190,7 @@ def test_the_report_of_an_identification_tells_everything(
     tmp_path: Path, ring: MeasuredRun, fitted: Identification
 ) -> None:
     page = tmp_path / "report.html"
-    validation = Part(("Run", "Error"), [("held", "0.31 mm")], "One run was held out.")
+    validation = ReportPart(("Run", "Error"), [("held", "0.31 mm")], "One run was held out.")
     found = replace(fitted, not_determined=("a * b: only this product is determined",))
     write_identification(
         page, found, resonances([ring]), damping([released()]), validation,

@@ -12,7 +12,7 @@ import pytest
 from tests.identify.robots import MODEL, SHAPE, changed, driven, dropped, released
 from workbench.errors import InputError
 from workbench.identify import Identification, identify, write_model
-from workbench.identify.identification import FINER, _estimates, runs_that_tell
+from workbench.identify.identification import FINER, _estimates, informative_runs
 from workbench.protocol import ModelFile, load, load_model
 from workbench.timeseries import TimeSeries
 
@@ -155,14 +155,14 @@ def test_beam_and_ground_are_fitted_at_once_from_runs_of_all_modes() -> None:
 
 def test_the_runs_that_tell_are_chosen_by_what_is_asked() -> None:
     clamped, fall = driven(MODEL, "clamped", 13.0, 0.5), dropped(MODEL, 0.02, 0.5)
-    assert runs_that_tell(["hinge_stiffness"], [clamped, fall]) == [clamped]
-    assert runs_that_tell(["hinge_stiffness"], [fall]) == [fall]
-    assert runs_that_tell(["ground_damping"], [clamped, fall]) == [fall]
-    assert runs_that_tell(["hinge_stiffness", "foot_mass"], [clamped, fall]) == [clamped, fall]
+    assert informative_runs(["hinge_stiffness"], [clamped, fall]) == [clamped]
+    assert informative_runs(["hinge_stiffness"], [fall]) == [fall]
+    assert informative_runs(["ground_damping"], [clamped, fall]) == [fall]
+    assert informative_runs(["hinge_stiffness", "foot_mass"], [clamped, fall]) == [clamped, fall]
     with pytest.raises(InputError, match=r"ground_damping: no run touches the ground.*drop\.yaml"):
-        runs_that_tell(["ground_damping"], [clamped])
+        informative_runs(["ground_damping"], [clamped])
     with pytest.raises(InputError, match=r"no run has role train\. protocols/clamped-sweep"):
-        runs_that_tell(["hinge_stiffness"], [])
+        informative_runs(["hinge_stiffness"], [])
 
 
 def test_a_run_is_taken_at_the_observer_s_rate_or_refused() -> None:

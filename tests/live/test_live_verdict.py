@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from workbench.live.verdict import Stop, Verdict
+from workbench.live.verdict import LimitMonitor, Stop
 from workbench.protocol import StopWhen
 
 LIMIT = StopWhen(0.005, 0.2)
@@ -14,7 +14,7 @@ LIMIT = StopWhen(0.005, 0.2)
 
 def stop(errors_mm: list[float], limit: StopWhen = LIMIT) -> Stop | None:
     """The verdict over samples at 120 Hz."""
-    verdict = Verdict(limit)
+    verdict = LimitMonitor(limit)
     found = (verdict.after(k / 120, error / 1e3) for k, error in enumerate(errors_mm))
     return next((one for one in found if one is not None), None)
 

@@ -13,7 +13,7 @@ from queue import Queue
 import pytest
 
 from workbench.cli.terminal import show
-from workbench.desk import Desk, answer, cards, open_desk, watch
+from workbench.control import ControlServer, answer, open_control_server, session_files, watch
 from workbench.errors import InputError
 from workbench.operators import Keyboard, TerminalOperator
 
@@ -44,8 +44,8 @@ def terminal() -> Iterator[Terminal]:
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    with open_desk(tmp_path / "runs", "e", {}) as opened:
+def desk(tmp_path: Path) -> Iterator[ControlServer]:
+    with open_control_server(tmp_path / "runs", "e", {}) as opened:
         yield opened
 
 
@@ -55,7 +55,7 @@ def soon(what: object, *arguments: object) -> None:
     timer.start()
 
 
-def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: Desk) -> None:
+def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: ControlServer) -> None:
     operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
     assert operator.present
     soon(terminal.type, "12 cm\n")
@@ -68,10 +68,10 @@ def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: Desk) -> None:
 
 
 def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
-    tmp_path: Path, terminal: Terminal, desk: Desk, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, terminal: Terminal, desk: ControlServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
-    (card,) = cards(tmp_path / "runs")
+    (card,) = session_files(tmp_path / "runs")
     soon(answer, card, 1, "12 cm")
     assert operator.ask("How far?", "") == "12 cm"
     assert operator.answered_at == "panel"
@@ -79,10 +79,10 @@ def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
 
 
 def test_a_line_begun_for_one_prompt_never_confirms_the_next(
-    tmp_path: Path, terminal: Terminal, desk: Desk
+    tmp_path: Path, terminal: Terminal, desk: ControlServer
 ) -> None:
     operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
-    (card,) = cards(tmp_path / "runs")
+    (card,) = session_files(tmp_path / "runs")
     soon(answer, card, 1, "")
     operator.confirm("First?")
     terminal.type("\n")  # an instant too late: it was answered in the panel
@@ -102,7 +102,7 @@ def test_what_was_typed_before_a_prompt_does_not_answer_it(terminal: Terminal) -
 
 
 def test_with_nobody_there_a_prompt_that_is_needed_is_refused(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
+    desk: ControlServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("workbench.operators.terminal._RELOAD_S", 0.2)
     with Path(os.devnull).open() as nothing:
@@ -115,8 +115,8 @@ def test_with_nobody_there_a_prompt_that_is_needed_is_refused(
         assert passed.answered_at == "nobody"
 
 
-def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> None:
-    (card,) = cards(tmp_path / "runs")
+def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: ControlServer) -> None:
+    (card,) = session_files(tmp_path / "runs")
     with Path(os.devnull).open() as nothing, watch(card) as line:
         line.send({"pages": 1})
         operator = TerminalOperator(desk, Keyboard(nothing.fileno()), show)
@@ -127,7 +127,7 @@ def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: Desk) -> N
 
 
 def test_a_terminal_that_was_closed_is_nobody(
-    terminal: Terminal, desk: Desk, monkeypatch: pytest.MonkeyPatch
+    terminal: Terminal, desk: ControlServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("workbench.operators.terminal._RELOAD_S", 0.2)
     operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)

@@ -31,16 +31,16 @@ def test_it_is_named_after_model_and_serial_number_or_after_the_place(ledger: Le
     assert ledgers() == []
     ledger.write("taken", place="COM4")
     assert [one.key for one in ledgers()] == [ledger.key]
-    assert ledger.place == "COM4"
+    assert ledger.address == "COM4"
 
 
 def test_a_run_that_ends_as_it_should_leaves_nothing(ledger: Ledger) -> None:
-    assert ledger.standing() is None
+    assert ledger.latch() is None
     ledger.write("taken")
     seen_off(ledger)
     ledger.write("output_on")
     seen_off(ledger)
-    assert ledger.standing() is None
+    assert ledger.latch() is None
 
 
 @pytest.mark.parametrize("ends", [("taken",), ("taken", "output_on")])
@@ -49,19 +49,19 @@ def test_a_record_that_ends_with_a_doubt_stands_until_it_is_signed_for(
 ) -> None:
     for event in ends:
         ledger.write(event)
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "its program and its guardian ended before off was confirmed" in standing.reason
-    assert "OUTPUT MAY BE ON" in standing.told
+    assert "OUTPUT MAY BE ON" in standing.description
     ledger.write("taken")  # the next one sees it off
     seen_off(ledger)
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
-    assert standing.told.endswith("the output is off, confirmed")
+    assert standing.description.endswith("the output is off, confirmed")
     with pytest.raises(InputError, match="needs the name of a person: --name NAME"):
         ledger.acknowledge(" ")
     ledger.acknowledge("Ada")
-    assert ledger.standing() is None
+    assert ledger.latch() is None
     with pytest.raises(InputError, match="no stop is waiting for an acknowledgement"):
         ledger.acknowledge("Ada")
 
@@ -70,10 +70,10 @@ def test_while_a_guardian_holds_it_an_output_that_is_on_is_no_doubt(ledger: Ledg
     with ledger.hold() as held:
         assert held
         ledger.write("output_on")
-        assert ledger.standing() is None
+        assert ledger.latch() is None
         with ledger.hold() as again:
             assert not again
-    assert ledger.standing() is not None
+    assert ledger.latch() is not None
 
 
 def test_a_holder_that_is_killed_holds_no_more(ledger: Ledger) -> None:
@@ -94,10 +94,10 @@ def test_a_lost_output_that_was_confirmed_off_later_stands(ledger: Ledger) -> No
     ledger.write("output_on")
     ledger.write("trip", reason="no answer")
     seen_off(ledger)
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     told = r"latched since 20\S+: no answer; the output is off, confirmed"
-    assert re.fullmatch(told, standing.told)
+    assert re.fullmatch(told, standing.description)
 
 
 @pytest.mark.parametrize("tail", [b'{"event": "tri', b"\x00\x00", b"[1]\n", b'{"acknowled\n'])
@@ -106,24 +106,24 @@ def test_a_line_that_cannot_be_read_refuses(ledger: Ledger, tail: bytes) -> None
     seen_off(ledger)
     with ledger.path.open("ab") as file:
         file.write(tail)
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "cannot be read" in standing.reason
     assert str(ledger.path) in standing.reason
     seen_off(ledger)  # begins a line of its own, and does not outweigh it
-    assert ledger.standing() is not None
+    assert ledger.latch() is not None
     ledger.acknowledge("Grace")
-    assert ledger.standing() is None
+    assert ledger.latch() is None
 
 
 def test_a_ledger_that_was_emptied_refuses(ledger: Ledger) -> None:
     ledger.write("trip", reason="OVP tripped")
     ledger.path.write_bytes(b"")
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "was emptied" in standing.reason
     ledger.acknowledge("Ada")
-    assert ledger.standing() is None
+    assert ledger.latch() is None
 
 
 def test_a_ledger_that_was_emptied_refuses_whatever_is_written_next(ledger: Ledger) -> None:
@@ -131,7 +131,7 @@ def test_a_ledger_that_was_emptied_refuses_whatever_is_written_next(ledger: Ledg
     ledger.path.write_bytes(b"")
     ledger.write("taken")
     seen_off(ledger)
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "was emptied" in standing.reason
 
@@ -147,10 +147,10 @@ def test_what_is_no_file_refuses_and_is_not_waited_for(ledger: Ledger, kind: str
             os.mkfifo(ledger.path)
         case _:
             ledger.path.symlink_to("/dev/zero")
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "cannot be read" in standing.reason
-    assert "OUTPUT MAY BE ON" in standing.told
+    assert "OUTPUT MAY BE ON" in standing.description
     with pytest.raises(OSError):  # noqa: PT011  each system has its own
         ledger.acknowledge("Ada")
 
@@ -166,7 +166,7 @@ def test_a_lock_that_cannot_be_taken_holds_nobody_from_asking(ledger: Ledger) ->
 def test_a_line_that_no_reader_takes_damages(ledger: Ledger, line: str) -> None:
     ledger.write("taken")
     ledger.path.write_text(line + "\n", encoding="utf-8")
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert "cannot be read" in standing.reason
 
@@ -174,7 +174,7 @@ def test_a_line_that_no_reader_takes_damages(ledger: Ledger, line: str) -> None:
 def test_only_the_end_of_a_line_ends_it(ledger: Ledger) -> None:
     ledger.write("trip", reason="OVP tripped")
     ledger.acknowledge("Ada\u2028Lovelace\x85")
-    assert ledger.standing() is None
+    assert ledger.latch() is None
 
 
 def test_a_request_for_off_is_taken_once(ledger: Ledger) -> None:
@@ -190,7 +190,7 @@ def test_a_long_ledger_is_read_from_its_end(ledger: Ledger) -> None:
         ledger.write("note", text="x" * 2000)
     ledger.write("trip", reason="OVP tripped")
     assert ledger.path.stat().st_size > 400_000
-    standing = ledger.standing()
+    standing = ledger.latch()
     assert standing is not None
     assert standing.reason == "OVP tripped"
 

@@ -53,7 +53,7 @@ EVERY = (ON, OFF, NOT_OFF, DEAD, LIVE, TAKEN, REGAINED, LOST, TRIP, {"event": "a
 def test_what_is_known_after(events: list[Event], state: str, words: str) -> None:
     known = fold(events)
     assert known.state == state
-    assert words in known.told
+    assert words in known.description
 
 
 @dataclass
@@ -127,7 +127,7 @@ def check(found_on: bool, deeds: tuple[str, ...]) -> int:
     for record, on in supply.moments:
         known = fold(record)
         assert not (known.state == "off" and on), (record, on)
-        assert (MAY_BE_ON in known.told) == known.live
+        assert (MAY_BE_ON in known.description) == known.live
         assert not (known.verdict == "confirmed" and on)
     return len(supply.moments)
 

@@ -44,7 +44,7 @@ def starter(tmp_path: Path) -> Iterator[Starter]:
 
 @pytest.fixture
 def panel(tmp_path: Path, starter: Starter) -> Iterator[Panel]:
-    with Watcher(tmp_path / "runs", starter.shown) as watcher:
+    with Watcher(tmp_path / "runs", starter.facts_of) as watcher:
         served = Panel(watcher, starter)
         thread = threading.Thread(target=served.serve)
         thread.start()

@@ -22,7 +22,7 @@ from tests.hw.guardian_rig import Device, off_after
 from tests.killing import PROTOCOL, Client
 from tests.panel.chromium import Browser, Page
 from workbench.bundle import Bundle
-from workbench.hw.simulated import Fault
+from workbench.hw.simulated import SimulatedFault
 from workbench.loopback import HERE
 from workbench.panel import Panel, Starter, Watcher
 
@@ -450,7 +450,7 @@ def test_a_supply_that_does_not_obey_is_told_in_red(
 ) -> None:
     client = Client(tmp_path, device)
     client.heard_until("voltage")
-    device.fail(Fault.STUCK_OUTPUT)
+    device.fail(SimulatedFault.STUCK_OUTPUT)
     page.click("#stop")
     page.wait_for(has("#banner-text", "OUTPUT MAY BE ON"))
     assert page.evaluate("document.querySelector('#banner').className") == "banner alarm"

@@ -99,7 +99,7 @@ def test_a_wrong_token_is_refused(panel: Panel, path: str, method: str) -> None:
     origin = f"http://{HERE}:{panel.port}"
     found = ask(panel, path, method, Origin=origin)
     assert found.code == 403
-    assert "the address lacks its token" in found.text
+    assert "the address has no token" in found.text
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:{}", "127.0.0.1", "[::1]:{}", ""])

@@ -17,7 +17,7 @@ from tests.conftest import Command
 from tests.panel.conftest import PRACTICE
 from workbench.bundle import events
 from workbench.bundle.sentences import sentence
-from workbench.desk import claim
+from workbench.control import claim
 from workbench.loopback import HERE
 from workbench.operator_name import START, VARIABLE, started
 from workbench.panel import Panel, Protocols, Starter
@@ -100,7 +100,7 @@ def ended(starter: Starter) -> dict[str, str] | None:
     while starter.alive:
         assert time.monotonic() < deadline
         time.sleep(0.02)
-    return starter.shown({})
+    return starter.facts_of({})
 
 
 def test_protocols_are_listed_with_their_plan_or_their_fault(folder: Path, panel: Panel) -> None:
@@ -215,7 +215,7 @@ def test_stop_ends_a_run_that_has_no_session_yet(
     (folder / "hop.yaml").write_text(f"{HOP}# hangs")
     starter.start(starter.dry_run("hop.yaml")["token"], "Anna")
     starting = {"level": "plain", "title": "Starting", "text": "“One hop”, started by Anna."}
-    assert starter.shown({"start": "another"}) == starting
+    assert starter.facts_of({"start": "another"}) == starting
     assert post(panel, "stop", {})["text"] == "Stopping: One hop, which had not begun."
     found = ended(starter)
     assert found is not None
@@ -232,7 +232,7 @@ def test_what_keeps_a_run_from_starting_is_shown_until_the_next(
     assert found is not None
     assert (found["level"], found["title"]) == ("bad", "Not started")
     assert found["text"].endswith(":\n/dev/ttyUSB9 not reachable: there is no such port")
-    assert starter.shown({}) == found
+    assert starter.facts_of({}) == found
     (folder / "hop.yaml").write_text(HOP)
     starter.start(starter.dry_run("hop.yaml")["token"], "Anna")
     assert ended(starter) is None
@@ -271,9 +271,11 @@ def test_what_changed_since_the_dry_run_is_refused(
 
 def test_a_journal_says_who_started_a_run_and_where(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "Anna")
-    asked = events.Asked(run="hop", rest_s=2, **started())
+    asked = events.RunAsked(run="hop", rest_s=2, **started())
     assert sentence(asked) == "asked for hop: 2.0 s rest; started by Anna at the terminal"
     monkeypatch.setenv(START, "a1")
-    asked = events.Asked(run="hop", rest_s=2, **started())
+    asked = events.RunAsked(run="hop", rest_s=2, **started())
     assert sentence(asked) == "asked for hop: 2.0 s rest; started by Anna in the panel"
-    assert sentence(events.Asked(run="hop", rest_s=2)) == "asked for hop: 2.0 s rest"  # of before
+    assert (
+        sentence(events.RunAsked(run="hop", rest_s=2)) == "asked for hop: 2.0 s rest"
+    )  # of before

@@ -25,7 +25,7 @@ def drawn(noise: np.ndarray | float, scale: float = 1.02) -> Points:
 
 
 def fitted(points: Points) -> tuple[np.ndarray, np.ndarray]:
-    start = rough_numbers(points.places, LENGTH, HALF)
+    start = rough_numbers(points.positions, LENGTH, HALF)
     fit = fit_strip(points, LENGTH, start, thesis_angles[1:])
     off = fit.angles - thesis_angles
     off[0] += 0.3  # turned counter-clockwise by that

@@ -10,7 +10,7 @@ import pytest
 
 from tests.photo.conftest import Picture
 from tests.photo.rendering import TARGET, Optics, Scene, thesis_angles
-from workbench.photo import FOOT_SPREAD_RAD, AsBent, find_board, read_photo
+from workbench.photo import FOOT_SIGMA_RAD, AsBent, find_board, read_photo
 
 BAR_DEG = 0.3
 Changed = Callable[[Callable[[Picture], Picture]], Path]
@@ -58,7 +58,7 @@ def test_without_the_foot_alpha_0_is_the_target_s(photo: Path, scene: Scene) -> 
     loose = read_photo(photo, TARGET)
     assert loose.angles[0] == TARGET.angles[0]
     assert loose.uncertainty is not None
-    assert loose.uncertainty[0] == pytest.approx(FOOT_SPREAD_RAD)
+    assert loose.uncertainty[0] == pytest.approx(FOOT_SIGMA_RAD)
     assert not loose.foot_seen
     assert rms(off_deg(loose, scene)[1:]) < BAR_DEG
 

@@ -11,9 +11,9 @@ from pydantic import TypeAdapter, ValidationError
 from tests.bundles import asked_for
 from tests.conftest import Command
 from workbench.bundle import Compared, Driven, Manifest, judgements, passed
-from workbench.protocol.expect import Expected
+from workbench.protocol.expect import Expectation
 
-READ = TypeAdapter(Expected)
+READ = TypeAdapter(Expectation)
 PROTOCOL = """\
 schema: workbench/protocol-1
 title: Short hop

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import date, timedelta
 from pathlib import Path
 
-from workbench.identify import Estimate, write_model
+from workbench.identify import ParameterEstimate, write_model
 from workbench.panel.runs import trend_page
 from workbench.protocol import identifications, load_model
 
@@ -13,8 +13,8 @@ STIFFNESS = [9.31, 9.30, 9.32, 9.31, 9.30, 9.33, 8.61]
 FIRST = date(2026, 3, 2)
 
 
-def estimate(value: float, unit: str) -> Estimate:
-    return Estimate(value, 0.99 * value, 1.01 * value, unit, 9.5, 0.2)
+def estimate(value: float, unit: str) -> ParameterEstimate:
+    return ParameterEstimate(value, 0.99 * value, 1.01 * value, unit, 9.5, 0.2)
 
 
 def write_weeks(models: Path) -> None:

@@ -138,7 +138,7 @@ def test_a_range_is_written_once_and_holds_both_ends(tmp_path: Path) -> None:
     [
         ("{from: 16 rad/s, to: 21 rad/s, step: 2 rad/s}", "do not lead .* that is 2.5 steps"),
         ("{from: 16 rad/s, to: 21 rad/s}", "needs either step or count"),
-        ("{from: 16 rad/s, till: 21 rad/s, count: 3}", "lacks 'to'; write for example {from: 16"),
+        ("{from: 16 rad/s, till: 21 rad/s, count: 3}", "needs 'to'; write for example {from: 16"),
         ("{from: 16, to: 21, count: 3}", "from must be text with a unit, found 16; write"),
         ("{from: 16 rad/s, to: 21 rad/s, count: 1}", "count must be 2 to 1000, found 1"),
         ("{from: 16 rad/s, to: 21 rad/s, step: 0 rad/s}", "0 rad/s is not allowed"),

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.protocol.quantity import DIMENSIONS, Quantity, parse_quantity
+from workbench.protocol.quantity import DIMENSIONS, UnitQuantity, parse_quantity
 
 
 @given(
@@ -28,8 +28,8 @@ def test_any_other_text_is_refused_and_never_crashes(text: str) -> None:
 
 def test_bounds_are_told_in_the_unit_that_was_written() -> None:
     with pytest.raises(ValueError, match=r"9000 mV is not allowed; it must be at most 5500 mV"):
-        Quantity("voltage", high=5.5).read("9000 mV")
-    assert Quantity("voltage", high=5.5).read("5500 mV") == pytest.approx(5.5)
+        UnitQuantity("voltage", high=5.5).read("9000 mV")
+    assert UnitQuantity("voltage", high=5.5).read("5500 mV") == pytest.approx(5.5)
 
 
 @pytest.mark.parametrize("text", ["1e999 s", "nan s", "inf s", "1,5 s", "0x10 s", "--1 s", True])

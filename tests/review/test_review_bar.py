@@ -23,8 +23,8 @@ from workbench.engine import carry_out
 from workbench.errors import WorkbenchError
 from workbench.experiment import read_experiment
 from workbench.film import Film, film
+from workbench.load_run import load_comparison
 from workbench.operators import QuietOperator
-from workbench.recall import recall
 from workbench.review import HeadlessViewer, picture_recording, write_recording, write_together
 
 PICTURES = os.environ.get("WORKBENCH_PICTURES")
@@ -49,7 +49,7 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Bundle:
 @pytest.fixture(scope="module")
 def recording(bundle: Bundle, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recording") / "again.rrd"
-    write_recording(recall(bundle), path)
+    write_recording(load_comparison(bundle), path)
     return path
 
 
@@ -118,7 +118,7 @@ def test_the_whole_window_makes_a_picture(
 
 
 def test_a_frame_of_the_film_makes_a_picture(bundle: Bundle, pictures: Path) -> None:
-    comparison, how = recall(bundle), Film(rate_hz=1)
+    comparison, how = load_comparison(bundle), Film(rate_hz=1)
     try:
         with film(comparison, how) as frames:
             shown = next(picture for time, picture in frames if time > 5)
@@ -132,6 +132,6 @@ def test_a_frame_of_the_film_makes_a_picture(bundle: Bundle, pictures: Path) -> 
 @pytest.mark.skipif(PICTURES is None, reason="made for the documentation only: make pictures")
 def test_several_runs_make_a_picture(tmp_path: Path, pictures: Path) -> None:
     bundles = measured("hop-both-speeds.yaml", tmp_path / "runs")
-    write_together("Both speeds", [recall(one) for one in bundles], tmp_path / "runs.rrd")
+    write_together("Both speeds", [load_comparison(one) for one in bundles], tmp_path / "runs.rrd")
     image = picture_recording(tmp_path / "runs.rrd", MOMENT_S)
     image.save(pictures / "runs.png", optimize=True)

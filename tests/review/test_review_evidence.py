@@ -18,8 +18,8 @@ from workbench.review import (
     Comparison,
     ErrorSources,
     HeadlessViewer,
-    Proof,
     Replayed,
+    ValidationReplay,
     write_recording,
     write_report,
 )
@@ -59,9 +59,9 @@ def replay(name: str, advance: float, mm: float) -> Replayed:
 @pytest.fixture(scope="module")
 def evident() -> Comparison:
     comparison = make_comparison()
-    proof = Proof(replay("refitted", 0.23, 5.0), replay("april-model", 0.213, 0.3), NOISE_MM, 2.0,
-                  "Held out of april.")  # fmt: skip
-    return replace(comparison, estimate=estimated(comparison), proof=proof,
+    replays = replay("refitted", 0.23, 5.0), replay("april-model", 0.213, 0.3)
+    validation = ValidationReplay(*replays, NOISE_MM, 2.0, "Held out of april.")
+    return replace(comparison, estimate=estimated(comparison), validation=validation,
                    sources=ErrorSources(2.0, 7.5, 2.8, 2.5, 0.28))  # fmt: skip
 
 

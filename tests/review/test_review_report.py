@@ -12,7 +12,7 @@ from PIL import Image
 
 from tests.review.conftest import NOISE_M
 from workbench.motion import Summary
-from workbench.review import Comparison, Predicted, as_jpeg, write_report
+from workbench.review import Comparison, PredictionError, as_jpeg, write_report
 from workbench.review.headline import verdict
 from workbench.review.plots import trajectory_plot
 from workbench.ringdown import RingDown
@@ -110,7 +110,11 @@ def test_noise_alone_is_told_beside_the_error(page: str) -> None:
 
 
 def test_predictions_stand_beside_the_free_error(comparison: Comparison, tmp_path: Path) -> None:
-    known = (Predicted(0.1, 0.512), Predicted(2.0, 4.2), Predicted(float("inf"), 12.64))
+    known = (
+        PredictionError(0.1, 0.512),
+        PredictionError(2.0, 4.2),
+        PredictionError(float("inf"), 12.64),
+    )
     write_report(replace(comparison, predictions=known), tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     rows = {

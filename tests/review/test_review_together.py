@@ -27,7 +27,7 @@ from workbench.review import (
     write_together,
 )
 from workbench.review.lanes import lanes
-from workbench.review.repeats import conditions, spread
+from workbench.review.repeats import conditions, mean_interval
 
 WAYS = (0.20, 0.23, 0.26, 0.90)
 
@@ -162,12 +162,12 @@ def test_the_viewer_shows_a_tab_for_each_pair_and_one_for_all(viewer: HeadlessVi
 
 def test_intervals_are_those_of_student() -> None:
     values = [0.20, 0.23, 0.27]
-    found = spread([*values, math.nan])
+    found = mean_interval([*values, math.nan])
     low, high = stats.t.interval(0.9, 2, loc=np.mean(values), scale=stats.sem(values))
     assert found.known == 3
     assert (found.mean - found.half, found.mean + found.half) == pytest.approx((low, high))
-    assert math.isnan(spread([0.2]).half)
-    assert spread([]).known == 0
+    assert math.isnan(mean_interval([0.2]).half)
+    assert mean_interval([]).known == 0
 
 
 def test_repeats_are_one_condition(runs: list[Comparison]) -> None:
@@ -180,7 +180,7 @@ def test_repeats_are_one_condition(runs: list[Comparison]) -> None:
 def test_a_marked_run_counts_in_no_number(runs: list[Comparison]) -> None:
     cut = [*runs[:2], replace(runs[2], mark="ABORTED")]
     (condition,) = conditions(cut)
-    assert condition.spread(lambda one: one.twin_summary.as_json()["distance_m"]).known == 2
+    assert condition.interval(lambda one: one.twin_summary.as_json()["distance_m"]).known == 2
 
 
 def test_the_page_needs_nothing_from_outside(page: str) -> None:
@@ -196,7 +196,7 @@ def test_the_page_tells_means_intervals_runs_and_how_to_see_them(
     page: str, runs: list[Comparison]
 ) -> None:
     twins = [one.twin_summary.as_json()["distance_m"] for one in runs[:3]]
-    found = spread(twins)
+    found = mean_interval(twins)
     assert f"<td>{1000 * found.mean:.1f} \N{PLUS-MINUS SIGN} {1000 * found.half:.1f}</td>" in page
     assert parse(page).count["polyline"] >= 8  # robot and twin of four thumbnails
     assert page.count("/report.html") == 3

@@ -102,7 +102,7 @@ def test_a_cut_at_a_line_s_end_is_known_by_the_header_s_count(
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:-3]))
     (reason,) = judge(path, wanted).reasons
-    assert "the header tells 120 frames, the file has 117; the export is not finished" in reason
+    assert "the header states 120 frames, the file has 117; the export is not finished" in reason
 
 
 def test_what_is_no_export_cannot_be_insisted_on(tmp_path: Path, wanted: CameraTime) -> None:

@@ -14,7 +14,7 @@ from tests.bundles import journal_of, manifest_of
 from workbench.bundle import Bundle
 from workbench.errors import HardwareError
 from workbench.hw import Clock, SimulatedClock, SystemClock
-from workbench.takes import CameraTime, Collector, Place, TakeFolder
+from workbench.takes import AnsweredAt, CameraTime, Collector, TakeFolder
 
 Export = Callable[..., Path]
 TEN_MINUTES = timedelta(minutes=10)
@@ -36,14 +36,14 @@ class Scripted(SimulatedClock):
 class Person:
     """An operator who gives prepared answers and remembers what was shown."""
 
-    answered_at: Place = "terminal"
+    answered_at: AnsweredAt = "terminal"
 
     def __init__(self, *answers: object, present: bool = True) -> None:
         self.answers, self.present = list(answers), present
         self.told: list[str] = []
         self.asked: list[str] = []
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         self.told.append(text)
 
     def show_picture(self, picture: Path) -> None:

@@ -10,12 +10,19 @@ from pathlib import Path
 import pytest
 
 from workbench.protocol import Document, ShapeFile, load_shape, parse
-from workbench.template import Compensation, Sheet, Strip, make_sheet, make_strip, paper_named
+from workbench.template import (
+    Compensation,
+    Strip,
+    TemplatePages,
+    make_sheet,
+    make_strip,
+    paper_named,
+)
 
 DAY = date(2026, 11, 21)
 THICKNESS_M = 0.002
 
-MakeSheet = Callable[..., Sheet]
+MakeSheet = Callable[..., TemplatePages]
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +45,7 @@ def sheet(strip: Strip) -> MakeSheet:
         mirror: bool = False,
         roll_width: float | None = None,
         compensation: Compensation = Compensation(),  # noqa: B008 # a constant
-    ) -> Sheet:
+    ) -> TemplatePages:
         return make_sheet(strip, paper_named(paper, roll_width), DAY, mirror, compensation)
 
     return make

@@ -19,7 +19,7 @@ from tests.template.raster import (
     pages,
     walked,
 )
-from workbench.template import Compensation, Sheet, pdf_pages
+from workbench.template import Compensation, TemplatePages, pdf_pages
 
 BAR_MM = 0.1
 HALF_TICK_MM = 1.0 + 1.25  # half the thickness and half of what a station's tick reaches beyond
@@ -40,13 +40,13 @@ SHEETS = [
 @pytest.fixture(scope="module", params=SHEETS, ids=lambda p: f"{p[0]}{'-mirrored' if p[1] else ''}")
 def printed(
     request: pytest.FixtureRequest, sheet: MakeSheet, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Sheet, list[Array]]:
+) -> tuple[TemplatePages, list[Array]]:
     name, mirror, roll_width = request.param
     template = sheet(name, mirror, roll_width)
     return template, pages(pdf_pages(template), tmp_path_factory.mktemp("printed"))
 
 
-def expected(template: Sheet, parts: int = 16) -> tuple[Array, Array]:
+def expected(template: TemplatePages, parts: int = 16) -> tuple[Array, Array]:
     """Ends of equal parts and unit tangents as they lie on the drawing, from tiny steps [mm]."""
     points, heading = walked(np.array(template.strip.angles), template.strip.length, parts)
     tangents = np.stack([np.cos(heading), -np.sin(heading)], axis=1)
@@ -56,7 +56,9 @@ def expected(template: Sheet, parts: int = 16) -> tuple[Array, Array]:
     return points * flip @ rotation, tangents * flip @ rotation
 
 
-def test_bars_stations_and_marks_are_where_they_belong(printed: tuple[Sheet, list[Array]]) -> None:
+def test_bars_stations_and_marks_are_where_they_belong(
+    printed: tuple[TemplatePages, list[Array]],
+) -> None:
     template, scans = printed
     lengths = [measured for scan in scans for measured in bars(scan)]
     assert [axis for axis, _ in lengths] == ["H", "V"] * len(scans)
@@ -80,7 +82,7 @@ def test_bars_stations_and_marks_are_where_they_belong(printed: tuple[Sheet, lis
     assert worst_station < BAR_MM
 
 
-def glue(template: Sheet, scans: list[Array]) -> tuple[list[Array], float]:
+def glue(template: TemplatePages, scans: list[Array]) -> tuple[list[Array], float]:
     """Where each page's lower left lies when the marks are laid on each other, and their misfit."""
     layout = template.layout
     corner = np.array(layout.paper.corner)
@@ -110,7 +112,7 @@ def glue(template: Sheet, scans: list[Array]) -> tuple[list[Array], float]:
 
 
 def stations(
-    template: Sheet, scans: list[Array], points: Array, tangents: Array, shifts: list[Array]
+    template: TemplatePages, scans: list[Array], points: Array, tangents: Array, shifts: list[Array]
 ) -> dict[int, Array]:
     """Stations as measured, on the glued sheet: the mean of the tick's two ends [mm]."""
     found = {}
@@ -147,7 +149,9 @@ def test_what_neighbours_share_is_drawn_at_the_same_place_on_both(
     assert max(apart) < BAR_MM
 
 
-def test_qr_code_on_every_page_tells_shape_and_hash(printed: tuple[Sheet, list[Array]]) -> None:
+def test_qr_code_on_every_page_tells_shape_and_hash(
+    printed: tuple[TemplatePages, list[Array]],
+) -> None:
     template, scans = printed
     for scan in scans:
         part = scan[-int(45 / PIXEL_MM) :, : int(45 / PIXEL_MM)]

@@ -17,7 +17,7 @@ from workbench.quantities import numbers_in_words
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from workbench.design.spread import Spread
+    from workbench.design.distance_draws import DistanceDraws
     from workbench.sim import Condition, Robot, Simulation
     from workbench.timeseries import TimeSeries
 
@@ -74,7 +74,7 @@ class Simulated:
         hops = gait(self.result, self.duration_s)._asdict()
         return did(motion, self.duration_s).as_json() | hops
 
-    def spread(self, draws: int = 16) -> Spread:
+    def spread(self, draws: int = 16) -> DistanceDraws:
         """Return how a hop's distance spreads over start angle, friction and speed.
 
         Args:
@@ -83,14 +83,14 @@ class Simulated:
         Raises:
             InputError: when this is no hop, or less than two draws are asked for.
         """
-        from workbench.design.spread import distance_spreads
+        from workbench.design.distance_draws import draw_distances
 
         if self.condition.mode != "hop" or draws < 2:
             raise InputError(
                 f"mode {self.condition.mode!r}, {draws} draws: only a hop's distance spreads, over "
                 "at least 2 draws"
             )
-        (found,) = distance_spreads([(self.robot, self.condition)], self.tolerances, draws)
+        (found,) = draw_distances([(self.robot, self.condition)], self.tolerances, draws)
         return found
 
     def __repr__(self) -> str:
@@ -140,7 +140,7 @@ def simulate(
     """
     import numpy as np
 
-    from workbench.design.spread import VARIED
+    from workbench.design.distance_draws import VARIED
     from workbench.protocol import load_model, load_shape
     from workbench.sim import Condition, sample_times
     from workbench.sim import simulate as simulate_robot

@@ -18,7 +18,7 @@ Nothing in it is overwritten once the run is finished, but for the views: they a
 seal, and may be missing or drawn anew at any time. A run whose take is missing is not finished: the
 take can be added later. Remarks are only ever appended, and each line carries its own sha256.
 
-`sentences` tells an event of the journal in words; `judgement` says whether results lie where the
+`sentences` puts an event of the journal into words; `judgement` says whether results lie where the
 protocol expects them.
 
 A `Bundle` is the folder with its documents, take and views (`folder.py`). Its `record` is what is
@@ -46,7 +46,7 @@ from workbench.bundle.manifest import (
     AnswerFact,
     Asked,
     CameraWindow,
-    ChannelNoise,
+    ChannelFacts,
     Clocks,
     CommandFacts,
     Compared,
@@ -55,18 +55,18 @@ from workbench.bundle.manifest import (
     FloorFacts,
     Manifest,
     Measured,
-    Observed,
+    ObserverFacts,
     Released,
     ReleaseFacts,
-    RotorSpeed,
-    Signals,
+    RotorSpeedFacts,
+    SignalFacts,
     Status,
     SupplyIdentity,
     Swung,
     TrackFacts,
 )
 from workbench.bundle.named import run_named, runs_named, runs_of
-from workbench.bundle.record import Exchange, Record
+from workbench.bundle.record import Record, WireMessage
 from workbench.bundle.remarks import Kind, Remark, Remarks, Verdict, add_remark, read_remarks
 from workbench.bundle.sealing import sha256
 from workbench.bundle.series import Series, SeriesFiles, read_series, write_series
@@ -78,7 +78,7 @@ __all__ = [
     "Asked",
     "Bundle",
     "CameraWindow",
-    "ChannelNoise",
+    "ChannelFacts",
     "Clocks",
     "CommandFacts",
     "Compared",
@@ -87,23 +87,22 @@ __all__ = [
     "Document",
     "Driven",
     "Event",
-    "Exchange",
     "FloorFacts",
     "Judgement",
     "Kind",
     "Logged",
     "Manifest",
     "Measured",
-    "Observed",
+    "ObserverFacts",
     "Record",
     "ReleaseFacts",
     "Released",
     "Remark",
     "Remarks",
-    "RotorSpeed",
+    "RotorSpeedFacts",
     "Series",
     "SeriesFiles",
-    "Signals",
+    "SignalFacts",
     "Stamp",
     "Status",
     "SupplyIdentity",
@@ -111,6 +110,7 @@ __all__ = [
     "TrackFacts",
     "Verdict",
     "View",
+    "WireMessage",
     "add_remark",
     "bundle_names",
     "contents",

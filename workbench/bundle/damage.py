@@ -36,11 +36,11 @@ def verify(path: Path) -> list[str]:
 
 
 def _cut_off(path: Path) -> list[str]:
-    """Return what is wrong with a run that was never finished, as far as its files can tell."""
+    """Return what is wrong with a run that was never finished, as far as its files show."""
     bundle, lost = Bundle.recover(path)
-    off = f"; {bundle.record.output.told}" if bundle.record.output_off else ""
-    told = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
-    return [told, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
+    off = f"; {bundle.record.output.description}" if bundle.record.output_off else ""
+    text = f"{CHECKSUMS}: missing; the run was cut off (status {bundle.manifest.status}){off}"
+    return [text, *([lost] if lost else []), *contents(path).problems, *_torn(path)]
 
 
 def _torn(path: Path) -> Iterator[str]:
@@ -55,7 +55,7 @@ def _torn(path: Path) -> Iterator[str]:
 
 
 def _is_whole(name: str, file: Path) -> bool:
-    """Tell whether a file whose form shows it has its end."""
+    """Return whether a file whose form shows it has its end."""
     if file.suffix == ".parquet":
         return _ends(file, _PARQUET_ENDS)
     if file.suffix != ".json" or name == MANIFEST:

@@ -1,6 +1,6 @@
 """The events of a run's journal, typed: one class an event, and the way from and to a line.
 
-A line that is none of these, or lacks a fact, is an `Other`: newer versions and damaged disks
+A line that is none of these, or has a fact missing, is an `Other`: newer versions and damaged disks
 write those, and a reader shows them as they are. What an event says of the supply's output is
 decided in `workbench.output`, which reads the same lines.
 """
@@ -18,21 +18,21 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from workbench.bundle.manifest import SupplyIdentity
 
 __all__ = [
-    "Asked",
-    "Cameras",
+    "CamerasStarted",
     "Complete",
     "Event",
-    "LiveTwin",
+    "LiveTwinState",
     "Logged",
     "NoDrive",
     "Other",
     "OutputOff",
     "OutputOn",
-    "Prepared",
-    "Prompt",
-    "Reading",
+    "PromptAnswered",
+    "RunAsked",
     "Scale",
     "Stopped",
+    "SupplyPrepared",
+    "SupplyReading",
     "TakeAccepted",
     "TakeAdded",
     "TakeForced",
@@ -57,7 +57,7 @@ class _Event(BaseModel):
         return {key: v for key, v in self.model_dump(mode="json").items() if key in given}
 
 
-class Asked(_Event):
+class RunAsked(_Event):
     """What the run shall do."""
 
     event: Literal["asked"] = "asked"
@@ -76,7 +76,7 @@ class NoDrive(_Event):
     event: Literal["no_drive"] = "no_drive"
 
 
-class Prompt(_Event):
+class PromptAnswered(_Event):
     """The operator was asked."""
 
     event: Literal["prompt"] = "prompt"
@@ -89,7 +89,7 @@ class Prompt(_Event):
     asked_s: float | None = None
 
 
-class Prepared(_Event):
+class SupplyPrepared(_Event):
     """The supply's limits are set; its output was seen off."""
 
     event: Literal["prepared"] = "prepared"
@@ -105,7 +105,7 @@ class Scale(_Event):
     voltage_V: float
 
 
-class Cameras(_Event):
+class CamerasStarted(_Event):
     """The cameras record; the run's time begins anew."""
 
     event: Literal["cameras"] = "cameras"
@@ -127,7 +127,7 @@ class Voltage(_Event):
     read_back: Volts
 
 
-class Reading(_Event):
+class SupplyReading(_Event):
     """What the supply measured."""
 
     event: Literal["reading"] = "reading"
@@ -144,7 +144,7 @@ class OutputOff(_Event):
     confirmed: bool
 
 
-class LiveTwin(_Event):
+class LiveTwinState(_Event):
     """How the observer on the stream went."""
 
     event: Literal["live_twin"] = "live_twin"
@@ -221,8 +221,8 @@ class Other(_Event):
 
 
 KnownEvent = (
-    Asked | NoDrive | Prompt | Prepared | Scale | Cameras
-    | OutputOn | Voltage | Reading | OutputOff | LiveTwin | TakeWanted
+    RunAsked | NoDrive | PromptAnswered | SupplyPrepared | Scale | CamerasStarted
+    | OutputOn | Voltage | SupplyReading | OutputOff | LiveTwinState | TakeWanted
     | TakeAccepted | TakeRefused | TakeForced | TakeAdded | Complete
     | Stopped
 )  # fmt: skip

@@ -28,7 +28,7 @@ def bundle_names(root: Path) -> list[str]:
 
 
 def is_run(path: Path) -> bool:
-    """Tell whether a folder is a run's, by its manifest or, where that was lost, by its name."""
+    """Return whether a folder is a run's, by its manifest or, where that was lost, by its name."""
     return path.is_dir() and bool(NAMED.match(path.name) or (path / MANIFEST).exists())
 
 

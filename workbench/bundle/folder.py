@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from workbench.bundle.finding import is_run, no_bundle
-from workbench.bundle.inside import foreign, own_file
+from workbench.bundle.inside import foreign, require_file
 from workbench.bundle.manifest import SCHEMA, Asked, Compared, Manifest, Status
 from workbench.bundle.names import CHECKSUMS, GUARDIAN, MANIFEST, TAKE, VIEWS, WIRE, View
 from workbench.bundle.record import Record
@@ -106,7 +106,7 @@ class Bundle:
             InputError: when the folder is no bundle, or its manifest is damaged.
         """
         path = Path(path)
-        manifest_file = own_file(path / MANIFEST)
+        manifest_file = require_file(path / MANIFEST)
         try:
             facts = json.loads(manifest_file.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
@@ -163,9 +163,9 @@ class Bundle:
         """Return the path of a YAML file kept here.
 
         Raises:
-            InputError: when something else stands there, such as a link.
+            InputError: when something else is there, such as a link.
         """
-        return own_file(self.path / f"{kind}.yaml")
+        return require_file(self.path / f"{kind}.yaml")
 
     def resolved(self, kind: Document) -> Path:
         """Return the path of what a file came to; not every kind is kept so.
@@ -173,7 +173,7 @@ class Bundle:
         Raises:
             InputError: as `document`.
         """
-        return own_file(self.path / f"{kind}.json")
+        return require_file(self.path / f"{kind}.json")
 
     @property
     def take_folder(self) -> Path:
@@ -206,7 +206,7 @@ class Bundle:
         return target
 
     def has_take(self) -> bool:
-        """Tell whether an export was added."""
+        """Return whether an export was added."""
         return bool(self._takes())
 
     def _takes(self) -> list[Path]:
@@ -248,7 +248,7 @@ class Bundle:
             raise RecordError(f"{path}: cannot be written ({error})") from error
 
     def is_closed(self) -> bool:
-        """Tell whether checksums were written; a run that was cut off has none."""
+        """Return whether checksums were written; a run that was cut off has none."""
         return (self.path / CHECKSUMS).exists()
 
     def finish(self, status: Status, error: str | None = None) -> None:

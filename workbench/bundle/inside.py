@@ -1,4 +1,4 @@
-"""What truly lies in a bundle: plain files that no link, pipe or device stands for.
+"""What truly lies in a bundle: plain files, no links, pipes or devices.
 
 A folder that came from elsewhere may hold anything. A link would let its maker read files of
 whoever looks at the run, a pipe would hold a reader up for ever; so neither is ever opened.
@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from workbench.errors import InputError
 
-__all__ = ["Contents", "contents", "foreign", "own_file", "printable", "unportable"]
+__all__ = ["Contents", "contents", "foreign", "printable", "require_file", "unportable"]
 
 _MOUNT_POINT = 0xA0000003  # reparse tag of a Windows junction, a link between folders
 _KINDS = (
@@ -64,7 +64,7 @@ def contents(folder: Path) -> Contents:
 
 
 def foreign(path: Path) -> str | None:
-    """Return what stands at a path in place of a file or folder; None where nothing else does."""
+    """Return what is at a path in place of a file or folder; None where nothing else does."""
     try:
         found = path.lstat()
     except OSError:
@@ -74,11 +74,11 @@ def foreign(path: Path) -> str | None:
     return next((what for fits, what in _KINDS if fits(found.st_mode)), None)
 
 
-def own_file(path: Path) -> Path:
+def require_file(path: Path) -> Path:
     """Return the path of a file of a run, or of none.
 
     Raises:
-        InputError: when something else stands there, such as a link.
+        InputError: when something else is there, such as a link.
     """
     if (what := foreign(path)) is not None:
         raise InputError(f"{path}: is {what}, and no file of the run")

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from workbench.bundle.manifest import Manifest
-from workbench.quantities import QUANTITIES, Quantity
+from workbench.quantities import QUANTITIES, DisplayedQuantity
 
 __all__ = ["Judgement", "judgements", "passed"]
 
-_ERROR = Quantity("Error of the twin", "mm", 1.0, 1)
+_ERROR = DisplayedQuantity("Error of the twin", "mm", 1.0, 1)
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Judgement:
     high: float | None
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DisplayedQuantity:
         """Return how the result is called and shown."""
         return _ERROR if self.name == "error_mm" else QUANTITIES[self.name]
 
     @property
     def passed(self) -> bool:
-        """Tell whether the value lies in the range; one that was not measured does not."""
+        """Return whether the value lies in the range; one that was not measured does not."""
         return (
             (self.low is None or self.value >= self.low)
             and (self.high is None or self.value <= self.high)
@@ -59,15 +59,15 @@ class Judgement:
     @property
     def words(self) -> tuple[str, str, str]:
         """Return what was looked at, what came, and what was expected, with units."""
-        shown = self.quantity
-        came = shown.text(self.value) if math.isfinite(self.value) else "not measured"
+        label = self.quantity
+        came = label.text(self.value) if math.isfinite(self.value) else "not measured"
         if self.low is None and self.high is not None:
-            expected = f"at most {shown.text(self.high)}"
+            expected = f"at most {label.text(self.high)}"
         elif self.high is None and self.low is not None:
-            expected = f"at least {shown.text(self.low)}"
+            expected = f"at least {label.text(self.low)}"
         else:
-            expected = f"{shown.number(self.low or 0.0)} to {shown.text(self.high or 0.0)}"
-        return shown.name, came, expected
+            expected = f"{label.number(self.low or 0.0)} to {label.text(self.high or 0.0)}"
+        return label.name, came, expected
 
 
 def judgements(manifest: Manifest) -> tuple[Judgement, ...]:

@@ -22,7 +22,7 @@ __all__ = [
     "AnswerFact",
     "Asked",
     "CameraWindow",
-    "ChannelNoise",
+    "ChannelFacts",
     "Clocks",
     "CommandFacts",
     "Compared",
@@ -30,13 +30,13 @@ __all__ = [
     "Driven",
     "FloorFacts",
     "Manifest",
+    "ManifestSection",
     "Measured",
-    "Observed",
+    "ObserverFacts",
     "ReleaseFacts",
     "Released",
-    "RotorSpeed",
-    "Section",
-    "Signals",
+    "RotorSpeedFacts",
+    "SignalFacts",
     "Status",
     "SupplyIdentity",
     "Swung",
@@ -59,11 +59,11 @@ class _Frozen(BaseModel):
         return self.model_dump(by_alias=True, exclude_unset=True)
 
 
-class Section(_Frozen):
+class ManifestSection(_Frozen):
     """Facts that become known together; on disk their keys lie in the manifest itself."""
 
 
-class Asked(Section):
+class Asked(ManifestSection):
     """What was asked for, known before anything moves. What a mode does not have is None."""
 
     kind: Literal["run", "ingest"]
@@ -138,7 +138,7 @@ class AnswerFact(_Frozen):
     unit: str | None
 
 
-class Measured(Section):
+class Measured(ManifestSection):
     """What happened at the bench; each fact is None until it is known."""
 
     supply: SupplyIdentity | None = None
@@ -221,7 +221,7 @@ class TrackFacts(_Frozen):
     """Report of the cleaning, for people."""
 
 
-class Compared(Section):
+class Compared(ManifestSection):
     """The run beside its twin."""
 
     release: ReleaseFacts | None = None
@@ -235,7 +235,7 @@ class Compared(Section):
     warnings: tuple[str, ...] = ()
 
 
-class Observed(Section):
+class ObserverFacts(ManifestSection):
     """How well the model predicts the run."""
 
     state: str
@@ -254,8 +254,8 @@ class Observed(Section):
     """What the cameras' noise alone makes of these errors."""
 
 
-class ChannelNoise(_Frozen):
-    """Noise of one channel; None where there is too little to tell."""
+class ChannelFacts(_Frozen):
+    """Noise of one channel; None where there are too few samples."""
 
     rest: float | None
     white: float | None
@@ -263,7 +263,7 @@ class ChannelNoise(_Frozen):
     correlation_s: float | None = None
 
 
-class RotorSpeed(_Frozen):
+class RotorSpeedFacts(_Frozen):
     """Mean speed of the rotor while driven [rad/s]."""
 
     value: float
@@ -303,25 +303,25 @@ class Clocks(_Frozen):
 
 
 class Alignment(_Frozen):
-    """The run against its twin and its bench, in time; None where it cannot be told."""
+    """The run against its twin and its bench, in time; None where it cannot be determined."""
 
     twin_delay: DelayFacts | None
     clocks: Clocks | None
 
 
-class Signals(Section):
+class SignalFacts(ManifestSection):
     """What the channels themselves show."""
 
-    noise_mm: dict[str, ChannelNoise] = {}
-    noise_rad: dict[str, ChannelNoise] = {}
-    rotor_speed_rad_s: RotorSpeed | None = None
+    noise_mm: dict[str, ChannelFacts] = {}
+    noise_rad: dict[str, ChannelFacts] = {}
+    rotor_speed_rad_s: RotorSpeedFacts | None = None
     floor: FloorFacts | None = None
     alignment: Alignment | None = None
 
 
-SECTIONS: Mapping[str, type[Section]] = MappingProxyType(
-    {"asked": Asked, "measured": Measured, "compared": Compared, "observed": Observed,
-     "signals": Signals}
+SECTIONS: Mapping[str, type[ManifestSection]] = MappingProxyType(
+    {"asked": Asked, "measured": Measured, "compared": Compared, "observed": ObserverFacts,
+     "signals": SignalFacts}
 )  # fmt: skip
 
 
@@ -337,8 +337,8 @@ class Manifest(_Frozen):
     asked: Asked | None = None
     measured: Measured = Measured()
     compared: Compared | None = None
-    observed: Observed | None = None
-    signals: Signals | None = None
+    observed: ObserverFacts | None = None
+    signals: SignalFacts | None = None
 
     @classmethod
     def read(cls, facts: Mapping[str, Any]) -> Manifest:
@@ -349,23 +349,23 @@ class Manifest(_Frozen):
         """
         sections, head = split(facts)
         try:
-            found = {name: SECTIONS[name].model_validate(own) for name, own in sections.items()}
+            found = {name: SECTIONS[name].model_validate(part) for name, part in sections.items()}
             return cls.model_validate(dict(head) | found)
         except ValidationError as error:
             raise ValueError(_faults(error)) from None
 
     def flat(self) -> dict[str, Any]:
         """Return the JSON object: head and sections in one, only what was set."""
-        own = self.model_dump(by_alias=True, exclude_unset=True, exclude=set(SECTIONS))
-        head = {"schema": self.schema_} | own
+        head_facts = self.model_dump(by_alias=True, exclude_unset=True, exclude=set(SECTIONS))
+        head = {"schema": self.schema_} | head_facts
         for name in SECTIONS:
             section = getattr(self, name)
             head |= {} if section is None else section.as_json()
         return head
 
-    def noting(self, *sections: Section) -> Manifest:
+    def noting(self, *sections: ManifestSection) -> Manifest:
         """Return the manifest with more facts; those that are new replace those of before."""
-        merged: dict[str, Section] = {}
+        merged: dict[str, ManifestSection] = {}
         for section in sections:
             name = _name_of(section)
             before = merged.get(name) or getattr(self, name)
@@ -381,18 +381,18 @@ class Manifest(_Frozen):
         return self.model_copy(update=changed)
 
 
-def _name_of(section: Section) -> str:
+def _name_of(section: ManifestSection) -> str:
     return next(name for name, kind in SECTIONS.items() if kind is type(section))
 
 
 def split(facts: Mapping[str, Any]) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Return the facts of each section that has some, and those of the head."""
-    left = dict(facts)
+    remaining = dict(facts)
     sections = {
-        name: {key: left.pop(key) for key in kind.model_fields if key in left}
+        name: {key: remaining.pop(key) for key in kind.model_fields if key in remaining}
         for name, kind in SECTIONS.items()
     }
-    return {name: own for name, own in sections.items() if own}, left
+    return {name: values for name, values in sections.items() if values}, remaining
 
 
 def _faults(error: ValidationError) -> str:

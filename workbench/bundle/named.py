@@ -9,7 +9,7 @@
     part          of a name that only one run has; case does not count
 
 They are tried in this order, so that what is whole goes before a part. Where one run is wanted the
-part is tried before experiment and protocol, which stand for several runs most of the time.
+part is tried before experiment and protocol, which name several runs most of the time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from workbench.errors import InputError, did_you_mean
 
 __all__ = ["run_named", "runs_named", "runs_of"]
 
-_TOLD = 8  # candidates that a message names
+_MOST_NAMED = 8  # candidates that a message names
 _SUFFIXES = (".yaml", ".yml")
 
 
@@ -125,8 +125,8 @@ def _only(found: Sequence[Path], word: Path, root: Path) -> Path:
         return found[0]
     if not found:
         raise _unknown(word, root)
-    more = f" and {len(found) - _TOLD} older ones" if len(found) > _TOLD else ""
-    newest = ", ".join(one.name for one in found[: -_TOLD - 1 : -1])
+    more = f" and {len(found) - _MOST_NAMED} older ones" if len(found) > _MOST_NAMED else ""
+    newest = ", ".join(one.name for one in found[: -_MOST_NAMED - 1 : -1])
     raise InputError(
         f"{str(word)!r} fits {len(found)} runs in {found[0].parent}: {newest}{more}; type more of "
         "the name, or its number in `workbench runs list`"

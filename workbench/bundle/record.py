@@ -9,15 +9,15 @@ from typing import Any, Literal, NamedTuple
 
 from workbench.bundle.events import Event, Logged, parse_line
 from workbench.bundle.inside import foreign
-from workbench.bundle.manifest import Manifest, Section, Status
+from workbench.bundle.manifest import Manifest, ManifestSection, Status
 from workbench.bundle.names import GUARDIAN, JOURNAL, MANIFEST, WIRE
-from workbench.bundle.writing import replaced, told
+from workbench.bundle.writing import record_errors, replaced
 from workbench.output import OutputState, fold
 
-__all__ = ["Exchange", "Record"]
+__all__ = ["Record", "WireMessage"]
 
 
-class Exchange(NamedTuple):
+class WireMessage(NamedTuple):
     """One message between the workbench and its supply."""
 
     time_s: float
@@ -37,7 +37,7 @@ class Record:
         self._folder = folder
         self.manifest = manifest
 
-    def note(self, *sections: Section) -> None:
+    def note(self, *sections: ManifestSection) -> None:
         """Add facts to the manifest, on disk at once and never half written.
 
         Raises:
@@ -68,7 +68,7 @@ class Record:
         """
         line = {"time_s": round(time_s, 6)} | event.as_json()
         path = self._folder / JOURNAL
-        with told(path), path.open("a", encoding="utf-8") as file:
+        with record_errors(path), path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line, ensure_ascii=False, default=str) + "\n")
             file.flush()
             os.fsync(file.fileno())
@@ -108,7 +108,7 @@ class Record:
     def output_off(self) -> str | None:
         """How the run left the output: a verdict of `OutputState`.
 
-        None where no file tells of a supply.
+        None where no file mentions a supply.
         """
         known = self.output
         if known.state == "untouched" and not self.guardian():
@@ -121,13 +121,13 @@ class Record:
         Raises:
             RecordError: when it cannot be written.
         """
-        with told(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
+        with record_errors(self.wire_log), self.wire_log.open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
 
-    def exchanges(self) -> list[Exchange]:
+    def exchanges(self) -> list[WireMessage]:
         """Return the messages to and from the supply, as their log has them."""
         return [
-            Exchange(float(line["time_s"]), line["way"], bytes.fromhex(line["bytes"]))
+            WireMessage(float(line["time_s"]), line["way"], bytes.fromhex(line["bytes"]))
             for line in _lines(self.wire_log)
             if {"time_s", "way", "bytes"} <= line.keys()
         ]
@@ -154,7 +154,7 @@ def _lines(path: Path, *, damaged: bool = False) -> list[dict[str, Any]]:
     Args:
         path: of the file.
         damaged: put an event `damaged` in the place of a line that is none, but for a last one
-            that was cut short: what it was to tell was not yet done.
+            that was cut short: what it was to record was not yet done.
     """
     if foreign(path) is not None:
         return [{"event": "damaged", "cause": f"{path.name} is a link"}] if damaged else []

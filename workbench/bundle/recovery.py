@@ -61,9 +61,9 @@ def _readable(path: Path) -> dict[str, Any]:
 
 
 def _salvaged(facts: Mapping[str, Any]) -> Manifest:
-    """Return a manifest of the valid facts; a section that lacks one it needs is left out."""
+    """Return a manifest of the valid facts; a section without one that it needs is omitted."""
     sections, head = split(facts)
-    found = {name: _valid(SECTIONS[name], own) for name, own in sections.items()}
+    found = {name: _valid(SECTIONS[name], values) for name, values in sections.items()}
     whole = {
         name: section
         for name, section in found.items()

@@ -16,7 +16,7 @@ from typing import Literal
 
 from workbench.bundle.inside import foreign
 from workbench.bundle.names import REMARKS
-from workbench.bundle.writing import told
+from workbench.bundle.writing import record_errors
 from workbench.errors import RecordError
 
 __all__ = [
@@ -104,7 +104,7 @@ def add_remark(folder: Path, kind: Kind, text: str, who: str, now: datetime) -> 
     path = folder / REMARKS
     if (what := foreign(path)) is not None:
         raise RecordError(f"{path}: is {what}, and no file of the run; remove it")
-    with told(path), path.open("ab") as file:
+    with record_errors(path), path.open("ab") as file:
         # a line that a crash cut short is closed first, so that only that one is lost
         torn = file.tell() > 0 and not _ends_a_line(path)
         file.write((b"\n" if torn else b"") + line.encode())

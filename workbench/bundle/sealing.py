@@ -16,7 +16,7 @@ __all__ = ["against_checksums", "seal", "sealed_files", "sha256"]
 _ENTRY = re.compile(r"([0-9a-f]{64})  (.+)")  # as sha256sum writes and checks it
 _UNSURE = f"not as {CHECKSUMS} has it, which was changed itself"
 _GROWS = "# still written when the run ended: "
-_OWN = "# sha256 of the lines above: "  # a comment to sha256sum
+_LIST_DIGEST = "# sha256 of the lines above: "  # a comment to sha256sum
 _UNSEALED = {*VIEWS.values(), *(f".{name}" for name in VIEWS.values())}
 """Views and their drafts: drawn anew at any time. The first bundles' checksums list the views."""
 
@@ -41,7 +41,7 @@ def seal(folder: Path, growing: Collection[str] = ()) -> None:
     lines = "".join(f"{sha256(file)}  {name}\n" for name, file in files if name not in growing)
     lines += "".join(f"{_GROWS}{name}\n" for name, _ in files if name in growing)
     with replaced(folder / CHECKSUMS) as draft:
-        draft.write_text(f"{lines}{_OWN}{_digest(lines)}\n", encoding="utf-8", newline="")
+        draft.write_text(f"{lines}{_LIST_DIGEST}{_digest(lines)}\n", encoding="utf-8", newline="")
 
 
 def against_checksums(path: Path) -> list[str]:
@@ -49,7 +49,7 @@ def against_checksums(path: Path) -> list[str]:
     if foreign(path / CHECKSUMS) is not None:
         return contents(path).problems
     text = (path / CHECKSUMS).read_bytes().decode("utf-8", errors="replace")
-    listed, trusted = text.rpartition(_OWN)[0], _is_as_written(text)
+    listed, trusted = text.rpartition(_LIST_DIGEST)[0], _is_as_written(text)
     problems: list[str] = []
     if not trusted:
         problems = [f"{CHECKSUMS}: changed or cut short since the run was finished"]
@@ -61,10 +61,10 @@ def against_checksums(path: Path) -> list[str]:
         if line.startswith(_GROWS):
             files.pop(line.removeprefix(_GROWS), None)
         if entry is None:
-            continue  # the list is not as it was written, which has been told
+            continue  # the list is not as it was written, which has been reported
         digest, name = entry.groups()
         if name in inside.others or name in _UNSEALED:
-            continue  # which has been told, or may be drawn anew
+            continue  # which has been reported, or may be drawn anew
         file = files.pop(name, None)
         if file is None:
             problems.append(f"{name}: missing")
@@ -76,10 +76,10 @@ def against_checksums(path: Path) -> list[str]:
 
 
 def _is_as_written(text: str) -> bool:
-    """Tell whether the checksums end in their own digest; the first bundles' had none yet."""
-    listed, mark, own = text.rpartition(_OWN)
+    """Return whether the checksums end in their own digest; the first bundles' had none yet."""
+    listed, mark, digest = text.rpartition(_LIST_DIGEST)
     if mark:
-        return own == f"{_digest(listed)}\n"
+        return digest == f"{_digest(listed)}\n"
     return text.endswith("\n") and all(map(_ENTRY.fullmatch, text.splitlines()))
 
 
@@ -93,5 +93,5 @@ def sealed_files(folder: Path) -> list[tuple[str, Path]]:
 
 
 def _sealed(files: list[tuple[str, Path]]) -> list[tuple[str, Path]]:
-    left_out = {CHECKSUMS, f".{CHECKSUMS}", REMARKS} | _UNSEALED
-    return [(name, file) for name, file in files if name not in left_out]
+    unsealed = {CHECKSUMS, f".{CHECKSUMS}", REMARKS} | _UNSEALED
+    return [(name, file) for name, file in files if name not in unsealed]

@@ -23,32 +23,32 @@ def condition_words(asked: Asked) -> tuple[str, ...]:
 
 
 def sentence(event: Event) -> str:
-    """Return a journal event in words; one that is not known here as it stands."""
+    """Return a journal event in words; an unknown one as written."""
     match event:
-        case events.Asked(run=run, rest_s=rest, steps=steps) if rest is not None:
+        case events.RunAsked(run=run, rest_s=rest, steps=steps) if rest is not None:
             drive = f", then {steps[0][1]} V to {steps[-1][1]} V" if len(steps) > 1 else ""
             return f"asked for {run}: {rest} s rest{drive}{_started(event)}"
         case events.NoDrive():
             return "this mode has no drive: the supply was not opened"
-        case events.Prompt(where="nobody", name=name, text=text):
+        case events.PromptAnswered(where="nobody", name=name, text=text):
             return f"nobody was asked{f' for {name}' if name else ', nobody confirmed'}: {text}"
-        case events.Prompt(name=str(name), text=text, answer=answer):
+        case events.PromptAnswered(name=str(name), text=text, answer=answer):
             return f"operator typed {name} = {answer}{_where(event)}: {text}"
-        case events.Prompt(text=text, answer=answer):
+        case events.PromptAnswered(text=text, answer=answer):
             return f"operator {answer}{_where(event)}: {text}"
-        case events.Prepared(identity=identity):
+        case events.SupplyPrepared(identity=identity):
             return f"{identity.model} {identity.serial} prepared: limits set, output off"
         case events.Scale(set_voltage_V=asked, voltage_V=measured):
             return f"scale checked: {asked:g} V set, {measured:g} V measured"
-        case events.Cameras():
+        case events.CamerasStarted():
             return "cameras record"
         case events.OutputOn(volts=volts):
             return f"output on at {volts} V"
         case events.Voltage(read_back=volts):
             return f"{volts} V set and read back"
-        case events.LiveTwin(gone=str(gone)) if gone:
+        case events.LiveTwinState(gone=str(gone)) if gone:
             return f"live twin gone: {gone}"
-        case events.LiveTwin():
+        case events.LiveTwinState():
             return _observed(event)
         case events.TakeWanted(folder=folder):
             return "waiting for the export" + (f" in {folder}" if folder else " to be named")
@@ -68,7 +68,7 @@ def sentence(event: Event) -> str:
     return ", ".join(f"{key} {value}" for key, value in event.as_json().items())
 
 
-def _observed(twin: events.LiveTwin) -> str:
+def _observed(twin: events.LiveTwinState) -> str:
     delay = "" if twin.latency_ms is None else f", latency {twin.latency_ms[1]:.0f} ms at 99 %"
     error = "" if twin.error_mm is None else (
         f"; prediction error {twin.error_mm[0]:.1f} mm rms, at most {twin.error_mm[1]:.1f} mm"
@@ -77,7 +77,7 @@ def _observed(twin: events.LiveTwin) -> str:
     return f"live twin: {counts}{delay}{error}"
 
 
-def _started(asked: events.Asked) -> str:
+def _started(asked: events.RunAsked) -> str:
     """Return who started a run; bundles of before do not say."""
     if asked.operator is None:
         return ""
@@ -85,5 +85,5 @@ def _started(asked: events.Asked) -> str:
     return f"; started by {asked.operator} {where}"
 
 
-def _where(prompt: events.Prompt) -> str:
+def _where(prompt: events.PromptAnswered) -> str:
     return " in the panel" if prompt.where == "panel" else ""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
-from workbench.bundle.inside import foreign, own_file
+from workbench.bundle.inside import foreign, require_file
 from workbench.bundle.writing import replaced
 from workbench.errors import InputError, did_you_mean
 
@@ -40,7 +40,7 @@ class SeriesFiles(NamedTuple):
         return tuple(kind for kind in kinds if self.has(kind))
 
     def has(self, kind: Series) -> bool:
-        """Tell whether a time series was written."""
+        """Return whether a time series was written."""
         path = self._path(kind)
         return path.exists() and foreign(path) is None
 
@@ -58,7 +58,7 @@ class SeriesFiles(NamedTuple):
         Raises:
             InputError: when it is missing, with those that there are, or damaged.
         """
-        path = own_file(self._path(kind))
+        path = require_file(self._path(kind))
         if not path.exists():
             has = f"it has {', '.join(self.kinds) or 'none'}{did_you_mean(kind, self.kinds)}"
             raise InputError(f"{path}: cannot be read: the run has no such series; {has}")

@@ -14,14 +14,14 @@ __all__ = ["Stamp", "stamping"]
 
 Stamp = tuple[int, int, int, int, int, int]
 """Time of change [ns], size [byte] and number of the manifest's file, time and size of the remarks,
-and 1 where there are checksums. Zeros stand for a file that is not there."""
+and 1 where there are checksums. Zeros mean a file that is not there."""
 
 
 @contextmanager
 def stamping(root: Path) -> Iterator[Callable[[str, bool], Stamp]]:
     """Give a function from a bundle's name to what changes when its manifest or remarks do.
 
-    It is also told whether checksums were there before: they do not vanish, and need no new look.
+    The caller also says whether checksums were there before: they do not vanish, so need no look.
 
     Args:
         root: folder of the bundles. Where the system can, it is opened once: every look starts from

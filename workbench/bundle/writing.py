@@ -9,11 +9,11 @@ from pathlib import Path
 
 from workbench.errors import RecordError
 
-__all__ = ["replaced", "told"]
+__all__ = ["record_errors", "replaced"]
 
 
 @contextmanager
-def told(path: Path) -> Iterator[None]:
+def record_errors(path: Path) -> Iterator[None]:
     """Say which file could not be written, and what to do.
 
     Raises:
@@ -38,7 +38,7 @@ def replaced(path: Path) -> Iterator[Path]:
         RecordError: when it cannot be written.
     """
     draft = path.with_name(f".{path.name}")
-    with told(path):
+    with record_errors(path):
         try:
             yield draft
             os.replace(draft, path)

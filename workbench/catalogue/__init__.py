@@ -11,16 +11,16 @@ condition in `query.py`, an option in `cli/runs.py`, and another `_VERSION` in `
 """
 
 from workbench.catalogue.entry import UNREADABLE, Entry, describe
-from workbench.catalogue.index import Found, rebuild, search
-from workbench.catalogue.query import SORTS, Query, Window, period, window
+from workbench.catalogue.index import SearchResult, rebuild, search
+from workbench.catalogue.query import SORTS, NumberRange, Query, period, window
 
 __all__ = [
     "SORTS",
     "UNREADABLE",
     "Entry",
-    "Found",
+    "NumberRange",
     "Query",
-    "Window",
+    "SearchResult",
     "describe",
     "period",
     "rebuild",

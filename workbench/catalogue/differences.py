@@ -17,7 +17,7 @@ from workbench.quantities import unit_of
 __all__ = ["ABSENT", "Difference", "differences"]
 
 ABSENT = object()
-"""Stands for a value that one of the two runs does not have."""
+"""Marks a value that one of the two runs does not have."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Difference:
         path: of nested keys, `steps[0].run.speed`; a list of named things goes by their names.
         a: value of the first run, or `ABSENT`.
         b: of the second.
-        unit: of a number, where its name tells; else empty.
+        unit: of a number, where its name has one; else empty.
     """
 
     section: str
@@ -86,7 +86,7 @@ def _sections(bundle: Bundle) -> dict[str, object]:
 
 
 def _asked(asked: Asked) -> dict[str, object]:
-    """Return what the robot was put through and by whom; files and machine are told elsewhere."""
+    """Return what the robot was put through and by whom; files and machine are listed elsewhere."""
     return {
         "title": asked.title,
         "kind": asked.kind,

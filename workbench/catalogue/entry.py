@@ -17,7 +17,7 @@ UNFINISHED, UNREADABLE = "unfinished", "damaged"
 
 @dataclass(frozen=True)
 class Entry:
-    """A run in the catalogue. What a run does not tell is empty, or None for a number.
+    """A run in the catalogue. What is not known of a run is empty, or None for a number.
 
     Args:
         name: of its folder.
@@ -27,7 +27,7 @@ class Entry:
         mode: what the robot was put through.
         model: name of the robot's model.
         shape: name of the beam's shape.
-        operator: who stood at the bench.
+        operator: who was at the bench.
         slowest: lowest speed that was asked for [rad/s].
         fastest: highest speed that was asked for [rad/s].
         distance: that the robot travelled [m].
@@ -67,7 +67,7 @@ class Entry:
 
     def as_json(self, root: Path, number: int) -> dict[str, Any]:
         """Return its object: as `describe`, and what the list shows beside that."""
-        own = {
+        listed = {
             "number": number,
             "status": self.status,
             "created": self.created,
@@ -80,7 +80,7 @@ class Entry:
             "tags": self.tags.split(),
             "notes": self.notes.splitlines(),
         }
-        return {"bundle": str(root / self.name)} | json.loads(self.facts) | own
+        return {"bundle": str(root / self.name)} | json.loads(self.facts) | listed
 
 
 COLUMNS = tuple(field.name for field in fields(Entry))

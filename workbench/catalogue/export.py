@@ -7,7 +7,7 @@
     mat/RUN.mat     the same for MATLAB and Octave, where asked for
     checksums.txt   sha256 of all of it
 
-The same runs give the same bytes: nothing here tells when or where it was made.
+The same runs give the same bytes: nothing here depends on when or where it was made.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ class Exported:
         files: how many.
         size: of all files before they were packed [byte].
         problems: what is wrong with the bundles, a sentence each, with the run's name.
-        left_out: what lies in a bundle and not in the export, as `RUN/name`.
+        omitted: what lies in a bundle and not in the export, as `RUN/name`.
     """
 
     target: Path
     files: int
     size: int
     problems: tuple[str, ...]
-    left_out: tuple[str, ...] = ()
+    omitted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class _Run:
 
     folder: Path
     files: list[tuple[str, Path]]
-    left_out: list[str]
+    omitted: list[str]
     entry: Entry
     manifest: Manifest
     traces: dict[str, TimeSeries]
@@ -112,8 +112,8 @@ def export(folders: Sequence[Path], target: Path, csv: bool, mat: bool) -> Expor
             draft.rename(target)
     except OSError as error:
         raise RecordError(f"{target}: cannot be written ({error.strerror or error})") from error
-    left_out = tuple(f"{run.folder.name}/{name}" for run in runs for name in run.left_out)
-    return Exported(target, len(sizes), sum(sizes), problems, left_out)
+    omitted = tuple(f"{run.folder.name}/{name}" for run in runs for name in run.omitted)
+    return Exported(target, len(sizes), sum(sizes), problems, omitted)
 
 
 def _read(folder: Path) -> _Run:
@@ -123,7 +123,7 @@ def _read(folder: Path) -> _Run:
     traces, lost = read_traces(bundle)
     inside = contents(folder)
     barred = {name: why for name, _ in inside.files if (why := unportable(name)) is not None}
-    told = [f"{name}: left out: {why}; rename it" for name, why in barred.items()]
+    notes = [f"{name}: left out: {why}; rename it" for name, why in barred.items()]
     return _Run(
         folder,
         [(name, file) for name, file in inside.files if name not in barred],
@@ -131,7 +131,7 @@ def _read(folder: Path) -> _Run:
         entry,
         bundle.manifest,
         traces,
-        problems + lost + told,
+        problems + lost + notes,
     )
 
 
@@ -188,13 +188,13 @@ def _readme(runs: Sequence[_Run], csv: bool, mat: bool) -> str:
             names[name] |= dict.fromkeys(series.names)
     parts = [_WHAT.format(count=len(runs)), *([_CSV] if csv else []), *([_MAT] if mat else [])]
     parts += [
-        "\n".join([f"Columns of {name}: {told}.", *column_lines(names[name])])
-        for name, _, told in TRACES
+        "\n".join([f"Columns of {name}: {description}.", *column_lines(names[name])])
+        for name, _, description in TRACES
         if len(names[name]) > 1
     ]
-    left_out = [f"  {run.folder.name}/{name}" for run in runs for name in run.left_out]
-    if left_out:
-        parts.append("\n".join(["LEFT OUT, as it is no file that can be handed on:", *left_out]))
+    omitted = [f"  {run.folder.name}/{name}" for run in runs for name in run.omitted]
+    if omitted:
+        parts.append("\n".join(["LEFT OUT, as it is no file that can be exported:", *omitted]))
     damaged = [f"  {run.folder.name}: {text}" for run in runs for text in run.problems]
     if damaged:
         parts.append("\n".join(["DAMAGED OR UNFINISHED; what is there is here:", *damaged]))

@@ -20,13 +20,13 @@ from workbench.catalogue.entry import COLUMNS, Entry, as_row, read_entry
 from workbench.catalogue.query import SORTS, Query, conditions
 from workbench.errors import InputError, did_you_mean
 
-__all__ = ["INDEX", "Found", "rebuild", "search"]
+__all__ = ["INDEX", "SearchResult", "rebuild", "search"]
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 _T = TypeVar("_T")
 
 INDEX = ".catalogue.sqlite"
-"""Name of the file; hidden, so that `runs/*` stands for bundles alone."""
+"""Name of the file; hidden, so that `runs/*` means bundles alone."""
 
 _VERSION = 3
 _WAIT_S = 10.0  # for another program that writes
@@ -36,7 +36,7 @@ _CLOSED_SETS = ("mode", "status", "verdict")
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     """What a search found.
 
     Args:
@@ -52,32 +52,32 @@ class Found:
     total: int
 
 
-def search(root: Path, query: Query, tell: Tell) -> Found:
+def search(root: Path, query: Query, report: Report) -> SearchResult:
     """Return the runs that a query asks for, as they are on disk now.
 
     Args:
         root: folder of all bundles.
         query: which.
-        tell: is told where the index could not be used as it was.
+        report: receives where the index could not be used as it was.
 
     Raises:
         InputError: when no run at all has such a mode, status or verdict.
     """
     names = bundle_names(root)
-    found = _asked(root, names, tell, False, lambda base: _select(base, query))
+    found = _asked(root, names, report, False, lambda base: _select(base, query))
     numbers = tuple(bisect_left(names, entry.name) + 1 for entry in found.entries)
-    return Found(found.entries, numbers, found.matching, len(names))
+    return SearchResult(found.entries, numbers, found.matching, len(names))
 
 
-def rebuild(root: Path, tell: Tell) -> int:
+def rebuild(root: Path, report: Report) -> int:
     """Read every bundle anew, whatever the index says, and return how many there are.
 
     Args:
         root: folder of all bundles.
-        tell: as in `search`.
+        report: as in `search`.
     """
     names = bundle_names(root)
-    _asked(root, names, tell, True, lambda base: None)
+    _asked(root, names, report, True, lambda base: None)
     return len(names)
 
 
@@ -103,7 +103,7 @@ def _select(base: sqlite3.Connection, query: Query) -> _Selected:
 def _asked(
     root: Path,
     names: Sequence[str],
-    tell: Tell,
+    report: Report,
     anew: bool,
     ask: Callable[[sqlite3.Connection], _T],
 ) -> _T:
@@ -116,35 +116,35 @@ def _asked(
 
     path = root / INDEX
     if not root.is_dir():
-        return answer(_opened(_MEMORY, tell))
+        return answer(_opened(_MEMORY, report))
     try:
-        return answer(_opened(str(path), tell))
+        return answer(_opened(str(path), report))
     except sqlite3.DatabaseError as error:
         if not _is_damage(error):
-            tell(f"{path}: cannot be used ({error}); the runs are searched without it")
-            return answer(_in_memory(path, tell))
-        tell(f"{path}: damaged ({error}); made again from the bundles")
+            report(f"{path}: cannot be used ({error}); the runs are searched without it")
+            return answer(_in_memory(path, report))
+        report(f"{path}: damaged ({error}); made again from the bundles")
     try:
         path.unlink(missing_ok=True)
-        return answer(_opened(str(path), tell))
+        return answer(_opened(str(path), report))
     except (OSError, sqlite3.DatabaseError):  # somebody else has it open, or keeps it
-        return answer(_opened(_MEMORY, tell))
+        return answer(_opened(_MEMORY, report))
 
 
 def _is_damage(error: sqlite3.DatabaseError) -> bool:
-    """Tell a file that is not as we wrote it from one that cannot be opened or written now."""
+    """Distinguish a damaged file from one that cannot be opened or written now."""
     damage = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
-    return error.sqlite_errorcode & 0xFF in damage  # the rest of the code tells details
+    return error.sqlite_errorcode & 0xFF in damage  # the rest of the code has details
 
 
-def _opened(file: str, tell: Tell, uri: bool = False) -> sqlite3.Connection:
+def _opened(file: str, report: Report, uri: bool = False) -> sqlite3.Connection:
     """Open an index; one of another version begins empty."""
     base = sqlite3.connect(file, timeout=_WAIT_S, isolation_level=None, uri=uri)
     (version,) = base.execute("PRAGMA user_version").fetchone()
     if version == _VERSION:
         return base
     if version:
-        tell(f"{file}: of another version of the workbench; made again from the bundles")
+        report(f"{file}: of another version of the workbench; made again from the bundles")
     base.execute("BEGIN IMMEDIATE")
     # While we waited for the lock, another program may have made and filled it.
     if base.execute("PRAGMA user_version").fetchone() == (version,):
@@ -156,15 +156,15 @@ def _opened(file: str, tell: Tell, uri: bool = False) -> sqlite3.Connection:
     return base
 
 
-def _in_memory(path: Path, tell: Tell) -> sqlite3.Connection:
+def _in_memory(path: Path, report: Report) -> sqlite3.Connection:
     """Return an index that nobody keeps, begun with what the file knows."""
     copy = sqlite3.connect(_MEMORY, isolation_level=None)
     try:
-        with closing(_opened(f"{path.absolute().as_uri()}?mode=ro", tell, uri=True)) as kept:
+        with closing(_opened(f"{path.absolute().as_uri()}?mode=ro", report, uri=True)) as kept:
             kept.backup(copy)
     except sqlite3.Error:
         copy.close()
-        return _opened(_MEMORY, tell)
+        return _opened(_MEMORY, report)
     return copy
 
 
@@ -217,7 +217,7 @@ def _refuse_unheard_of(base: sqlite3.Connection, query: Query) -> None:
             continue
         there = [word for (word,) in base.execute(f"SELECT DISTINCT {column} FROM runs") if word]
         if there and asked not in there:
-            told = ", ".join(sorted(there))
+            listed = ", ".join(sorted(there))
             raise InputError(
-                f"no run has the {column} {asked!r}; there are {told}{did_you_mean(asked, there)}"
+                f"no run has the {column} {asked!r}; there are {listed}{did_you_mean(asked, there)}"
             )

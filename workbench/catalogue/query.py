@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from workbench.errors import InputError
 
-__all__ = ["SORTS", "Query", "Window", "conditions", "period", "window"]
+__all__ = ["SORTS", "NumberRange", "Query", "conditions", "period", "window"]
 
 SORTS = {
     "created": "name",
@@ -27,7 +27,7 @@ _WINDOW = re.compile(rf"({_NUMBER})?\s*(\.\.)?\s*({_NUMBER})?\s*(?:rad/s)?")
 _PERIOD = re.compile(r"\d{4}(-\d\d(-\d\d(T\d\d(:\d\d)?)?)?)?")
 
 
-class Window(NamedTuple):
+class NumberRange(NamedTuple):
     """From a lowest to a highest number, both included."""
 
     low: float
@@ -55,7 +55,7 @@ class Query:
     """
 
     words: tuple[str, ...] = ()
-    speed: Window | None = None
+    speed: NumberRange | None = None
     mode: str | None = None
     status: str | None = None
     verdict: str | None = None
@@ -69,10 +69,10 @@ class Query:
     limit: int | None = None
 
 
-def window(text: str) -> Window:
+def window(text: str) -> NumberRange:
     """Return the window that is meant by `17`, `17.0`, `16..18`, `16..` or `..18` [rad/s].
 
-    A single number stands for all that round to it, so `17` finds a run asked for 16.99 rad/s.
+    A single number means all that round to it, so `17` finds a run asked for 16.99 rad/s.
 
     Raises:
         InputError: when it is none of these.
@@ -80,11 +80,11 @@ def window(text: str) -> Window:
     found = _WINDOW.fullmatch(text.strip())
     low, dots, high = found.groups() if found else (None, None, None)
     if dots and (low or high):
-        return Window(float(low or 0.0), float(high or "inf"))
+        return NumberRange(float(low or 0.0), float(high or "inf"))
     if dots or low is None or high is not None:
         raise InputError(f"speed {text!r}: write 17, 16..18, 16.. or ..18, in rad/s")
     half = 0.5 * 10.0 ** -len(low.partition(".")[2])
-    return Window(float(low) - half, float(low) + half)
+    return NumberRange(float(low) - half, float(low) + half)
 
 
 def period(text: str) -> str:

@@ -23,12 +23,12 @@ class Trace(NamedTuple):
     Args:
         name: of its file or field.
         kind: of the series in the bundle.
-        told: what it is, and where its time begins.
+        description: what it is, and where its time begins.
     """
 
     name: str
     kind: Series
-    told: str
+    description: str
 
 
 TRACES = (
@@ -36,7 +36,7 @@ TRACES = (
           "first motion, or the release"),
     Trace("unfiltered", "raw", "the same on the take's own samples, neither filtered nor filled"),
     Trace("simulated", "twin", "its twin, the simulation of the same run on the same time axis"),
-    Trace("estimated", "state", "the whole pose of the robot and the force that its model lacks, "
+    Trace("estimated", "state", "the whole pose of the robot and the force that its model misses, "
           "as an observer estimates them from the same samples"),
     Trace("supply", "supply", "the motor's supply as it was read back; time zero is the start of "
           "the cameras"),
@@ -61,9 +61,9 @@ _MEANINGS: tuple[tuple[str, str], ...] = (
     (r"hinge_(\d+)_rad", "bend of the beam at this hinge, counted from its root"),
     (r"ground_([xyz])_N", "force of the ground on the foot along this axis"),
     (r".*_sigma_.*", "standard deviation of the column of that name without `sigma`"),
-    (r"missing_(foot|top)_([xz])_N", "force on this point along this axis that the model lacks"),
-    (r"missing_foot_pitch_N_m", "moment on the foot, nose down, that the model lacks"),
-    (r"missing_mode_(\d+)_N_per_sqrt_kg", "force on this mode of unit mass that the model lacks"),
+    (r"missing_(foot|top)_([xz])_N", "force on this point along this axis that the model misses"),
+    (r"missing_foot_pitch_N_m", "moment on the foot, nose down, that the model misses"),
+    (r"missing_mode_(\d+)_N_per_sqrt_kg", "force on this mode of unit mass that the model misses"),
     (r"corners_touching", "how many corners of the foot touch the ground"),
     (r"corners_sliding", "how many of them slide"),
     (r"motor_power_W", "mechanical power of the motor"),

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from workbench.catalogue.entry import Entry
 
 __all__ = [
-    "Condition",
-    "Limits",
+    "ControlLimits",
     "Trend",
+    "TrendCondition",
     "beside_earlier",
     "charted",
     "condition_of",
@@ -39,7 +39,7 @@ _LAST = 10  # runs that a report compares with
 _SIDE = 8  # in a row on one side of the mean: Western Electric's fourth rule
 
 
-class Condition(NamedTuple):
+class TrendCondition(NamedTuple):
     """What runs have to share to be compared: the robot, and what was asked of it."""
 
     protocol: str
@@ -55,7 +55,7 @@ class Condition(NamedTuple):
         return f"{self.mode}{speed}{where}, {self.model} with {self.shape}"
 
 
-class Limits(NamedTuple):
+class ControlLimits(NamedTuple):
     """Mean and control limits, in the unit of the values."""
 
     lower: float
@@ -81,7 +81,7 @@ class Trend:
     unit: str
     names: tuple[str, ...]
     values: NDArray[np.float64]
-    limits: Limits | None
+    limits: ControlLimits | None
     signals: NDArray[np.bool_]
     each: str = "run"
 
@@ -103,7 +103,7 @@ def charted(title: str, unit: str, values: Mapping[str, float], each: str = "run
     return [Trend(title, unit, tuple(given), numbers, limits, _signals(numbers, limits), each)]
 
 
-def individuals(values: NDArray[np.float64]) -> Limits | None:
+def individuals(values: NDArray[np.float64]) -> ControlLimits | None:
     """Return the limits of an individuals chart, from the first 25 values; None for less than five.
 
     Values outside their own limits are left out, and the limits calculated again (Montgomery, 6.2).
@@ -115,7 +115,7 @@ def individuals(values: NDArray[np.float64]) -> Limits | None:
     while len(first) >= _LEAST:
         centre = float(first.mean())
         reach = _WIDTH * float(np.abs(np.diff(first)).mean()) / _D2
-        limits = Limits(centre - reach, centre, centre + reach)
+        limits = ControlLimits(centre - reach, centre, centre + reach)
         outside = _outside(first, limits)
         if not outside.any():
             return limits
@@ -123,22 +123,22 @@ def individuals(values: NDArray[np.float64]) -> Limits | None:
     return None
 
 
-def _outside(values: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
+def _outside(values: NDArray[np.float64], limits: ControlLimits) -> NDArray[np.bool_]:
     slack = _SLACK * abs(limits.centre)
     return (values < limits.lower - slack) | (values > limits.upper + slack)
 
 
-def condition_of(entry: Entry) -> Condition | None:
+def condition_of(entry: Entry) -> TrendCondition | None:
     """Return the condition of a run, None where it has no number to compare."""
     if entry.slowest != entry.fastest or not entry.mode:
         return None
     speed = None if entry.fastest is None else round(entry.fastest, 1)
-    return Condition(entry.protocol, entry.mode, speed, entry.model, entry.shape)
+    return TrendCondition(entry.protocol, entry.mode, speed, entry.model, entry.shape)
 
 
-def conditions(entries: Iterable[Entry]) -> dict[Condition, list[Entry]]:
+def conditions(entries: Iterable[Entry]) -> dict[TrendCondition, list[Entry]]:
     """Return the complete runs that nobody called bad by their conditions, oldest first."""
-    found: dict[Condition, list[Entry]] = {}
+    found: dict[TrendCondition, list[Entry]] = {}
     for entry in sorted(entries, key=lambda one: (one.created, one.name)):
         condition = condition_of(entry)
         if condition is not None and entry.status == "complete" and entry.verdict != "bad":
@@ -151,7 +151,7 @@ def trends(runs: Sequence[Entry]) -> list[Trend]:
     facts = [json.loads(run.facts) for run in runs]
     found = []
     for title, unit, read in _QUANTITIES:
-        pairs = {run.name: read(run, own) for run, own in zip(runs, facts, strict=True)}
+        pairs = {run.name: read(run, fact) for run, fact in zip(runs, facts, strict=True)}
         given = {name: float(value) for name, value in pairs.items() if value is not None}
         found += charted(title, unit, given)
     return found
@@ -191,7 +191,7 @@ def beside_earlier(entries: Sequence[Entry], name: str) -> str:
     return f"Beside the last {count} of the same condition: {', '.join(parts)}{verdict}."
 
 
-def _signals(values: NDArray[np.float64], limits: Limits | None) -> NDArray[np.bool_]:
+def _signals(values: NDArray[np.float64], limits: ControlLimits | None) -> NDArray[np.bool_]:
     if limits is None:
         return np.zeros(len(values), dtype=bool)
     off = values - limits.centre

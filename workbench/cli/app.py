@@ -139,9 +139,9 @@ def _tell_of_outputs() -> None:
     """Tell before anything else of each output that may be on and that nobody watches."""
     with suppress(OSError):  # then its next run tells
         for ledger in ledgers():
-            standing = ledger.standing()
+            standing = ledger.latch()
             if standing is not None and standing.output.live:
-                told = f"{ledger.key} at {standing.place} is {standing.told}"
+                told = f"{ledger.key} at {standing.address} is {standing.description}"
                 off = "or by: workbench supply off --bench BENCH"
                 print(f"workbench: {told}, {off}", file=sys.stderr)
 

@@ -76,7 +76,7 @@ def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:
         title = f"omega = slope U + offset, scatter {found.line.scatter:.2g} rad/s from run to run"
         show_table(title, ["parameter", "value", "90 % interval", "unit"], rows)
         _print_checks(found)
-    for one in found.left_out:
+    for one in found.omitted:
         people.print(f"left out {one.name}: {one.reason}", markup=False)
     for warning in found.warnings:
         people.print(f"note: {warning}", markup=False)
@@ -102,7 +102,7 @@ def _print_runs(found: SpeedCalibration) -> None:
 
 
 def _off_the_line(found: SpeedCalibration, point: SpeedPoint) -> str:
-    return "-" if found.line is None else f"{found.line.left_by(point):+.4f}"
+    return "-" if found.line is None else f"{found.line.residual(point):+.4f}"
 
 
 def _print_checks(found: SpeedCalibration) -> None:

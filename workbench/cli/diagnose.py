@@ -12,6 +12,7 @@ from workbench import review as views
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import RUNS_MEANT, JsonFlag, RunsFolder, emit, people, tell
 from workbench.cli.showing import picture_of, show_diagnosis, show_next
+from workbench.comparison_set import ComparisonSet, compare_extended
 from workbench.diagnose import (
     Diagnosis,
     Rig,
@@ -22,9 +23,8 @@ from workbench.diagnose import (
     robot_of,
 )
 from workbench.errors import DataFault, InputError
+from workbench.load_run import load_any
 from workbench.protocol import load_model
-from workbench.recall import recall_whatever
-from workbench.showing import Shown, pair_extended
 
 __all__ = ["diagnose"]
 
@@ -84,11 +84,11 @@ def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
     """Return a JPEG of the viewer with the run that the base misses most, None where it cannot."""
     worst = next(one for one in bundles if one.path.name == found.worst_held_out)
     if found.extended is None:
-        shown = recall_whatever(worst)
+        shown = load_any(worst)
     else:
         model = load_model(str(found.extended.source), Path())
-        shown = pair_extended(worst, model, proof_of(found, worst.path.name))
-    image = picture_of(Shown([worst], [shown]))
+        shown = compare_extended(worst, model, proof_of(found, worst.path.name))
+    image = picture_of(ComparisonSet([worst], [shown]))
     return None if image is None else views.as_jpeg(image)
 
 

@@ -14,7 +14,7 @@ from workbench.cli.completing import bench_names, protocol_files
 from workbench.cli.output import JsonFlag, emit, people, tell
 from workbench.cli.showing import show_diagnosis, show_next
 from workbench.cli.terminal import carry_out_here
-from workbench.closed_loop import ClosedLoop, Job
+from workbench.closed_loop import BenchJob, ClosedLoop
 from workbench.diagnose import Following, Round, next_object
 from workbench.errors import InputError
 from workbench.protocol import Protocol, load, parse_quantity
@@ -67,11 +67,11 @@ def _show_run(bundle: Bundle) -> None:
     people.print(f"made {bundle.path}", markup=False)
 
 
-def _proposal(one: Round[Job]) -> Following | None:
+def _proposal(one: Round[BenchJob]) -> Following | None:
     return None if one.proposed is None else one.proposed.following
 
 
-def _show(one: Round[Job], as_json: bool) -> None:
+def _show(one: Round[BenchJob], as_json: bool) -> None:
     """Print a round; its tables would stand in the way of an object on stdout."""
     people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
     if as_json:
@@ -83,7 +83,7 @@ def _show(one: Round[Job], as_json: bool) -> None:
         people.print(f"ended: {one.ended}", markup=False)
 
 
-def _object(rounds: Sequence[Round[Job]]) -> dict[str, Any]:
+def _object(rounds: Sequence[Round[BenchJob]]) -> dict[str, Any]:
     """Return the last diagnosis with all rounds."""
     told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
     return told[-1] | {"rounds": told}

@@ -45,7 +45,7 @@ def panel(
     from workbench.panel import Panel, Protocols, Starter, Watcher  # which help needs not
 
     starter = Starter(Protocols(folder, bench), runs)
-    with Watcher(runs, starter.shown) as watcher:
+    with Watcher(runs, starter.facts_of) as watcher:
         served = Panel(watcher, starter, port)
         if as_json:
             emit({"url": served.url, "port": served.port, "pid": os.getpid()})

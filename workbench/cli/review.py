@@ -12,12 +12,12 @@ from workbench import review as views
 from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import RunArguments, RunsFolder, people, show_table, tell
 from workbench.cli.showing import picture_of
+from workbench.comparison_set import ComparisonSet, compare_extended
 from workbench.diagnose import extended_model_of, kept_proof
+from workbench.load_run import load_any
 from workbench.protocol import Document, ModelFile, load_model
-from workbench.recall import recall_whatever
-from workbench.review import Comparison, Proof
-from workbench.review.headline import proof_rows
-from workbench.showing import Shown, pair_extended
+from workbench.review import Comparison, ValidationReplay
+from workbench.review.headline import validation_rows
 
 __all__ = ["review"]
 
@@ -66,7 +66,7 @@ def review(
     """
     bundles = [Bundle.recover(one)[0] for one in runs_named(runs, folder)]
     given = None if model is None else load_model(model, Path())
-    shown = Shown(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
+    shown = ComparisonSet(bundles, [_comparison(bundle, given, diagnoses) for bundle in bundles])
     if video is not None or frames is not None:
         _film(shown.only(), video, frames, slow)
     if save is not None:
@@ -87,7 +87,7 @@ def review(
 
 def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:
     """Return what is shown of a run, with the twin of the model given or of its diagnosis."""
-    comparison, model = recall_whatever(bundle), given
+    comparison, model = load_any(bundle), given
     if comparison.mark is not None:
         people.print(f"{comparison.run}: {comparison.mark}", style="bold", markup=False)
         for warning in comparison.warnings:
@@ -99,12 +99,12 @@ def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Pa
     if model is None:
         return comparison
     tell(f"simulate {comparison.run} with {model.content.name}")
-    comparison = pair_extended(bundle, model, _proof(bundle, model))
+    comparison = compare_extended(bundle, model, _proof(bundle, model))
     _print_errors(comparison)
     return comparison
 
 
-def _proof(bundle: Bundle, model: Document[ModelFile]) -> Proof | None:
+def _proof(bundle: Bundle, model: Document[ModelFile]) -> ValidationReplay | None:
     """Return what the diagnosis that wrote a model compared with the run, if it did."""
     if not bundle.has_take():
         return None
@@ -127,10 +127,10 @@ def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float)
 
 def _print_errors(comparison: Comparison) -> None:
     """Print how far both models are off, as compared first, then as commanded."""
-    if comparison.proof is not None:
-        names = [f"{who} ({one.name})" for who, one in comparison.proof.both]
-        show_table(f"{comparison.title}: as compared", ["", *names], proof_rows(comparison))
-        people.print(comparison.proof.about, markup=False)
+    if comparison.validation is not None:
+        names = [f"{who} ({one.name})" for who, one in comparison.validation.both]
+        show_table(f"{comparison.title}: as compared", ["", *names], validation_rows(comparison))
+        people.print(comparison.validation.about, markup=False)
     errors = {"twin": comparison.misfit}
     if comparison.extended is not None:
         errors["extended twin"] = comparison.extended.misfit

@@ -34,7 +34,7 @@ def export_runs(
     done = export(runs_named(runs, folder), to, csv, mat)
     for problem in done.problems:
         remark_on(f"damaged: {problem}")
-    for name in done.left_out:
+    for name in done.omitted:
         remark_on(f"left out: {name}")
     if as_json:
         emit(
@@ -43,10 +43,10 @@ def export_runs(
                 "files": done.files,
                 "bytes": done.size,
                 "problems": done.problems,
-                "left_out": done.left_out,
+                "left_out": done.omitted,
             }
         )
     else:
         print(f"{done.target}: {done.files} files, {done.size / _MEGABYTE:.1f} MB unpacked")
-    if done.left_out:
+    if done.omitted:
         raise typer.Exit(1)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.catalogue import SORTS, Entry, Found, Query, period, rebuild, search, window
+from workbench.catalogue import SORTS, Entry, Query, SearchResult, period, rebuild, search, window
 from workbench.cli.plain import JsonFlag, RunsFolder, emit, print_columns, remark_on
 from workbench.errors import InputError, did_you_mean
 from workbench.quantities import leading
@@ -93,7 +93,7 @@ def rebuild_index(folder: RunsFolder = Path("runs")) -> None:
     remark_on(f"{count} runs in {folder}")
 
 
-def _print_list(found: Found) -> None:
+def _print_list(found: SearchResult) -> None:
     rows = [_row(entry, number) for entry, number in zip(found.entries, found.numbers, strict=True)]
     print_columns(_HEAD, rows)
     left = found.matching - len(found.entries)

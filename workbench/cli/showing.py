@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from workbench.cli.output import people, show_table, tell
+from workbench.comparison_set import ComparisonSet
 from workbench.diagnose import Diagnosis, Following
 from workbench.errors import WorkbenchError
-from workbench.showing import Shown
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["picture_of", "show_diagnosis", "show_next"]
 
 
-def picture_of(shown: Shown) -> Image | None:
+def picture_of(shown: ComparisonSet) -> Image | None:
     """Return a picture for a page, None where this computer cannot take one."""
     tell("picture of the viewer")
     try:

@@ -12,7 +12,7 @@ from workbench.api.simulation import simulate as simulate_one
 from workbench.cli.amount import amount
 from workbench.cli.completing import model_names, shape_names
 from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
-from workbench.design.spread import DRAWS
+from workbench.design.distance_draws import DRAWS
 from workbench.modes import Mode
 
 __all__ = ["simulate"]

@@ -17,7 +17,7 @@ from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape, parse_quantity
 from workbench.template import (
     AT_SCALE_MM,
-    Sheet,
+    TemplatePages,
     confirm_template,
     formats_named,
     free_angles,
@@ -141,7 +141,7 @@ def confirm(
     print(f"print {found.files[0]} on the same printer at 100 % and confirm that one")
 
 
-def _numbers(sheet: Sheet, files: Sequence[Path]) -> dict[str, object]:
+def _numbers(sheet: TemplatePages, files: Sequence[Path]) -> dict[str, object]:
     layout, strip = sheet.layout, sheet.strip
     return {
         "files": [str(path) for path in files],
@@ -156,7 +156,7 @@ def _numbers(sheet: Sheet, files: Sequence[Path]) -> dict[str, object]:
     }
 
 
-def _rows(sheet: Sheet, files: Sequence[Path]) -> list[tuple[str, str]]:
+def _rows(sheet: TemplatePages, files: Sequence[Path]) -> list[tuple[str, str]]:
     layout, strip = sheet.layout, sheet.strip
     freed = "of the free strip, as listed" if strip.model is None else f"freed by {strip.model}"
     return [

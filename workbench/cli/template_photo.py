@@ -10,6 +10,16 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from workbench.as_built import (
+    Cost,
+    Deviation,
+    change_in_words,
+    deviation_of,
+    numbers_of,
+    simulate_cost,
+    write_as_bent,
+    write_readback,
+)
 from workbench.cli.amount import amount
 from workbench.cli.output import JsonFlag, emit, show_table, tell
 from workbench.cli.template import template
@@ -26,16 +36,6 @@ from workbench.photo import (
     write_board,
 )
 from workbench.protocol import load_model, load_shape
-from workbench.readback import (
-    Cost,
-    Deviation,
-    change_in_words,
-    deviation_of,
-    numbers_of,
-    simulate_cost,
-    write_as_bent,
-    write_readback,
-)
 from workbench.template import free_shape
 
 __all__ = ["board", "read", "template"]

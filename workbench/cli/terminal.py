@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from workbench.attended import carry_out_at_desk
+from workbench.attended import carry_out_with_control
 from workbench.bench import Bench, Operator
 from workbench.bundle import Bundle
 from workbench.cli.output import tell
 from workbench.cli.views import draw_views
-from workbench.desk import Desk
+from workbench.control import ControlServer
 from workbench.experiment import Experiment
 from workbench.operators import operator_of
 from workbench.protocol import BenchFile
@@ -27,12 +27,12 @@ def carry_out_here(
     pause: bool = False,
 ) -> Iterator[tuple[Bundle, list[str]]]:
     """Carry an experiment out as `carry_out_at_desk` does, with the person at this terminal."""
-    return carry_out_at_desk(
+    return carry_out_with_control(
         experiment, bench, runs, operator_here, tell, draw_views, course, pause
     )
 
 
-def operator_here(bench: BenchFile, desk: Desk) -> Operator:
+def operator_here(bench: BenchFile, desk: ControlServer) -> Operator:
     """Return who answers the prompts of a bench, where this is the terminal."""
     return operator_of(bench, desk, show, tell)
 

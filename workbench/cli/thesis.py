@@ -17,9 +17,9 @@ from workbench.design import (
     EXPERIMENTS,
     SEEDS,
     SPEEDS,
+    ExperimentTable,
     Lab,
     Settings,
-    Table,
     write_experiment,
 )
 from workbench.errors import InputError, WorkbenchError, require_named
@@ -81,7 +81,7 @@ def thesis(
     hops = f"{settings.evaluations} hops of {settings.duration:g} s"
     about = f"searches by {settings.algorithm}, {hops} each, begun at {shape}"
     write_experiment(page, experiment, about, parts)
-    tables = [part for part in parts if isinstance(part, Table)]
+    tables = [part for part in parts if isinstance(part, ExperimentTable)]
     if as_json:
         found = [table._asdict() for table in tables]
         emit({"experiment": experiment, "tables": found, "report": str(page)})
@@ -91,7 +91,7 @@ def thesis(
     people.print(f"report: {page}", markup=False)
 
 
-def _show(table: Table) -> None:
+def _show(table: ExperimentTable) -> None:
     show_table(table.title, table.heads, table.rows)
     if table.note:
         print(f"thesis: {table.note}")

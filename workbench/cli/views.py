@@ -17,7 +17,7 @@ def draw_views(bundle: Bundle, progress: Progress) -> list[str]:
 
     Whatever keeps them from being drawn changes neither the run's status nor the exit code.
     """
-    from workbench.showing import write_views  # a run itself is carried out without
+    from workbench.comparison_set import write_views  # a run itself is carried out without
 
     progress("views")
     undrawn = write_views(bundle)

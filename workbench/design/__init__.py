@@ -7,24 +7,32 @@ within which bounds, `goals` what is to become better (`stability` defines one o
 learns from. `objective` lets candidates hop, all at once, by the twin's fan-out; `study` is a
 search in its folder, begun or gone on with, by one of the algorithms of `optimize`, which know no
 physics.
-`appraisal` tells what a design is, `results`, `figures` and `report` write it down, `searched` all
-of them at a search's end;
+`appraisal` computes what a design is, `results`, `figures` and `report` write it down, `searched`
+all of them at a search's end;
 `search_figures` draw what searches looked like; `experiments` are those of the thesis.
 
 A new goal is a function and a line in `goals`, a new constraint a method in `bendable`, another
 algorithm a line in `study`.
 """
 
-from workbench.design.appraisal import Appraisal, Resonances, appraise, resonances
-from workbench.design.bendable import LEAST_RADIUS_M, Strip
-from workbench.design.experiments import EXPERIMENTS, SEEDS, SPEEDS, Lab, Part, Picture, Table
+from workbench.design.appraisal import Appraisal, ClampedResonances, appraise, resonances
+from workbench.design.bendable import LEAST_RADIUS_M, BendableStrip
+from workbench.design.distance_draws import DRAWS, VARIED, DistanceDraws, draw_distances
+from workbench.design.experiments import (
+    EXPERIMENTS,
+    SEEDS,
+    SPEEDS,
+    ExperimentFigure,
+    ExperimentTable,
+    Lab,
+    Part,
+)
 from workbench.design.goals import GOALS, PENALTY, Goal, Hop, goal_named
 from workbench.design.objective import Objective
 from workbench.design.problem import Problem
 from workbench.design.report import verdict, write_experiment, write_report
-from workbench.design.results import Found, found_by, shape_text, write_history
+from workbench.design.results import DesignFiles, found_by, shape_text, write_history
 from workbench.design.searched import Searched, finish_search, search_folder
-from workbench.design.spread import DRAWS, VARIED, Spread, distance_spreads
 from workbench.design.stability import tipping_margin
 from workbench.design.study import ALGORITHMS, MUTATIONS, Settings, Study
 from workbench.design.uncertainty import Departure, Uncertainty, altered
@@ -43,28 +51,28 @@ __all__ = [
     "SPEEDS",
     "VARIED",
     "Appraisal",
+    "BendableStrip",
     "Bounds",
+    "ClampedResonances",
     "Departure",
-    "Found",
+    "DesignFiles",
+    "DistanceDraws",
+    "ExperimentFigure",
+    "ExperimentTable",
     "Goal",
     "Hop",
     "Lab",
     "Objective",
     "Part",
-    "Picture",
     "Problem",
-    "Resonances",
     "Searched",
     "Settings",
-    "Spread",
-    "Strip",
     "Study",
-    "Table",
     "Uncertainty",
     "Varied",
     "altered",
     "appraise",
-    "distance_spreads",
+    "draw_distances",
     "finish_search",
     "found_by",
     "goal_named",

@@ -18,10 +18,10 @@ from workbench.shape import Metrics, bend_radii, curve, metrics
 from workbench.sim import Robot, applied, linear_modes, settle, simulate, unloaded
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Appraisal", "Resonances", "appraise", "resonances"]
+__all__ = ["Appraisal", "ClampedResonances", "appraise", "resonances"]
 
 
-class Resonances(NamedTuple):
+class ClampedResonances(NamedTuple):
     """The two slowest natural frequencies of the clamped robot under its own weight.
 
     The rotor counts as a point mass at T. The thesis read its zeta_L off a simulated ring-down.
@@ -56,7 +56,7 @@ class Appraisal:
     free_metrics: Metrics
     standing_metrics: Metrics
     tightest_m: float
-    resonances: Resonances
+    resonances: ClampedResonances
     outcome: str
     values: dict[str, float]
     motion: TimeSeries
@@ -106,11 +106,11 @@ def appraise(problem: Problem, candidate: NDArray[np.float64]) -> Appraisal:
     )
 
 
-def resonances(robot: Robot) -> Resonances:
+def resonances(robot: Robot) -> ClampedResonances:
     """Return how the clamped robot rings.
 
     Raises:
         InputError: when the robot does not stand.
     """
     slowest = linear_modes(robot, count=2)
-    return Resonances(*(mode.hz for mode in slowest))
+    return ClampedResonances(*(mode.hz for mode in slowest))

@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from workbench.errors import InputError
 from workbench.shape import bend_radii, clearance, curve
 
-__all__ = ["LEAST_RADIUS_M", "Strip", "beam_points"]
+__all__ = ["LEAST_RADIUS_M", "BendableStrip", "beam_points"]
 
 LEAST_RADIUS_M = 0.03
 """Bend radius at which bending by hand over an edge begins; 0.6 rad at a joint is 64 mm."""
 
 
 @dataclass(frozen=True)
-class Strip:
+class BendableStrip:
     """What can be made of a strip, and what can stand on its foot.
 
     Args:

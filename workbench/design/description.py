@@ -1,4 +1,4 @@
-"""What the default search knows of a candidate before it hops: how its beam moves, if it stands."""
+"""What the default search knows of a candidate before it hops: how its beam moves, if it falls."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Description:
         return described
 
     def rings_near_drive(self, described: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Tell where the mode that swings T up as it goes forward rings near the drive's speed.
+        """Return where the mode that swings T up as it goes forward rings near the drive's speed.
 
         Shapes of others hop badly (section 7.1 of the thesis: the mode moves towards the drive).
 

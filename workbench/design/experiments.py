@@ -29,7 +29,7 @@ from workbench.sim import Fanout
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["EXPERIMENTS", "SEEDS", "SPEEDS", "Lab", "Part", "Picture", "Table"]
+__all__ = ["EXPERIMENTS", "SEEDS", "SPEEDS", "ExperimentFigure", "ExperimentTable", "Lab", "Part"]
 
 SPEEDS = (17.0, 18.0, 19.0, 20.0, 21.0)
 """Of the thesis' table in section 6.1 [rad/s]; its figure 6.2 also has 16."""
@@ -47,7 +47,7 @@ _THESIS_SHAPES = {
 """Speed [rad/s] -> L0 [cm], dh [cm], e, zeta_L [Hz] of the optimised shape (section 6.1)."""
 
 
-class Table(NamedTuple):
+class ExperimentTable(NamedTuple):
     """A table of an experiment.
 
     Args:
@@ -63,7 +63,7 @@ class Table(NamedTuple):
     note: str = ""
 
 
-class Picture(NamedTuple):
+class ExperimentFigure(NamedTuple):
     """A figure of an experiment.
 
     Args:
@@ -79,7 +79,7 @@ class Picture(NamedTuple):
     figure: Figure
 
 
-Part = Table | Picture
+Part = ExperimentTable | ExperimentFigure
 """What an experiment yields."""
 
 
@@ -110,8 +110,8 @@ class Lab:
         model: of the robot.
         start: the shape where every search begins.
         fanout: what simulates.
-        progress: is told where a search stands after each generation.
-        tell: told what is begun.
+        progress: receives how far a search is after each generation.
+        report: receives what is begun.
     """
 
     folder: Path
@@ -120,7 +120,7 @@ class Lab:
     start: Document[ShapeFile]
     fanout: Fanout
     progress: Progress
-    tell: Progress
+    report: Progress
 
     def searched(self, omega: float, seed: int = 0) -> Searched:
         """Return the search for a speed; it is begun, gone on with, or read when it is done.
@@ -138,7 +138,7 @@ class Lab:
                 )
         else:
             study = Study.begin(folder, settings, self.model, self.start)
-        self.tell(f"{omega:g} rad/s, seed {seed}: {settings.evaluations} evaluations, {folder}")
+        self.report(f"{omega:g} rad/s, seed {seed}: {settings.evaluations} evaluations, {folder}")
         return Searched(study, study.run(self.fanout, self.progress))
 
     def first(self, omega: float) -> Appraisal:
@@ -154,7 +154,7 @@ def _increase(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterat
     first = lab.first(_MAIN)
     found = lab.searched(_MAIN, seeds[0])
     before = first.values.get("distance", float("nan"))
-    yield Table(
+    yield ExperimentTable(
         f"distance in {lab.settings.duration:g} s at {_MAIN:g} rad/s",
         ["", "first [m]", "best [m]", "increase [%]"],
         [
@@ -170,7 +170,7 @@ def _increase(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterat
     )
     best = appraise(found.study.problem, found.best)
     paths = path_figure({"first shape": first.motion, "best shape": best.motion})
-    yield Picture("path", "Paths", "The foot before and after, as in figure 6.1.", paths)
+    yield ExperimentFigure("path", "Paths", "The foot before and after, as in figure 6.1.", paths)
 
 
 def _speeds(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
@@ -190,23 +190,23 @@ def _speeds(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator
             best = appraise(found.study.problem, found.best)
             shapes.append(_shape_row(omega, best))
             drawings[f"{omega:g} rad/s"] = [best.standing, best.free + root]
-    yield Table(
+    yield ExperimentTable(
         f"distance in {lab.settings.duration:g} s, before and after",
         ["speed [rad/s]", "first [m]", "best [m]", "increase [%]"],
         rows,
         "the thesis shows these in figure 6.2 only: every speed gains, 18 and 19 begin higher",
     )
-    yield Table(
+    yield ExperimentTable(
         "shape of the free strip, ours / thesis",
         ["speed [rad/s]", "L0 [cm]", "dh [cm]", "e", "zeta L [Hz]"],
         shapes,
         "table of section 6.1; the thesis finds no formula for a good shape either (7.1)",
     )
     progress = drawn(lambda f: draw_generations(f, histories, "distance_m"), 4.6)
-    yield Picture("progress", "Searches", "As in figure 6.2.", progress)
+    yield ExperimentFigure("progress", "Searches", "As in figure 6.2.", progress)
     foot = lab.model.content.values()["foot_length"]
     caption = "As in figure 6.3: standing, and thin the free strip."
-    yield Picture("shapes", "Shapes found", caption, shape_figure(drawings, foot))
+    yield ExperimentFigure("shapes", "Shapes found", caption, shape_figure(drawings, foot))
 
 
 def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
@@ -219,13 +219,13 @@ def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> I
         for seed, distance in best.items()
     ]
     middle = median(best.values())
-    spread = (max(best.values()) - min(best.values())) / middle
+    scatter = (max(best.values()) - min(best.values())) / middle
     rows += [
         ["median", f"{middle:.3f}", _increase_of(before, middle)],
-        ["spread (max - min) / median", f"{100 * spread:.0f} %", ""],
+        ["spread (max - min) / median", f"{100 * scatter:.0f} %", ""],
         ["thesis", "0.97 to 1.48, once 2.05", "at least 200"],
     ]
-    yield Table(
+    yield ExperimentTable(
         f"best distance at {_MAIN:g} rad/s, {len(seeds)} seeds; the first shape {before:.3f} m",
         ["seed", "best [m]", "increase [%]"],
         rows,
@@ -233,7 +233,9 @@ def _repeatability(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> I
     )
     histories = [one.history for one in found.values()]
     repeats = drawn(lambda f: draw_repeats(f, histories, "distance_m"), 3.4)
-    yield Picture("repeats", "Searches", "Best so far of every seed, as in figure 6.4.", repeats)
+    yield ExperimentFigure(
+        "repeats", "Searches", "Best so far of every seed, as in figure 6.4.", repeats
+    )
 
 
 def _cross(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[Part]:
@@ -242,9 +244,9 @@ def _cross(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Iterator[
     rows = [["first shape", *(_distance(lab.first(omega)) for omega in (_MAIN, _OTHER))]]
     for found in designed:
         driven = (replace(found.study.problem, omega=omega) for omega in (_MAIN, _OTHER))
-        told = [_distance(appraise(problem, found.best)) for problem in driven]
-        rows.append([f"designed for {found.study.settings.omega:g} rad/s", *told])
-    yield Table(
+        distances = [_distance(appraise(problem, found.best)) for problem in driven]
+        rows.append([f"designed for {found.study.settings.omega:g} rad/s", *distances])
+    yield ExperimentTable(
         f"distance in {lab.settings.duration:g} s at both speeds, simulated",
         ["", f"at {_MAIN:g} rad/s [m]", f"at {_OTHER:g} rad/s [m]"],
         rows,
@@ -268,7 +270,7 @@ def _resonance(lab: Lab, seeds: Sequence[int], speeds: Sequence[float]) -> Itera
              "yes" if nearer else "no", f"{theirs:.2f}"]
         )  # fmt: skip
     slope = float(np.polyfit(drives, found, 1)[0]) if len(found) > 1 else float("nan")
-    yield Table(
+    yield ExperimentTable(
         f"longitudinal resonance of the shapes found, {slope:.2f} Hz per Hz of drive",
         ["speed [rad/s]", "drive [Hz]", "first [Hz]", "found [Hz]", "nearer", "thesis [Hz]"],
         rows,

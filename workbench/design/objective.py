@@ -1,4 +1,4 @@
-"""What candidates are worth: simulated together on all cores, each failure a penalty of its own."""
+"""The fitness of candidates: simulated together on all cores, each failure a penalty of its own."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _ENDINGS: dict[Outcome, str] = {
 class Objective:
     """Evaluates candidates of a problem; depends on nothing but the candidate.
 
-    A shape that cannot be bent, a robot that does not stand, a fall and a crash are worth the
+    A shape that cannot be bent, a robot that does not stand, a fall and a crash get the
     penalty a + 2. In a robust problem every candidate hops once for each draw, a draw that fails
-    is worth the penalty, and the candidate fails when all do.
+    gets the penalty, and the candidate fails when all do.
 
     Args:
         problem: that the candidates are of.
@@ -42,7 +42,7 @@ class Objective:
         self._strip = problem.strip
 
     def __call__(self, candidates: NDArray[np.float64]) -> list[Evaluation]:
-        """Return what the candidates (n, d) are worth, in their order.
+        """Return the evaluations of candidates (n, d), in their order.
 
         Raises:
             WorkbenchError: when the cluster is lost; a candidate's own failure never raises.
@@ -53,17 +53,19 @@ class Objective:
             for c, r in zip(candidates, refused, strict=True)
         ]
         results = iter(
-            self._fanout.attempt([job for own in jobs for job in own], self._strip.require_upright)
+            self._fanout.attempt(
+                [job for batch in jobs for job in batch], self._strip.require_upright
+            )
         )
         return [
             self._failed(refusal)
             if refusal is not None
-            else self._judged(own, [next(results) for _ in own])
-            for own, refusal in zip(jobs, refused, strict=True)
+            else self._judged(batch, [next(results) for _ in batch])
+            for batch, refusal in zip(jobs, refused, strict=True)
         ]
 
     def possible(self, candidate: NDArray[np.float64]) -> bool:
-        """Tell whether a candidate can be bent and stands; nothing is simulated.
+        """Return whether a candidate can be bent and stands; nothing is simulated.
 
         Args:
             candidate: (d,) the variables of the problem's space [SI].
@@ -107,17 +109,17 @@ class Objective:
         if not good:
             return self._failed(next(hop for hop in hops if isinstance(hop, str)))
         values = {goal.name: [goal.value(hop) for hop in good] for goal in GOALS.values()}
-        told = {goal.column: float(np.mean(values[name])) for name, goal in GOALS.items()}
+        numbers = {goal.column: float(np.mean(values[name])) for name, goal in GOALS.items()}
         uncertainty = self.problem.uncertainty
         fitness = self._fitness(values, len(hops) - len(good))
         if uncertainty is None:
-            return Evaluation(tuple(map(float, fitness[0])), told)
-        told |= {"failed_draws": float(len(hops) - len(good))}
-        told |= {
+            return Evaluation(tuple(map(float, fitness[0])), numbers)
+        numbers |= {"failed_draws": float(len(hops) - len(good))}
+        numbers |= {
             f"spread_{goal.column}": float(np.std(values[goal.name], ddof=len(good) > 1))
             for goal in self.problem.goals
         }
-        return Evaluation(tuple(map(float, uncertainty.fitness(fitness))), told)
+        return Evaluation(tuple(map(float, uncertainty.fitness(fitness))), numbers)
 
     def _fitness(self, values: Mapping[str, Sequence[float]], failed: int) -> NDArray[np.float64]:
         """Return the fitness of every draw by every goal, (draws, goals)."""

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.design.bendable import LEAST_RADIUS_M, Strip
+from workbench.design.bendable import LEAST_RADIUS_M, BendableStrip
 from workbench.design.goals import GOALS, Goal
 from workbench.design.uncertainty import Departure, Uncertainty
 from workbench.design.variables import ANGLES, BOUNDS, SPEED, Bounds, Varied, make_space
@@ -74,14 +74,14 @@ class Problem:
         return make_space(self.bounds, self.shape.angles, self.varied, stated)
 
     @property
-    def strip(self) -> Strip:
+    def strip(self) -> BendableStrip:
         """What can be bent and can stand."""
         thickness = self.shape.thickness if self.thickness is None else self.thickness
-        return Strip(self.shape.length, thickness or 0.0, self.least_radius)
+        return BendableStrip(self.shape.length, thickness or 0.0, self.least_radius)
 
     @property
     def identity(self) -> str:
-        """What tells this problem from every other: its main numbers, and a hash of all."""
+        """What distinguishes this problem from every other: its main numbers, and a hash of all."""
         about = {
             "model": self.model.model_dump(mode="json"),
             "shape": self.shape.model_dump(mode="json", exclude={"name", "source"}),

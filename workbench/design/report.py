@@ -11,11 +11,11 @@ from markupsafe import Markup
 
 from workbench.bundle import sha256
 from workbench.design.appraisal import Appraisal, appraise
-from workbench.design.experiments import Part, Table
+from workbench.design.experiments import ExperimentTable, Part
 from workbench.design.figures import path_figure, shape_figure
 from workbench.design.goals import GOALS
 from workbench.design.problem import Problem
-from workbench.design.results import Found
+from workbench.design.results import DesignFiles
 from workbench.design.search_figures import draw_front, draw_generations, draw_variables
 from workbench.design.study import Study
 from workbench.errors import InputError
@@ -46,7 +46,11 @@ _MOST_FRONT = 12
 
 
 def write_report(
-    path: Path, study: Study, history: History, found: Sequence[Found], versions: Mapping[str, str]
+    path: Path,
+    study: Study,
+    history: History,
+    found: Sequence[DesignFiles],
+    versions: Mapping[str, str],
 ) -> None:
     """Write the page; designs hop once more for it, as the model's robot.
 
@@ -91,19 +95,19 @@ def write_experiment(path: Path, name: str, about: str, parts: Iterable[Part]) -
     """
     sections = [
         (part.title, table(part.rows, part.heads) + Markup("<p>Thesis: {}</p>").format(part.note))
-        if isinstance(part, Table)
+        if isinstance(part, ExperimentTable)
         else (part.title, figure(as_svg(part.figure, part.name), part.caption))
         for part in parts
     ]
     write_page(path, f"The thesis' experiment: {name}", about, "Ours beside the thesis.", sections)
 
 
-def verdict(found: Found, first: Appraisal | None) -> str:
+def verdict(found: DesignFiles, first: Appraisal | None) -> str:
     """Return the result in a sentence."""
-    told = f"The best design goes {_way(found.values['distance_m'])}"
+    text = f"The best design goes {_way(found.values['distance_m'])}"
     if first is None or "distance" not in first.values:
-        return f"{told}; the first shape does not hop."
-    return f"{told}; the first shape goes {_way(first.values['distance'])}."
+        return f"{text}; the first shape does not hop."
+    return f"{text}; the first shape goes {_way(first.values['distance'])}."
 
 
 def _way(metres: float) -> str:
@@ -126,7 +130,7 @@ def _warnings(study: Study, history: History, first: Appraisal | None) -> list[s
 def _numbers(first: Appraisal | None, best: Appraisal) -> Markup:
     columns = [_values(one) for one in (first, best)]
     rows = [
-        (name, *(_told(values.get(key), factor, unit, digits) for values in columns))
+        (name, *(_with_unit(values.get(key), factor, unit, digits) for values in columns))
         for key, (name, factor, unit, digits) in _ROWS.items()
     ]
     return table(rows, ("", "First shape", "Best design"))
@@ -138,11 +142,11 @@ def _values(one: Appraisal | None) -> dict[str, float]:
     return {GOALS[name].column: value for name, value in one.values.items()} | one.numbers
 
 
-def _told(value: float | None, factor: float, unit: str, digits: int) -> str:
+def _with_unit(value: float | None, factor: float, unit: str, digits: int) -> str:
     return "-" if value is None else f"{factor * value:.{digits}f} {unit}".rstrip()
 
 
-def _front(study: Study, history: History, found: Sequence[Found]) -> Markup:
+def _front(study: Study, history: History, found: Sequence[DesignFiles]) -> Markup:
     if len(study.settings.goals) == 1:
         return Markup()
     first, second = (goal.column for goal in study.problem.goals)
@@ -171,13 +175,13 @@ def _progress(study: Study, history: History) -> Markup:
 
 def _shapes(problem: Problem, first: Appraisal | None, best: Appraisal) -> Markup:
     root = np.array([problem.model.values()["beam_root"], 0.0])
-    shown = {} if first is None else {"first shape": [first.standing, first.free + root]}
-    shown["best design"] = [best.standing, best.free + root]
-    picture = as_svg(shape_figure(shown, problem.model.values()["foot_length"]), "shape")
+    curves = {} if first is None else {"first shape": [first.standing, first.free + root]}
+    curves["best design"] = [best.standing, best.free + root]
+    picture = as_svg(shape_figure(curves, problem.model.values()["foot_length"]), "shape")
     return figure(picture, "The beam of the standing robot; thin, as the free strip was bent.")
 
 
-def _angles(study: Study, history: History, found: Found) -> Markup:
+def _angles(study: Study, history: History, found: DesignFiles) -> Markup:
     space = study.problem.space
     rows = [
         (name, f"{start:.3f}", f"{value:.3f}", f"{low:g} to {high:g}")
@@ -202,7 +206,7 @@ def _kind(text: str) -> str:
     return text.split(":")[0] if text.startswith("this") else text.split(" after ")[0]
 
 
-def _next(study: Study, found: Found) -> Markup:
+def _next(study: Study, found: DesignFiles) -> Markup:
     model = found.model or study.model.path
     hop = (
         f"workbench simulate --shape {found.shape} --model {model} --omega {found.omega:g} "

@@ -20,16 +20,16 @@ from workbench.errors import WorkbenchError
 from workbench.optimize import History, Trial, candidate_key
 from workbench.protocol import ShapeFile, parse, write_changed
 
-__all__ = ["Found", "found_by", "found_object", "shape_text", "write_history"]
+__all__ = ["DesignFiles", "found_by", "found_object", "shape_text", "write_history"]
 
 
 @dataclass(frozen=True)
-class Found:
+class DesignFiles:
     """A design as files.
 
     Args:
         name: generation and rank, `g12-best`; unique in its search.
-        trial: the candidate and what it is worth.
+        trial: the candidate and its evaluation.
         shape: of the beam.
         model: of the robot; None where only the angles were searched.
         omega: speed that it is for [rad/s].
@@ -47,7 +47,7 @@ class Found:
         return self.trial.evaluation.numbers
 
 
-def found_by(study: Study, history: History, day: date) -> list[Found]:
+def found_by(study: Study, history: History, day: date) -> list[DesignFiles]:
     """Write the best design, or those of the Pareto front, and return them, best first.
 
     A design is called by the generation that found it, `g12-best`, or `g12-3` for the third of its
@@ -72,7 +72,7 @@ def found_by(study: Study, history: History, day: date) -> list[Found]:
     return [_write(study, history, trial, day) for trial in trials]
 
 
-def _write(study: Study, history: History, trial: Trial, day: date) -> Found:
+def _write(study: Study, history: History, trial: Trial, day: date) -> DesignFiles:
     name = _name(study, history, trial)
     path = study.folder / f"shape-{name}.yaml"
     source = _source(study, history, trial, day)
@@ -86,15 +86,15 @@ def _write(study: Study, history: History, trial: Trial, day: date) -> Found:
     model = study.folder / f"model-{name}.yaml" if numbers else None
     if model is not None and not model.exists():
         _write_model(model, name, study, numbers, source)
-    return Found(name, trial, path, model, omega)
+    return DesignFiles(name, trial, path, model, omega)
 
 
 def _name(study: Study, history: History, trial: Trial) -> str:
     """Return what a design is called: where in the search it was found first."""
     for number, generation in enumerate(history.generations, start=1):
-        for place, one in enumerate(generation.trials, start=1):
+        for position, one in enumerate(generation.trials, start=1):
             if np.array_equal(one.candidate, trial.candidate):
-                rank = "best" if len(study.settings.goals) == 1 else place
+                rank = "best" if len(study.settings.goals) == 1 else position
                 return f"g{number}-{rank}"
     raise ValueError("this candidate was not asked for in this search")
 
@@ -131,11 +131,11 @@ def _source(study: Study, history: History, trial: Trial, day: date) -> str:
         if goal.column in numbers
     )
     varied = study.problem.numbers(trial.candidate)
-    told = ", ".join(f"{name} {value:.6g}" for name, value in varied.items())
+    varied_text = ", ".join(f"{name} {value:.6g}" for name, value in varied.items())
     key = candidate_key(study.problem.identity, trial.candidate)[:8]
     return (
         f"designed {day.isoformat()} by {settings.algorithm}, seed {settings.seed}, "
-        f"{history.asked} evaluations: {study.problem.identity}; {values}; {told}; begun at "
+        f"{history.asked} evaluations: {study.problem.identity}; {values}; {varied_text}; begun at "
         f"{study.start.content.name}, model {study.model.content.name}; candidate {key}"
     )
 
@@ -169,7 +169,7 @@ def write_history(path: Path, study: Study, history: History) -> None:
                 writer.writerow(row)
 
 
-def found_object(study: Study, history: History, found: Sequence[Found]) -> dict[str, Any]:
+def found_object(study: Study, history: History, found: Sequence[DesignFiles]) -> dict[str, Any]:
     """Return what a search found under names with units, for the command line."""
     best = found[0]
     table = history.columns()

@@ -39,7 +39,7 @@ def draw_generations(figure: Figure, histories: Mapping[str, History], number: s
     for name, history in histories.items():
         counted = np.arange(1, len(history.generations) + 1)
         (line,) = best.step(counted, _best_so_far(history, number), where="post", label=name)
-        of_each = [_worth(g.best, number) for g in history.generations]
+        of_each = [_number_of(g.best, number) for g in history.generations]
         best.plot(counted, of_each, "o", color=line.get_color(), alpha=0.5, markersize=5)
         mean.plot(counted, [_mean(g, number) for g in history.generations])
     best.set(title="line: best so far; dots: best of each generation", ylabel=_words(number))
@@ -51,13 +51,13 @@ def draw_generations(figure: Figure, histories: Mapping[str, History], number: s
 
 def _best_so_far(history: History, number: str) -> list[float]:
     """Return the number of the best trial up to each generation."""
-    best, told = None, list[float]()
+    best, values = None, list[float]()
     for generation in history.generations:
         one = generation.best
         if best is None or one.evaluation.fitness[0] < best.evaluation.fitness[0]:
             best = one
-        told.append(_worth(best, number))
-    return told
+        values.append(_number_of(best, number))
+    return values
 
 
 def draw_repeats(figure: Figure, histories: Sequence[History], number: str) -> None:
@@ -94,15 +94,15 @@ def draw_variables(figure: Figure, space: Space, histories: Mapping[str, History
         histories: by what distinguishes them.
     """
     axes = figure.subplots()
-    place = np.arange(len(space), dtype=np.float64)
-    axes.bar(place, np.ones(len(space)), width=0.7, color="0.5", alpha=_BAND, label="bounds")
-    axes.plot(place, _between(space, space.start), "_", markersize=_BAR, color="0.3", label="start")
+    at = np.arange(len(space), dtype=np.float64)
+    axes.bar(at, np.ones(len(space)), width=0.7, color="0.5", alpha=_BAND, label="bounds")
+    axes.plot(at, _between(space, space.start), "_", markersize=_BAR, color="0.3", label="start")
     shifts = np.linspace(-_SHIFT, _SHIFT, len(histories)) if len(histories) > 1 else np.zeros(1)
     for shift, (name, history) in zip(shifts, histories.items(), strict=True):
-        shown = _between(space, history.best.candidate)
-        axes.plot(place + shift, shown, "o", markersize=_MARK, label=name)
+        fractions = _between(space, history.best.candidate)
+        axes.plot(at + shift, fractions, "o", markersize=_MARK, label=name)
     axes.set(ylabel="place between the bounds", ylim=(-0.03, 1.03))
-    axes.set_xticks(place, space.names, rotation=60, ha="right")
+    axes.set_xticks(at, space.names, rotation=60, ha="right")
     figure.legend(ncols=4, fontsize="small", loc="outside upper right")
 
 
@@ -117,11 +117,11 @@ def draw_front(figure: Figure, history: History, numbers: tuple[str, str]) -> No
     axes = figure.subplots()
     good = [trial for trial in history.trials if trial.evaluation.failure is None]
     front = history.front()
-    x, y = ([_worth(trial, number) for trial in good] for number in numbers)
+    x, y = ([_number_of(trial, number) for trial in good] for number in numbers)
     axes.plot(x, y, "o", markersize=_MARK, color="0.6")
-    x, y = ([_worth(trial, number) for trial in front] for number in numbers)
-    told = f"front, {len(front)} of {len(good)}"
-    axes.plot(x, y, "o-", markersize=_MARK, color="C0", label=told)
+    x, y = ([_number_of(trial, number) for trial in front] for number in numbers)
+    label = f"front, {len(front)} of {len(good)}"
+    axes.plot(x, y, "o-", markersize=_MARK, color="C0", label=label)
     axes.set(xlabel=_words(numbers[0]), ylabel=_words(numbers[1]))
     axes.legend()
 
@@ -137,16 +137,16 @@ def _so_far(history: History, number: str) -> tuple[NDArray[np.intp], NDArray[np
     rows = np.flatnonzero(np.minimum.accumulate(fitness) == fitness)
     rows = rows[np.r_[True, np.diff(fitness[rows]) < 0]]
     asked = np.append(rows + 1, len(fitness))
-    reached = [_worth(history.trials[row], number) for row in rows]
+    reached = [_number_of(history.trials[row], number) for row in rows]
     return asked, np.array([*reached, reached[-1]])
 
 
-def _worth(trial: Trial, number: str) -> float:
+def _number_of(trial: Trial, number: str) -> float:
     return trial.evaluation.numbers.get(number, float("nan"))
 
 
 def _mean(generation: Generation, number: str) -> float:
-    good = [_worth(t, number) for t in generation.trials if t.evaluation.failure is None]
+    good = [_number_of(t, number) for t in generation.trials if t.evaluation.failure is None]
     return float(np.mean(good)) if good else float("nan")
 
 

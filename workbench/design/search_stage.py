@@ -12,7 +12,7 @@ _RECENT = 5  # generations that the rate is taken over
 
 
 def search_stage(goal: Goal, history: History, total: int) -> Stage:
-    """Return where a search stands, in one line.
+    """Return the state of a search, in one line.
 
     Args:
         goal: the first one, whose values are shown.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.design.report import write_report
-from workbench.design.results import Found, found_by, found_object, write_history
+from workbench.design.results import DesignFiles, found_by, found_object, write_history
 from workbench.design.study import Study
 from workbench.optimize import History
 from workbench.versions import versions
@@ -29,7 +29,7 @@ class Searched:
 
     study: Study
     history: History
-    found: tuple[Found, ...]
+    found: tuple[DesignFiles, ...]
     report: Path
 
     @property

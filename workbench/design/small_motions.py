@@ -33,7 +33,7 @@ _BALANCED_RAD = 1e-12  # Newton's last step
 _MODES = 3
 _AT_ONCE = 200  # shapes that a thread takes
 _SUBSPACE = 5  # vectors that are iterated for the slowest modes
-_ITERATIONS = 8  # each shrinks what a mode lacks by (omega / omega_6)^2, 0.01 of the third
+_ITERATIONS = 8  # each shrinks the error of a mode by (omega / omega_6)^2, 0.01 of the third
 _SHORTEST = 1e-9  # of a mode's reach, so that its logarithm is a number
 
 DESCRIPTORS = (
@@ -80,13 +80,13 @@ def small_motions(
     hinges = _hinges(values, rest.shape)
     weight = np.ascontiguousarray(step * _column(values, "gravity") * carried)
     moved = np.einsum("bj,nb,bk->njk", shares, masses, shares) * step**2
-    own = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
-    own[:, -1:] += _column(values, "top_mass") * step**2 / 12
+    inertia = np.broadcast_to(masses[:, :1] * step**2 / 12, rest.shape).copy()
+    inertia[:, -1:] += _column(values, "top_mass") * step**2 / 12
     parts = [slice(k, k + _AT_ONCE) for k in range(0, len(rest), _AT_ONCE)]
     moved = np.ascontiguousarray(np.broadcast_to(moved, (len(rest), count, count)))
 
     def ring(at: slice) -> tuple[NDArray[np.float64], ...]:
-        return _ring(rest[at], hinges[at], weight[at], moved[at], own[at], standing)
+        return _ring(rest[at], hinges[at], weight[at], moved[at], inertia[at], standing)
 
     rung = spread(ring, parts)
     phi, squares, modes = (np.concatenate(each) for each in zip(*rung, strict=True))
@@ -105,7 +105,7 @@ def small_motions(
 
 
 def descriptors(motions: SmallMotions) -> NDArray[np.float64]:
-    """Return what tells shapes apart, (n, 13), its columns as in `DESCRIPTORS`.
+    """Return what distinguishes shapes, (n, 13), its columns as in `DESCRIPTORS`.
 
     Of the two slowest modes the one that swings T more up as it goes forward is called rising, the
     other falling. Either can be the slower one, and what drives the hop is the rising one: the best
@@ -155,7 +155,7 @@ def _ring(
     hinges: NDArray[np.float64],
     weight: NDArray[np.float64],
     moved: NDArray[np.float64],
-    own: NDArray[np.float64],
+    inertia: NDArray[np.float64],
     standing: bool,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return absolute angles under gravity, squares of the slowest frequencies, and their modes.
@@ -169,7 +169,7 @@ def _ring(
         hinges: (n, N) stiffness [N m/rad].
         weight: (n, N) gravity on what each increment carries, times its length [N m].
         moved: (n, N, N) inertia of parallel increments [kg m^2].
-        own: (n, N) of each about its centre.
+        inertia: (n, N) of each about its centre.
         standing: whether the angles are those under gravity.
 
     Returns:
@@ -207,7 +207,7 @@ def _ring(
         for i in range(size):
             for j in range(size):
                 inner[i, j] = moved[n, i, j] * math.cos(phi[n, i] - phi[n, j])
-            inner[i, i] += own[n, i]
+            inner[i, i] += inertia[n, i]
         for turn in range(2):  # rows, then columns of the symmetric matrix
             for i in range(size):
                 row = inner[i] if turn == 0 else inner[:, i]

@@ -52,8 +52,8 @@ def centre_of_mass(robot: Robot, motion: TimeSeries) -> NDArray[np.float64]:
     arm = (top + rotor) / 2
     masses = [values[n] for n in ("foot_mass", "beam_mass", "top_mass", "rotor_mass")]
     masses.append(values["rotor_arm_mass"])
-    places = [foot, _beam_centre(robot, motion, foot), top, rotor, arm]
-    total = sum(mass * place for mass, place in zip(masses, places, strict=True))
+    positions = [foot, _beam_centre(robot, motion, foot), top, rotor, arm]
+    total = sum(mass * position for mass, position in zip(masses, positions, strict=True))
     return np.asarray(total, dtype=np.float64) / sum(masses)
 
 

@@ -1,4 +1,4 @@
-"""A search in its folder: what was asked, where it stands, how it goes on.
+"""A search in its folder: what was asked, how far it is, how it goes on.
 
 The folder holds `settings.json`, copies of the model and of the first shape, and the checkpoint
 `search.json`. Together they are all that going on needs, on any machine.
@@ -63,7 +63,7 @@ class Settings:
         bounds: name in `BOUNDS`.
         vary: variables beside the angles, each as `NAME=LOWER:UPPER`.
         robust: whether candidates are judged by mean and spread over what the robot may be.
-        draws: robots that stand for one candidate of a robust search.
+        draws: robots simulated for one candidate of a robust search.
         seed: of all that is random.
         evaluations: candidates that may be asked for.
         mutation: of the genetic algorithm, one of `MUTATIONS`.
@@ -190,7 +190,7 @@ class Study:
                 "--out"
             )
         study = cls(folder, settings, model, start)
-        _ = study.problem.space  # whatever is wrong with it is told before a file is written
+        _ = study.problem.space  # whatever is wrong with it is reported before a file is written
         folder.mkdir(parents=True, exist_ok=True)
         (folder / _MODEL).write_text(model.text, encoding="utf-8")
         (folder / _START).write_text(start.text, encoding="utf-8")
@@ -230,7 +230,7 @@ class Study:
 
         Args:
             fanout: what simulates.
-            progress: is told where the search stands after each generation.
+            progress: receives how far the search is after each generation.
 
         Raises:
             InputError: when the checkpoint is of another search, torn or edited.

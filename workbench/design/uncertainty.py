@@ -48,7 +48,7 @@ class Uncertainty:
 
     Args:
         tolerances: of the model's parameters, SI; half the width of an even distribution.
-        draws: how many robots stand for one candidate.
+        draws: how many robots are simulated for one candidate.
         seed: of the drawing.
         speed_error: standard deviation [rad/s].
         bend_error: standard deviation of every joint [rad].

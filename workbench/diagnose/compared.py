@@ -17,7 +17,7 @@ from workbench.diagnose.kept import read_answer
 from workbench.diagnose.validate import Errors, root_mean_square
 from workbench.errors import InputError
 from workbench.motion import FOOT_ERROR, TOP_ERROR
-from workbench.review import Proof, Replayed
+from workbench.review import Replayed, ValidationReplay
 from workbench.timeseries import TimeSeries
 
 __all__ = ["kept_proof", "proof_of", "write_compared"]
@@ -31,7 +31,7 @@ _DRIVEN = (
 )
 
 
-def proof_of(found: Diagnosis, run: str) -> Proof | None:
+def proof_of(found: Diagnosis, run: str) -> ValidationReplay | None:
     """Return base and extended model beside a run held out; None of another rig, or another run."""
     base, extended = found.errors, found.extended_errors
     if base is None or extended is None or run not in base.motions or run not in extended.motions:
@@ -56,7 +56,7 @@ def write_compared(folder: Path, found: Diagnosis) -> None:
             write_series(_path(folder, run, who), _joined(motion, errors, run), {})
 
 
-def kept_proof(model: Path, run: str, take: Path) -> Proof | None:
+def kept_proof(model: Path, run: str, take: Path) -> ValidationReplay | None:
     """Return what the diagnosis that wrote a model compared with a run; None where it did not.
 
     Args:
@@ -82,12 +82,14 @@ def kept_proof(model: Path, run: str, take: Path) -> Proof | None:
     return None
 
 
-def _proof(shown: Mapping[str, Replayed], noise: float, diagnosis: str, driven: bool) -> Proof:
+def _proof(
+    shown: Mapping[str, Replayed], noise: float, diagnosis: str, driven: bool
+) -> ValidationReplay:
     until = float(shown["base"].error.times[-1])
     about = (
         f"{_DRIVEN if driven else _MEASURED} This run was held out of the diagnosis {diagnosis}."
     )
-    return Proof(shown["base"], shown["extended"], noise, until, about)
+    return ValidationReplay(shown["base"], shown["extended"], noise, until, about)
 
 
 def _joined(motion: TimeSeries, errors: Errors | None, run: str) -> TimeSeries:

@@ -16,7 +16,7 @@ from workbench.readiness import existing
 __all__ = ["monotonic_clock", "system_clock"]
 
 _COARSEST_S = 0.02  # of the clock: the shortest wait between two commands is ten times that
-_APART_S = 5.0  # between clock and disk; an export is told by times of minutes
+_APART_S = 5.0  # between clock and disk; an export is recognised by times of minutes
 _ASK_S = 10.0
 _SYNCHRONISE = "have both computers synchronised, here: timedatectl set-ntp true"
 
@@ -64,7 +64,7 @@ def _file_time(folder: Path) -> float:
             file.write(b"?")
             file.flush()
             return Path(file.name).stat().st_mtime
-    except OSError:  # told by the check of the folder
+    except OSError:  # reported by the check of the folder
         return time.time()
 
 

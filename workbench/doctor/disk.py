@@ -16,15 +16,15 @@ LEAST_FREE_GB = 1.0
 
 def writable(runs: Path) -> Finding:
     """Write a file where runs go, and remove it."""
-    place = existing(runs)
+    folder = existing(runs)
     try:
-        with tempfile.TemporaryFile(dir=place) as file:
+        with tempfile.TemporaryFile(dir=folder) as file:
             file.write(b"?")
     except OSError as error:
         to_do = "name another folder with --runs or WORKBENCH_RUNS, or have its rights changed"
-        return Finding("runs folder", "failed", f"{place}: {what_to_do(error)}", to_do)
-    new = "" if place == runs.absolute() else f"; {runs} is made by the first run"
-    return Finding("runs folder", "ok", f"{place} can be written{new}")
+        return Finding("runs folder", "failed", f"{folder}: {what_to_do(error)}", to_do)
+    new = "" if folder == runs.absolute() else f"; {runs} is made by the first run"
+    return Finding("runs folder", "ok", f"{folder} can be written{new}")
 
 
 def disk_space(runs: Path) -> Finding:

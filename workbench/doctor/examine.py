@@ -23,7 +23,7 @@ def examine(runs: Path, bench: str | None, progress: Progress) -> Iterator[Findi
     Args:
         runs: folder of all bundles; it need not exist.
         bench: bench file whose supply is asked for its model; None asks none.
-        progress: is told each check.
+        progress: receives each check.
     """
     checks: dict[str, Callable[[], Finding]] = {
         "python": python,

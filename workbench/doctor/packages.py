@@ -28,8 +28,8 @@ def packages() -> Finding:
     other = {name: found for name, found in there.items() if found != tested[name]}
     if not other:
         return Finding("packages", "ok", f"{len(there)} of them, all as tested; {_main()}")
-    told = ", ".join(f"{name} {found} (tested: {tested[name]})" for name, found in other.items())
-    return Finding("packages", "note", f"{len(other)} of {len(there)} differ: {told}", _TO_DO)
+    listed = ", ".join(f"{name} {found} (tested: {tested[name]})" for name, found in other.items())
+    return Finding("packages", "note", f"{len(other)} of {len(there)} differ: {listed}", _TO_DO)
 
 
 def tested_versions() -> dict[str, str]:

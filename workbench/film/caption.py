@@ -54,8 +54,8 @@ class Caption:
     def on(self, picture: NDArray[np.uint8], time: float) -> NDArray[np.uint8]:
         """Return the picture with its caption for a time [s]."""
         image = Image.fromarray(picture)
-        for color, place, letters in self._words(image.width, image.height):
-            image.paste(color, place, letters)
+        for color, position, letters in self._words(image.width, image.height):
+            image.paste(color, position, letters)
         draw, edge = ImageDraw.Draw(image), self._margin
         draw.text((image.width - edge, edge), f"{time:.2f} s", _INK, self._title, anchor="ra")
         return np.asarray(image)

@@ -25,7 +25,7 @@ def write_video(comparison: Comparison, path: Path, how: Film, progress: Progres
         comparison: the run.
         path: of the film; one that is there is replaced when the new one is whole.
         how: pace and size.
-        progress: is told each frame.
+        progress: receives each frame.
 
     Raises:
         InputError: when the name does not end in .mp4, the extra `video` is not installed, or

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.film.caption import Caption
 from workbench.film.offscreen import Offscreen
-from workbench.film.stage import Stage
+from workbench.film.stage import FilmStage
 from workbench.review import Comparison
 
 __all__ = ["Film", "film"]
@@ -132,7 +132,7 @@ class _Camera:
         return self._thread.submit(self._picture, time)
 
     def _open(self) -> None:
-        self._stage = Stage(*self._filmed, *self._size)
+        self._stage = FilmStage(*self._filmed, *self._size)
         self._screen = Offscreen(self._stage.model, *self._size).__enter__()
         self._empty = self._screen.render(self._stage.empty())
 

@@ -27,7 +27,7 @@ from workbench.review.palette import EXTENDED, REAL, SHADES, TWIN, rgb
 from workbench.review.scene import FORCE_M_PER_N
 from workbench.timeseries import TimeSeries
 
-__all__ = ["Shot", "Stage", "Window"]
+__all__ = ["FilmStage", "PixelWindow", "Shot"]
 
 _FOOT_THICKNESS_M = 0.008
 _BEAM_M, _ARM_M, _ARROW_M, _LINK_M = 0.004, 0.003, 0.004, 0.0015
@@ -66,7 +66,7 @@ _EDGE = 3.0  # room around a point, in radii of what is drawn there: the head of
 _MARGIN_PX = 4
 
 
-class Window(NamedTuple):
+class PixelWindow(NamedTuple):
     """A part of the picture [px]; rows count from below, as OpenGL counts them."""
 
     left: int
@@ -79,10 +79,10 @@ class Shot(NamedTuple):
     """A scene, and the part of the picture that its camera sees."""
 
     scene: mujoco.MjvScene
-    window: Window
+    window: PixelWindow
 
 
-class Stage:
+class FilmStage:
     """Where a run is shown: a floor of squares of 0.1 m and a camera that sees the whole way.
 
     Args:
@@ -140,7 +140,7 @@ class Stage:
                 self._add_simulated(motion.between(time, time), color)
         return Shot(self._scene, self._look_closer())
 
-    def _look_closer(self) -> Window:
+    def _look_closer(self) -> PixelWindow:
         """Narrow the camera's view to the robots and their shadows, and return what it sees."""
         width, height = self._size
         eye = mujoco.mjv_averageCamera(*self._scene.camera)
@@ -165,7 +165,7 @@ class Stage:
             camera.frustum_center = across * ((left + right) / 2 - width / 2)
             camera.frustum_bottom = across * (bottom - height / 2)
             camera.frustum_top = across * (top - height / 2)
-        return Window(left, bottom, right - left, top - bottom)
+        return PixelWindow(left, bottom, right - left, top - bottom)
 
     def _add_simulated(self, motion: TimeSeries, color: str) -> None:
         figure = self._figure
@@ -178,15 +178,15 @@ class Stage:
             self._line(begin, end, _BEAM_M, _ink(color))
         pushed = ground_forces(motion, figure)
         if pushed is not None:
-            for place, force in zip(pushed[0][0], pushed[1][0], strict=True):
+            for point, force in zip(pushed[0][0], pushed[1][0], strict=True):
                 if np.isfinite(force).all() and force.any():
-                    tip = place + FORCE_M_PER_N * force
-                    self._line(place, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
+                    tip = point + FORCE_M_PER_N * force
+                    self._line(point, tip, _ARROW_M, _ink(SHADES["force"]), arrow=True)
 
     def _add_measured(self, motion: TimeSeries, estimate: TimeSeries | None) -> None:
         """Add the real robot as a ghost, its beam as estimated, the fainter the less certain.
 
-        Where there is no estimate, a thin line stands for the beam.
+        Where there is no estimate, a thin line is drawn for the beam.
         """
         ink, figure = _ink(REAL, _GHOST), self._figure
         self._add_top(motion, ink)
@@ -203,34 +203,34 @@ class Stage:
             self._line(*pair, _BEAM_M, _ink(REAL, _GHOST * float(np.nan_to_num(sure))))
         if MISSING["top"][0] in estimate:
             force, beyond = missing_force(estimate, "top")
-            place = position(estimate, TOP)[0]
+            estimated = position(estimate, TOP)[0]
             if beyond[0]:
-                tip = place + self._reach * force[0]
-                self._line(place, tip, _ARROW_M, _ink(SHADES["missing"]), arrow=True)
+                tip = estimated + self._reach * force[0]
+                self._line(estimated, tip, _ARROW_M, _ink(SHADES["missing"]), arrow=True)
 
     def _add_top(self, motion: TimeSeries, ink: NDArray[np.float32]) -> None:
         """Add T, rotor and the arm between them."""
         top, rotor = position(motion, TOP)[0], position(motion, ROTOR)[0]
-        for place, radius in ((top, _TOP_M), (rotor, _ROTOR_M)):
-            if np.isfinite(place).all():
+        for centre, radius in ((top, _TOP_M), (rotor, _ROTOR_M)):
+            if np.isfinite(centre).all():
                 kind, level = mujoco.mjtGeom.mjGEOM_SPHERE, np.eye(3).ravel()
-                mujoco.mjv_initGeom(self._next(), kind, np.full(3, radius), place, level, ink)
-                self._edges.append((place, radius))
+                mujoco.mjv_initGeom(self._next(), kind, np.full(3, radius), centre, level, ink)
+                self._edges.append((centre, radius))
         self._line(top, rotor, _ARM_M, ink)
 
     def _add_foot(
         self,
-        place: NDArray[np.float64],
+        position: NDArray[np.float64],
         pitch: float,
         half: Sequence[float],
         ink: NDArray[np.float32],
     ) -> None:
-        if np.isfinite(place).all():
+        if np.isfinite(position).all():
             c, s = np.cos(pitch), np.sin(pitch)
             turned, kind = np.array([c, 0, s, 0, 1, 0, -s, 0, c]), mujoco.mjtGeom.mjGEOM_BOX
-            mujoco.mjv_initGeom(self._next(), kind, np.array(half), place, turned, ink)
+            mujoco.mjv_initGeom(self._next(), kind, np.array(half), position, turned, ink)
             corners = np.array(list(product((-1, 1), repeat=3))) * half @ turned.reshape(3, 3).T
-            self._edges += [(place + corner, 0.0) for corner in corners]
+            self._edges += [(position + corner, 0.0) for corner in corners]
 
     def _line(
         self,

@@ -17,21 +17,21 @@ from serial import Serial, SerialException
 from workbench.errors import HardwareError
 from workbench.hw.connection import Connection, not_reachable, resolved
 
-__all__ = ["ECHOED", "NEVER_SILENT", "Channel", "drop_waiting", "open_channel"]
+__all__ = ["ECHOED", "ENDLESS_SENDER", "ByteChannel", "drop_waiting", "open_channel"]
 
 CHUNK = 4096
 CONNECT_S, RECONNECT_S = 2.0, 0.5
 SEND_S = 0.4  # the longest command takes 0.1 s at 9600 baud
 DRAIN_POLL_S = 0.001
 DROP_BYTES, DROP_S = 4096, 0.1
-NEVER_SILENT = "the line never falls silent; who sends there?"
+ENDLESS_SENDER = "the line never becomes idle; which other device sends on it?"
 ECHOED = (
     "the adapter sends back what it is sent, as some for RS485 do; switch that off, "
     "or write `echo: true` below `connection` in the bench file"
 )
 
 
-class Channel(Protocol):
+class ByteChannel(Protocol):
     """A way for bytes, there and back."""
 
     def send(self, data: bytes) -> None:
@@ -55,7 +55,7 @@ class Channel(Protocol):
         ...
 
 
-def open_channel(connection: Connection) -> Channel:
+def open_channel(connection: Connection) -> ByteChannel:
     """Open the port or the socket.
 
     Raises:
@@ -71,7 +71,7 @@ def open_channel(connection: Connection) -> Channel:
 _reached: set[tuple[str, int]] = set()  # what was once in reach is known to be near
 
 
-def drop_waiting(channel: Channel) -> bytes:
+def drop_waiting(channel: ByteChannel) -> bytes:
     """Take out what came unasked, as far as it ends, and return the first of it.
 
     What a sender that has ended left behind is over within 0.1 s; one without end is not awaited.
@@ -89,12 +89,12 @@ def drop_waiting(channel: Channel) -> bytes:
 
 class _Socket:
     def __init__(self, connection: Connection) -> None:
-        family, place = resolved(*connection.host_and_port)
+        family, address = resolved(*connection.host_and_port)
         self._link = socket.socket(family, socket.SOCK_STREAM)
         try:
-            self._link.settimeout(RECONNECT_S if place in _reached else CONNECT_S)
-            self._link.connect(place)
-            _reached.add(place)
+            self._link.settimeout(RECONNECT_S if address in _reached else CONNECT_S)
+            self._link.connect(address)
+            _reached.add(address)
             self._link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._link.settimeout(SEND_S)
         except BaseException:
@@ -147,7 +147,7 @@ class _Port:
 class _WithoutEcho:
     """A channel whose adapter sends back what it is sent, as some for RS485 do; drops that."""
 
-    def __init__(self, way: Channel) -> None:
+    def __init__(self, way: ByteChannel) -> None:
         self._way = way
         self._owed = b""
 
@@ -158,15 +158,15 @@ class _WithoutEcho:
     def receive(self, seconds: float) -> bytes:
         end = time.monotonic() + seconds
         while True:
-            heard = self._way.receive(max(end - time.monotonic(), 0.0))
-            length = min(len(heard), len(self._owed))
-            if length and heard[:length] == self._owed[:length]:
-                self._owed, heard = self._owed[length:], heard[length:]
-                if not heard and time.monotonic() < end:
+            received = self._way.receive(max(end - time.monotonic(), 0.0))
+            length = min(len(received), len(self._owed))
+            if length and received[:length] == self._owed[:length]:
+                self._owed, received = self._owed[length:], received[length:]
+                if not received and time.monotonic() < end:
                     continue
-            elif heard:
+            elif received:
                 self._owed = b""
-            return heard
+            return received
 
     def close(self) -> None:
         self._way.close()

@@ -34,7 +34,7 @@ class SystemClock:
 
 
 class SimulatedClock:
-    """A clock that stands still until someone sleeps; safe to share between threads.
+    """A clock that does not advance until someone sleeps; safe to share between threads.
 
     A driver and its simulated device share one, so that both agree on when things happened.
 

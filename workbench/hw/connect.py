@@ -30,14 +30,14 @@ Driver = Callable[[Connection, Clock, WireLog, Health], Supply]
 
 def _over_modbus(driver: type[ModbusSupply]) -> Driver:
     def opened(connection: Connection, clock: Clock, wire_log: WireLog, health: Health) -> Supply:
-        own = driver.registers
+        registers = driver.registers
         link = Transport(
             connection,
-            writable=own.writable,
+            writable=registers.writable,
             clock=clock,
             wire_log=wire_log,
             health=health,
-            marks=own.marks,
+            marks=registers.marks,
         )
         try:
             return driver(link, clock)
@@ -103,8 +103,8 @@ def open_supply(
         connection: where it is.
         clock: what it waits with and stamps readings with.
         wire_log: takes one JSON line per message on the wire.
-        family: which driver to use; `model_named(...).family` tells it from a bench file.
-        health: is told how each exchange goes, for who cannot wait for its end.
+        family: which driver to use; `model_named(...).family` gives it for a bench file.
+        health: receives how each exchange goes, for who cannot wait for its end.
 
     Raises:
         InputError: when there is no such family, or it cannot be reached in that way.

@@ -61,7 +61,7 @@ class Connection:
         return host, int(port)
 
     @property
-    def place(self) -> str:
+    def resolved_address(self) -> str:
         """The address as it resolves: one name for `localhost` and 127.0.0.1, a link and a port."""
         if self.kind == "serial":
             known = self.address and os.name == "posix"
@@ -80,8 +80,8 @@ def resolved(host: str, port: int) -> tuple[socket.AddressFamily, tuple[str, int
         OSError: when there is no such host.
     """
     found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-    family, _, _, _, place = min(found, key=lambda one: one[0] != socket.AF_INET)
-    return family, (str(place[0]), int(place[1]))
+    family, _, _, _, address = min(found, key=lambda one: one[0] != socket.AF_INET)
+    return family, (str(address[0]), int(address[1]))
 
 
 def require_reachable(connection: Connection) -> None:
@@ -95,10 +95,10 @@ def require_reachable(connection: Connection) -> None:
             raise HardwareError(not_reachable(connection))
         return
     try:
-        family, place = resolved(*connection.host_and_port)
+        family, address = resolved(*connection.host_and_port)
         with socket.socket(family) as link:
             link.settimeout(_REACHED_S)
-            link.connect(place)
+            link.connect(address)
     except OSError:
         raise HardwareError(not_reachable(connection)) from None
 
@@ -114,7 +114,7 @@ def not_reachable(connection: Connection) -> str:
 
 
 def port_trouble(port: str) -> str:
-    """Say why a serial port does not open, as far as the system tells, and what to do."""
+    """Say why a serial port does not open, as far as the system says, and what to do."""
     present = ", ".join(found.device for found in comports()) or "none"
     if os.name == "posix" and not Path(port).exists():
         return f"there is no such port; is the cable in, the supply on? Ports present: {present}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.hw.modbus import ModbusSupply, Told, Words
+from workbench.hw.modbus import DeviceId, ModbusSupply, Words
 from workbench.hw.models import DPS_REGISTERS, Protection
 from workbench.hw.supply import NOT_REPORTED
 
@@ -13,13 +13,13 @@ MODEL, VERSION = 0x0B, 0x0C
 
 
 class DpsSupply(ModbusSupply):
-    """One DPS or DPH; it tells no serial number. See `ModbusSupply`."""
+    """One DPS or DPH; it reports no serial number. See `ModbusSupply`."""
 
     family = "dps"
     registers = DPS_REGISTERS
 
-    def _told(self, words: Words) -> Told:
-        return Told(words[MODEL], NOT_REPORTED, str(words[VERSION]))
+    def _decode_identity(self, words: Words) -> DeviceId:
+        return DeviceId(words[MODEL], NOT_REPORTED, str(words[VERSION]))
 
     def _protection(self, word: int) -> Protection | None:
         return PROTECTIONS.get(word)

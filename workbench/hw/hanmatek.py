@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from workbench.errors import HardwareError
-from workbench.hw.modbus import ModbusSupply, Told, Words
+from workbench.hw.modbus import DeviceId, ModbusSupply, Words
 from workbench.hw.models import HANMATEK_REGISTERS, Protection
 from workbench.hw.models.hanmatek import CLASS, DECIMALS
 from workbench.hw.supply import NOT_REPORTED
@@ -15,7 +15,7 @@ BITS: tuple[Protection, ...] = ("OVP", "OCP", "OPP", "OTP", "SCP")  # from bit 0
 
 
 class HanmatekSupply(ModbusSupply):
-    """One Hanmatek HM30x or twin; it tells neither serial number nor firmware.
+    """One Hanmatek HM30x or twin; it reports neither serial number nor firmware.
 
     One whose decimals differ from the table is refused: its scales would be a guess. See
     `ModbusSupply`.
@@ -24,14 +24,14 @@ class HanmatekSupply(ModbusSupply):
     family = "hanmatek"
     registers = HANMATEK_REGISTERS
 
-    def _told(self, words: Words) -> Told:
+    def _decode_identity(self, words: Words) -> DeviceId:
         found = words[CLASS_AT], words[DECIMALS_AT]
         if found != (CLASS, DECIMALS):
             raise HardwareError(
                 f"{self._link.connection.address}: class {found[0]} and decimals {found[1]:#06x} "
                 f"are not those of a known Hanmatek, {CLASS} and {DECIMALS:#06x}; nothing was set"
             )
-        return Told(words[SPEC], NOT_REPORTED, NOT_REPORTED)
+        return DeviceId(words[SPEC], NOT_REPORTED, NOT_REPORTED)
 
     def _protection(self, word: int) -> Protection | None:
         if word >> len(BITS):

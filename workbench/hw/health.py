@@ -1,4 +1,4 @@
-"""Whether a supply answers: told by the link, watched by whoever cannot wait for its answer."""
+"""Whether a supply answers: reported by the link, watched by whoever cannot wait for its answer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class NoAnswer(HardwareError):
 class Health:
     """How the exchanges with one supply go; safe to share between threads.
 
-    A link tells when it begins to ask, what goes wrong, and when a good answer came. A guardian's
+    A link reports when it begins to ask, what goes wrong, and when a good answer came. A guardian's
     listener looks while its worker is still waiting. Times are by `time.monotonic`.
 
     Attributes:
@@ -56,7 +56,7 @@ class Health:
             return self._cause
 
     def answered_since(self, instant: float) -> bool:
-        """Tell whether a good answer came after an instant of `time.monotonic`."""
+        """Return whether a good answer came after an instant of `time.monotonic`."""
         with self._lock:
             return self._good_at > instant
 

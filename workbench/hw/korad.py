@@ -12,7 +12,7 @@ from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.line import Line
 from workbench.hw.models import KORAD, KoradModel, model_answering
-from workbench.hw.setting import told_mode
+from workbench.hw.setting import mode_from_readings
 from workbench.hw.supply import NOT_REPORTED, Identity, Reading
 from workbench.hw.text import TextSupply, introduced
 
@@ -55,7 +55,7 @@ class KoradSupply(TextSupply):
         # behind ISET1? a byte may come late that looks like a status: volts are asked for next
         limit, volts = self._ask("ISET1?", AMPS), self._ask("VOUT1?", VOLTS)
         amps, set_volts = self._ask("IOUT1?", AMPS), self._ask("VSET1?", VOLTS)
-        again = self._status(again=False)  # any byte is a status: only agreement tells
+        again = self._status(again=False)  # any byte is a status: only agreement counts
         if again != status:
             raise HardwareError(
                 f"{self.name}: STATUS? answered {status:#04x} and then {again:#04x} within one "
@@ -69,7 +69,7 @@ class KoradSupply(TextSupply):
             voltage_V=float(volts),
             current_A=float(amps),
             output=output,
-            mode=told_mode(output, (set_volts, volts), (limit, amps), step),
+            mode=mode_from_readings(output, (set_volts, volts), (limit, amps), step),
             protection="none",  # a trip shows as an output that went off
             input_voltage_V=None,
         )
@@ -87,13 +87,13 @@ class KoradSupply(TextSupply):
             ("OVP1", self._bits.over_voltage_bit),
             ("OCP1", self._bits.over_current_bit),
         ):
-            self._line.tell(command)
+            self._line.send_command(command)
             if bit is not None:
                 self._require_bit(command, bit)
         return self.limits.voltage_max_V, self.limits.current_max_A  # where they act at most
 
     def _switch(self, on: bool) -> None:
-        self._line.tell("OUT1" if on else "OUT0", urgent=not on)
+        self._line.send_command("OUT1" if on else "OUT0", urgent=not on)
 
     def _output(self, *, again: bool = True) -> bool:
         return _is_on(self._status(again=again))

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import ECHOED, NEVER_SILENT, Channel, drop_waiting, open_channel
+from workbench.hw.channel import ECHOED, ENDLESS_SENDER, ByteChannel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -28,7 +28,7 @@ QUIET_S = 0.1  # an answer of unknown length is over when nothing came for so lo
 WHO_QUIET_S = 0.2  # one of known length, which may come in pieces
 MOST_BYTES = 256  # longer answers there are none
 ROUNDS = 2
-PADDING = b"\x00\x01\xbc\r\n "  # what may stand behind an identity
+PADDING = b"\x00\x01\xbc\r\n "  # what may follow an identity
 
 
 class Line:
@@ -42,7 +42,7 @@ class Line:
         clock: waits for the gap and stamps the wire log.
         wire_log: takes one JSON line per message. When it raises, nothing but urgent commands
             is sent any more; asking goes on.
-        health: is told how each exchange goes.
+        health: receives how each exchange goes.
         opened: opens the channel.
 
     Raises:
@@ -59,7 +59,7 @@ class Line:
         clock: Clock,
         wire_log: WireLog,
         health: Health | None = None,
-        opened: Callable[[Connection], Channel] = open_channel,
+        opened: Callable[[Connection], ByteChannel] = open_channel,
     ) -> None:
         self.connection = connection
         self._terminator, self._may_send = terminator, may_send
@@ -69,7 +69,7 @@ class Line:
         self._tap = Wiretap(wire_log, clock)
         self._lock = threading.RLock()
         self._opened = opened
-        self._channel: Channel | None = None
+        self._channel: ByteChannel | None = None
         self._free_at = clock.now()
         self._identity = b""
         self._suspect = False  # an answer may still be under way
@@ -112,21 +112,21 @@ class Line:
             what = f"question {WHO}"
             self._send(WHO, what)
             self._suspect = True
-            heard = self._hear(what, self._ended, quiet_s=QUIET_S)
-            if len(heard) >= MOST_BYTES:
-                raise self._fault(what, NEVER_SILENT)
-            if not heard.strip(PADDING):
-                raise self._fault(what, self._silence(), NoAnswer)
-            if WHO.encode() in heard:
+            received = self._receive(what, self._ended, quiet_s=QUIET_S)
+            if len(received) >= MOST_BYTES:
+                raise self._fault(what, ENDLESS_SENDER)
+            if not received.strip(PADDING):
+                raise self._fault(what, self._no_answer_text(), NoAnswer)
+            if WHO.encode() in received:
                 raise self._fault(what, ECHOED)
-            self._identity, self._suspect = heard, False
+            self._identity, self._suspect = received, False
             self._health.good()
-            return heard.strip(PADDING).decode("ascii", "replace")
+            return received.strip(PADDING).decode("ascii", "replace")
 
     def set_gap(self, seconds: float) -> None:
         """Keep this gap [s] from now on: the model that is there needs it, or the bench more."""
-        own = self.connection.gap_s
-        self._gap_s = seconds if own is None else own
+        configured = self.connection.gap_s
+        self._gap_s = seconds if configured is None else configured
 
     def ask(self, command: str, form: re.Pattern[bytes], *, again: bool = True) -> bytes:
         """Ask a question.
@@ -179,7 +179,7 @@ class Line:
         with self._lock:
             self._ask_once(WHO, form, quiet_s=WHO_QUIET_S)  # another one's name is soon over
 
-    def tell(self, command: str, *, urgent: bool = False) -> None:
+    def send_command(self, command: str, *, urgent: bool = False) -> None:
         """Send a command that has no answer.
 
         Args:
@@ -204,47 +204,51 @@ class Line:
             self._clear(what)
         self._send(command, what)
         self._suspect = True
-        heard = self._hear(what, lambda data: self._answer(data, form) is not None, quiet_s=quiet_s)
-        if not heard:
-            raise self._fault(what, self._silence(), NoAnswer)
-        answer = self._answer(heard, form)
+        received = self._receive(
+            what, lambda data: self._answer(data, form) is not None, quiet_s=quiet_s
+        )
+        if not received:
+            raise self._fault(what, self._no_answer_text(), NoAnswer)
+        answer = self._answer(received, form)
         if answer is None:
-            raise self._fault(what, self._no_answer(command, heard))
+            raise self._fault(what, self._no_answer(command, received))
         self._suspect, self._answered = False, True
         self._health.good()
-        self._stray_due = "stray" in form.groupindex and answer == heard
+        self._stray_due = "stray" in form.groupindex and answer == received
         return answer
 
-    def _answer(self, heard: bytes, form: re.Pattern[bytes]) -> bytes | None:
-        """Return the answer in what was heard, or nothing when there is none, or two."""
+    def _answer(self, received: bytes, form: re.Pattern[bytes]) -> bytes | None:
+        """Return the answer in what was received, or nothing when there is none, or two."""
         if self._terminator:
-            line, end, rest = heard.partition(self._terminator)
+            line, end, rest = received.partition(self._terminator)
             line = line.rstrip(b"\r")
             return line if end and not rest and form.fullmatch(line) else None
-        if not (found := form.fullmatch(heard)):
+        if not (found := form.fullmatch(received)):
             return None
         stray = found.groupdict().get("stray") or b""
-        return heard.removesuffix(stray)
+        return received.removesuffix(stray)
 
-    def _ended(self, heard: bytes) -> bool:
-        return bool(self._terminator) and heard.endswith(self._terminator)
+    def _ended(self, received: bytes) -> bool:
+        return bool(self._terminator) and received.endswith(self._terminator)
 
     def _clear(self, what: str) -> None:
         """Read and drop everything up to the answer to `*IDN?`."""
         ever = b""
         for _ in range(ROUNDS):
             self._send(WHO, what)
-            heard = self._hear(what, lambda data: data.endswith(self._identity), way="discarded")
-            ever += heard
-            if self._identity and heard.endswith(self._identity):
+            received = self._receive(
+                what, lambda data: data.endswith(self._identity), way="discarded"
+            )
+            ever += received
+            if self._identity and received.endswith(self._identity):
                 self._suspect = False
                 return
-            if not heard:
-                break  # who is silent to one question is to the next
+            if not received:
+                break  # who does not answer one question does not answer the next
         if not ever:
-            raise self._fault(what, self._silence(), NoAnswer)
+            raise self._fault(what, self._no_answer_text(), NoAnswer)
         if len(ever) >= MOST_BYTES:
-            raise self._fault(what, NEVER_SILENT)
+            raise self._fault(what, ENDLESS_SENDER)
         raise self._fault(what, f"it does not answer {WHO} as it did at first; is it another one?")
 
     selection = ""
@@ -266,7 +270,7 @@ class Line:
             channel.send(data)
         self._free_at = self._clock.now()
 
-    def _drop_waiting(self, channel: Channel, what: str) -> None:
+    def _drop_waiting(self, channel: ByteChannel, what: str) -> None:
         """Drop what came since the last exchange, as far as it ends; then it is sent all the same.
 
         A command must get through beside an endless sender: "off" is one.
@@ -274,7 +278,7 @@ class Line:
         waiting = drop_waiting(channel)
         if len(waiting) > MOST_BYTES:
             self._suspect = True
-            self._health.fault(f"{self.connection.address}, {what}: {NEVER_SILENT}")
+            self._health.fault(f"{self.connection.address}, {what}: {ENDLESS_SENDER}")
         if waiting:
             self._tap.note("discarded", waiting)
         doubtful = waiting[self._stray_due :].strip(PADDING)
@@ -283,7 +287,7 @@ class Line:
             self._suspect = True
             raise self._fault(what, f"not sent, as {waiting!r} came that nobody asked for")
 
-    def _hear(
+    def _receive(
         self,
         what: str,
         complete: Callable[[bytes], bool],
@@ -292,38 +296,38 @@ class Line:
         way: Way = "received",
     ) -> bytes:
         """Return what comes until it is complete, or nothing comes any more."""
-        heard, timeout = b"", self.connection.timeout_s
+        received, timeout = b"", self.connection.timeout_s
         end = time.monotonic() + timeout
         with _Losing(self, what) as channel:
-            while not complete(heard) and len(heard) < MOST_BYTES:
-                left = end - time.monotonic()
-                piece = channel.receive(min(left, quiet_s) if quiet_s and heard else left)
+            while not complete(received) and len(received) < MOST_BYTES:
+                rest_s = end - time.monotonic()
+                piece = channel.receive(min(rest_s, quiet_s) if quiet_s and received else rest_s)
                 if not piece:
                     break
-                heard += piece
-        self._tap.note(way, heard)
+                received += piece
+        self._tap.note(way, received)
         self._free_at = self._clock.now()
-        return heard
+        return received
 
-    def _silence(self) -> str:
-        place = self.connection
-        speed = f" and are {place.baud} baud right" if place.kind == "serial" else ""
-        return f"no answer within {place.timeout_s} s; is it on, its interface enabled{speed}?"
+    def _no_answer_text(self) -> str:
+        connection = self.connection
+        speed = f" and are {connection.baud} baud right" if connection.kind == "serial" else ""
+        return f"no answer within {connection.timeout_s} s; is it on, its interface enabled{speed}?"
 
-    def _no_answer(self, command: str, heard: bytes) -> str:
-        if len(heard) >= MOST_BYTES:
-            return NEVER_SILENT
-        if heard.startswith(command.encode("ascii")):
+    def _no_answer(self, command: str, received: bytes) -> str:
+        if len(received) >= MOST_BYTES:
+            return ENDLESS_SENDER
+        if received.startswith(command.encode("ascii")):
             return ECHOED
-        return f"answered {heard!r}, which is no answer to it"
+        return f"answered {received!r}, which is no answer to it"
 
     def _fault(
         self, what: str, text: str, kind: type[HardwareError] = HardwareError
     ) -> HardwareError:
-        told = f"{self.connection.address}, {what}: {text}"
+        message = f"{self.connection.address}, {what}: {text}"
         if self._suspect or not self.connected:
-            self._health.fault(told)
-        return kind(told)
+            self._health.fault(message)
+        return kind(message)
 
 
 class _Losing:
@@ -332,7 +336,7 @@ class _Losing:
     def __init__(self, line: Line, what: str) -> None:
         self._line, self._what = line, what
 
-    def __enter__(self) -> Channel:
+    def __enter__(self) -> ByteChannel:
         channel = self._line._channel
         if channel is None:
             raise self._line._fault(

@@ -20,11 +20,11 @@ from workbench.hw.models import (
     model_with_id,
     to_word,
 )
-from workbench.hw.setting import read_back, refuse_beyond, reopen, told_mode
+from workbench.hw.setting import mode_from_readings, read_back, refuse_beyond, reopen
 from workbench.hw.supply import Identity, Mode, Reading, Supply
 from workbench.hw.transport import Transport
 
-__all__ = ["ModbusSupply", "Told"]
+__all__ = ["DeviceId", "ModbusSupply"]
 
 MODES: dict[int, Mode] = {0: "CV", 1: "CC"}
 INPUT_STEP = Decimal("0.01")  # the same for every model
@@ -32,11 +32,11 @@ INPUT_STEP = Decimal("0.01")  # the same for every model
 Words = dict[int, int]  # by address
 
 
-class Told(NamedTuple):
+class DeviceId(NamedTuple):
     """Who a supply says it is.
 
     Args:
-        model_id: the number that stands for its model.
+        model_id: the number of its model.
         serial: serial number.
         firmware: version.
     """
@@ -62,12 +62,12 @@ class ModbusSupply(Supply):
 
     def __init__(self, link: Transport, clock: Clock) -> None:
         self._link = link
-        self._who = self._told(self._read(self.registers.identity))
+        self._who = self._decode_identity(self._read(self.registers.identity))
         self._model = model_with_id(self.family, self._who.model_id)
         super().__init__(f"{self._model.name} at {link.connection.address}", clock)
 
     @abstractmethod
-    def _told(self, words: Words) -> Told:
+    def _decode_identity(self, words: Words) -> DeviceId:
         """Return who the identity block says it is."""
 
     @abstractmethod
@@ -80,13 +80,13 @@ class ModbusSupply(Supply):
         Raises:
             HardwareError: when another device than at the start answers.
         """
-        told = self._told(self._read(self.registers.identity))
-        if told[:2] != self._who[:2]:
+        answered = self._decode_identity(self._read(self.registers.identity))
+        if answered[:2] != self._who[:2]:
             raise HardwareError(
-                f"{self.name}: another device answers now, model id {told.model_id} serial "
-                f"{told.serial}, before {self._who.model_id} serial {self._who.serial}"
+                f"{self.name}: another device answers now, model id {answered.model_id} serial "
+                f"{answered.serial}, before {self._who.model_id} serial {self._who.serial}"
             )
-        return Identity(self._model.name, told.serial, told.firmware)
+        return Identity(self._model.name, answered.serial, answered.firmware)
 
     def measure(self) -> Reading:
         """Read all status blocks.
@@ -138,8 +138,8 @@ class ModbusSupply(Supply):
 
     def _apply_voltage(self, volts: Decimal) -> Decimal:
         refuse_beyond(self.name, volts, self._model.voltage_max_V, "V")
-        place = self.registers.voltage_set
-        return self._write(place, volts, self._model.voltage_step_V, "V", self._status)
+        register = self.registers.voltage_set
+        return self._write(register, volts, self._model.voltage_step_V, "V", self._status)
 
     def _apply_current_limit(self, amps: Decimal) -> Decimal:
         refuse_beyond(self.name, amps, self._model.current_max_A, "A")
@@ -163,23 +163,23 @@ class ModbusSupply(Supply):
         )
 
     def _apply_output(self, on: bool) -> None:
-        place = self.registers.output
+        register = self.registers.output
         if on:
-            self._link.write(place, 1)
+            self._link.write(register, 1)
         else:
             reopen(self._link, self.identify)
             try:
-                self._link.write(place, 0, urgent=True)
+                self._link.write(register, 0, urgent=True)
             except NoAnswer:
-                raise  # better to send off again at once than to ask who is silent
+                raise  # better to send off again at once than to ask who does not answer
             except HardwareError:
                 pass  # what is read back decides, not the echo
         # no patience for off: better to send off again soon
-        found = read_back(lambda: self._status(again=on)[place], int(on), self.clock)
+        found = read_back(lambda: self._status(again=on)[register], int(on), self.clock)
         if found != int(on):
             raise HardwareError(
                 f"{self.name}: output asked {'on' if on else 'off'}, wrote {int(on)} to register "
-                f"{place}, read back {found}"
+                f"{register}, read back {found}"
             )
         if not on:
             self.identify()  # another supply's off confirms nothing
@@ -200,18 +200,18 @@ class ModbusSupply(Supply):
             return MODES.get(words[at.mode])
         volts = from_word(words[at.voltage_set], volt_step), from_word(words[at.voltage], volt_step)
         amps = from_word(words[at.current_set], amp_step), from_word(words[at.current], amp_step)
-        return told_mode(words[at.output] != 0, volts, amps, amp_step)
+        return mode_from_readings(words[at.output] != 0, volts, amps, amp_step)
 
     def _current_step(self, words: Words) -> Decimal:
-        steps, place = self._model.current_steps_A, self.registers.current_range
-        if place is None or len(steps) == 1:
+        steps, register = self._model.current_steps_A, self.registers.current_range
+        if register is None or len(steps) == 1:
             return steps[0]
-        if words[place] >= len(steps):
+        if words[register] >= len(steps):
             raise HardwareError(
-                f"{self.name}: current range {words[place]} in register {place}; "
+                f"{self.name}: current range {words[register]} in register {register}; "
                 f"known are 0 to {len(steps) - 1}"
             )
-        return steps[words[place]]
+        return steps[words[register]]
 
     def _write(
         self, address: int, value: Decimal, step: Decimal, unit: str, read: Callable[[], Words]

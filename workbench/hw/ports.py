@@ -21,7 +21,7 @@ __all__ = ["Adapter", "find_supply", "who_answers"]
 
 @dataclass(frozen=True)
 class Adapter:
-    """The USB adapter that a port belongs to, as far as the system tells.
+    """The USB adapter that a port belongs to, as far as the system says.
 
     Args:
         maker: USB vendor and product; None when it is no USB port.
@@ -36,7 +36,7 @@ class Adapter:
         """Return the adapter of a port that is there now."""
         if connection.kind == "serial":
             for port in comports():
-                if os.path.realpath(port.device) == connection.place:
+                if os.path.realpath(port.device) == connection.resolved_address:
                     return cls(_maker(port), port.serial_number)
         return cls(None, None)
 
@@ -45,7 +45,10 @@ class Adapter:
         if connection.kind != "serial" or self.maker is None:
             return
         for port in sorted(comports(), key=lambda port: port.serial_number != self.serial):
-            if os.path.realpath(port.device) != connection.place and _maker(port) == self.maker:
+            if (
+                os.path.realpath(port.device) != connection.resolved_address
+                and _maker(port) == self.maker
+            ):
                 yield replace(connection, address=port.device)
 
 
@@ -67,10 +70,10 @@ def find_supply(connection: Connection, family: str, model: str, serial: str) ->
     """
     met: list[str] = []
     for port in comports():
-        place = replace(connection, address=port.device)
-        who = who_answers(place, family)
+        candidate = replace(connection, address=port.device)
+        who = who_answers(candidate, family)
         if who is not None and (who.model, who.serial) == (model, serial):
-            return place
+            return candidate
         met.append(port.device if who is None else f"{port.device} ({who.model} {who.serial})")
     raise HardwareError(
         f"no {model} with serial number {serial} at any port; is the cable in, the supply on, and "
@@ -78,10 +81,12 @@ def find_supply(connection: Connection, family: str, model: str, serial: str) ->
     )
 
 
-def who_answers(place: Connection, family: str) -> Identity | None:
+def who_answers(connection: Connection, family: str) -> Identity | None:
     """Return who answers at a place, and change nothing there."""
     with suppress(HardwareError):
-        supply = open_supply(place, clock=SystemClock(), wire_log=lambda line: None, family=family)
+        supply = open_supply(
+            connection, clock=SystemClock(), wire_log=lambda line: None, family=family
+        )
         try:
             return supply.identify()
         finally:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.hw.modbus import ModbusSupply, Told, Words
+from workbench.hw.modbus import DeviceId, ModbusSupply, Words
 from workbench.hw.models import RIDEN_REGISTERS, Protection
 
 __all__ = ["RidenSupply"]
@@ -16,8 +16,8 @@ class RidenSupply(ModbusSupply):
     family = "riden"
     registers = RIDEN_REGISTERS
 
-    def _told(self, words: Words) -> Told:
-        return Told(words[0], f"{(words[1] << 16) | words[2]:08d}", f"{words[3] / 100:.2f}")
+    def _decode_identity(self, words: Words) -> DeviceId:
+        return DeviceId(words[0], f"{(words[1] << 16) | words[2]:08d}", f"{words[3] / 100:.2f}")
 
     def _protection(self, word: int) -> Protection | None:
         return PROTECTIONS.get(word)

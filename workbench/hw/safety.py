@@ -34,7 +34,7 @@ class Prepared(NamedTuple):
 
     Args:
         identity: who it is.
-        found: its state before anything was changed; tell the operator when its output was on.
+        found: its state before anything was changed; warn the operator when its output was on.
     """
 
     identity: Identity
@@ -98,7 +98,7 @@ def check_scale(supply: Supply) -> Reading:
     """Drive a harmless voltage for a moment, see it at the terminals, and switch off again.
 
     A supply whose output is not what it was set to shows it here, at 5 V at most where it drives
-    ten times as much. One that sets and measures in the same wrong steps cannot be told without a
+    ten times as much. One that sets and measures in the same wrong steps goes undetected without a
     meter; hence only models whose ids are known by name are driven.
 
     Raises:
@@ -120,24 +120,24 @@ def watch(supply: Supply) -> Reading:
             factor of ten; the output was switched off.
     """
     reading = _running(supply)
-    told = supply.setpoint
-    if told is None or _arrived(reading, float(told.volts)):
+    setpoint = supply.setpoint
+    if setpoint is None or _arrived(reading, float(setpoint.volts)):
         return reading
-    waited = supply.clock.now() - told.time_s
-    if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, float(told.volts))):
-        raise stop(supply, _wrong_voltage(float(told.volts), reading))
+    waited = supply.clock.now() - setpoint.time_s
+    if waited >= RISE_S or (waited >= SETTLED_S and _scaled_down(reading, float(setpoint.volts))):
+        raise stop(supply, _wrong_voltage(float(setpoint.volts), reading))
     return reading
 
 
 def _running(supply: Supply) -> Reading:
     """Measure, and stop on whatever needs no waiting."""
-    limits, reading, told = supply.limits, supply.measure(), supply.setpoint
+    limits, reading, setpoint = supply.limits, supply.measure(), supply.setpoint
     if reading.protection != "none":
         raise stop(supply, _tripped(reading, limits))
     if not reading.output:
         raise stop(supply, "its output went off, not by this program")
-    if told is not None and reading.voltage_V >= FACTOR_TEN[0] * float(told.volts) + DEAD_V:
-        raise stop(supply, _wrong_voltage(float(told.volts), reading))
+    if setpoint is not None and reading.voltage_V >= FACTOR_TEN[0] * float(setpoint.volts) + DEAD_V:
+        raise stop(supply, _wrong_voltage(float(setpoint.volts), reading))
     held = reading.current_limit_A
     if held is not None and held > float(limits.current_max_A) + SAME_A:
         raise stop(
@@ -151,11 +151,11 @@ def _running(supply: Supply) -> Reading:
             f"current limiting (CC) at {reading.current_A:g} A, allowed {limits.current_max_A} A; "
             f"the voltage fell to {reading.voltage_V:g} V of {reading.set_voltage_V:g} V",
         )
-    if told is not None and abs(reading.set_voltage_V - float(told.volts)) > SAME_V:
+    if setpoint is not None and abs(reading.set_voltage_V - float(setpoint.volts)) > SAME_V:
         raise stop(
             supply,
             f"its setpoint is {reading.set_voltage_V:g} V, this program set "
-            f"{float(told.volts):g} V; somebody changed it at the panel, or it lost its power",
+            f"{float(setpoint.volts):g} V; somebody changed it at the panel, or it lost its power",
         )
     if reading.voltage_V > float(limits.over_voltage_V) + TOLERANCE_V:
         raise stop(

@@ -10,7 +10,7 @@ from workbench.errors import HardwareError
 from workbench.hw.clock import Clock
 from workbench.hw.line import Line
 from workbench.hw.models import SCPI, Protection, model_answering
-from workbench.hw.setting import told_mode
+from workbench.hw.setting import mode_from_readings
 from workbench.hw.supply import NOT_REPORTED, Identity, Reading
 from workbench.hw.text import TextSupply, introduced
 
@@ -59,7 +59,7 @@ class ScpiSupply(TextSupply):
         line.set_gap(model.gap_s)
         line.selection = self._dialect.select
         for command in self._dialect.start:
-            line.tell(command)
+            line.send_command(command)
 
     def _reading(self) -> Reading:
         said, output = self._dialect, self._output(again=False)
@@ -76,7 +76,7 @@ class ScpiSupply(TextSupply):
             voltage_V=float(volts),
             current_A=float(amps),
             output=output,
-            mode=told_mode(output, (set_volts, volts), (limit, amps), step),
+            mode=mode_from_readings(output, (set_volts, volts), (limit, amps), step),
             protection=protection,
             input_voltage_V=None,
         )
@@ -99,17 +99,21 @@ class ScpiSupply(TextSupply):
     def _apply_protection(
         self, over_voltage: Decimal, over_current: Decimal
     ) -> tuple[Decimal, Decimal]:
-        own = self._dialect
-        if own.output_bits:
+        dialect = self._dialect
+        if dialect.output_bits:
             self._refuse_joined(self._status())
         volts = self.limits.voltage_max_V  # it does not trip
-        if own.over_voltage:
-            volts = self._set(own.over_voltage, own.over_voltage_ask, NUMBER, over_voltage, "V")
+        if dialect.over_voltage:
+            volts = self._set(
+                dialect.over_voltage, dialect.over_voltage_ask, NUMBER, over_voltage, "V"
+            )
         amps = self.limits.current_max_A  # it trips at the current limit
-        if own.over_current:
-            amps = self._set(own.over_current, own.over_current_ask, NUMBER, over_current, "A")
-        for command, question in own.enable:
-            self._line.tell(command)
+        if dialect.over_current:
+            amps = self._set(
+                dialect.over_current, dialect.over_current_ask, NUMBER, over_current, "A"
+            )
+        for command, question in dialect.enable:
+            self._line.send_command(command)
             if self._line.ask(question, SWITCH) not in TRUE:
                 raise HardwareError(
                     f"{self.name}: sent {command!r}, but {question} does not answer that it is on"
@@ -119,7 +123,7 @@ class ScpiSupply(TextSupply):
 
     def _switch(self, on: bool) -> None:
         for command in self._dialect.on if on else self._dialect.off:
-            self._line.tell(command, urgent=not on)
+            self._line.send_command(command, urgent=not on)
 
     def _output(self, *, again: bool = True) -> bool:
         said = self._dialect
@@ -146,19 +150,19 @@ class ScpiSupply(TextSupply):
     def _number(self, question: str, output: bool) -> Decimal:
         """Ask for a number, and then for the output's switch, which has to be as before.
 
-        Numbers look alike; so that none can stand for another, no two are asked for in a row.
+        Numbers look alike; so that none is taken for another, no two are asked for in a row.
         """
-        told = Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
+        value = Decimal(self._line.ask(question, NUMBER, again=False).decode("ascii"))
         if self._output(again=False) != output:
             raise HardwareError(
                 f"{self.name}: {self._dialect.output_ask} answered {output:d} and then "
                 f"{not output:d} within one reading; somebody is at its front panel, or the line "
                 "is disturbed"
             )
-        return told
+        return value
 
     def _complaint(self) -> str:
         with suppress(HardwareError):
-            told = self._line.ask(self._dialect.complaint, ANY).decode("ascii")
-            return f"; its own error: {told}"
+            answer = self._line.ask(self._dialect.complaint, ANY).decode("ascii")
+            return f"; its own error: {answer}"
         return ""

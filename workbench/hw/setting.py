@@ -1,4 +1,4 @@
-"""What all drivers do alike: refuse, wait until the supply holds a value, tell CV from CC."""
+"""What all drivers do alike: refuse, wait until the supply holds a value, find CV or CC."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.supply import Mode
 
-__all__ = ["read_back", "refuse_beyond", "reopen", "told_mode"]
+__all__ = ["mode_from_readings", "read_back", "refuse_beyond", "reopen"]
 
 READ_BACKS = 3  # a setpoint may show a moment after its acknowledgement
 READ_BACK_PAUSE_S = 0.05
@@ -20,7 +20,7 @@ SAG_V = 0.05  # a voltage this far below its setpoint is held down by something
 Value = TypeVar("Value")
 
 
-class Link(Protocol):
+class SupplyLink(Protocol):
     """What leads to a supply."""
 
     connection: Connection
@@ -34,7 +34,7 @@ class Link(Protocol):
 
 
 def reopen(
-    link: Link, identify: Callable[[], object], connection: Connection | None = None
+    link: SupplyLink, identify: Callable[[], object], connection: Connection | None = None
 ) -> None:
     """Open a lost link again, for switching off, and make sure who is there.
 
@@ -78,10 +78,10 @@ def refuse_beyond(name: str, value: Decimal, highest: Decimal, unit: str) -> Non
         )
 
 
-def told_mode(
+def mode_from_readings(
     output: bool, volts: tuple[Decimal, Decimal], amps: tuple[Decimal, Decimal], step: Decimal
 ) -> Mode:
-    """Tell CC from CV where a supply does not say it reliably.
+    """Distinguish CC from CV where a supply does not say it reliably.
 
     Args:
         output: whether it is on.

@@ -24,11 +24,11 @@ RAMP_STEP_V = Decimal("0.5")
 RAMP_PAUSE_S = 0.1
 DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 DECAY_POLL_S = 0.05
-LIES = "it says off, but its terminals are live"
+FALSE_OFF = "it says off, but its terminals are live"
 
 
 NOT_REPORTED = "not reported"
-"""Serial number or firmware of a supply that does not tell."""
+"""Serial number or firmware of a supply that does not report it."""
 
 
 class Identity(NamedTuple):
@@ -40,7 +40,7 @@ class Identity(NamedTuple):
 
     @property
     def known_serial(self) -> str | None:
-        """The serial number; None where the supply tells none."""
+        """The serial number; None where the supply reports none."""
         return None if self.serial == NOT_REPORTED else self.serial
 
 
@@ -56,8 +56,8 @@ class Reading:
         output: whether the supply says that its output is on.
         mode: constant voltage, or constant current when the current limit acts.
         protection: which protection tripped.
-        input_voltage_V: measured at the supply's own input; None where it does not tell.
-        current_limit_A: the current limit that it holds; None where it is not told with the rest.
+        input_voltage_V: measured at the supply's own input; None where it does not report it.
+        current_limit_A: the current limit that it holds; None where it is not among the rest.
     """
 
     time_s: float
@@ -72,7 +72,7 @@ class Reading:
 
 
 class Setpoint(NamedTuple):
-    """The voltage that a supply was told last.
+    """The voltage that a supply was set to last.
 
     Args:
         volts: as it holds it [V].
@@ -143,7 +143,7 @@ class Supply(ABC):
         self._limits: Limits | None = None
         self.setpoint: Setpoint | None = None
         self.not_off = "it did not confirm off"
-        self.not_dead = LIES
+        self.not_dead = FALSE_OFF
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -155,7 +155,7 @@ class Supply(ABC):
 
     @abstractmethod
     def measure_power_on_output(self) -> bool | None:
-        """Tell whether the output comes on with the power; None when it cannot be asked."""
+        """Return whether the output comes on with the power; None when it cannot be asked."""
 
     @property
     @abstractmethod
@@ -295,11 +295,11 @@ class Supply(ABC):
         return False
 
     def terminals_dead(self) -> bool:
-        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+        """Wait for the voltage at the terminals to decay after `off`; return whether it did.
 
         The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
         """
-        self.not_dead = LIES
+        self.not_dead = FALSE_OFF
         deadline = self.clock.now() + DECAY_S
         try:
             while self.measure().voltage_V > DEAD_V:

@@ -1,7 +1,7 @@
 """What all supplies that speak text share: settings that are asked back, and a reading's end.
 
 A reading is a row of questions whose answers are taken together or not at all: an answer too many
-anywhere in the row stands where another form is awaited, as the supply answers in order.
+anywhere in the row comes where another form is awaited, as the supply answers in order.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def introduced(line: Line) -> str:
     """Ask who is there for the first time.
 
     Raises:
-        HardwareError: when nothing answers; it tells what that may mean.
+        HardwareError: when nothing answers; it says what that may mean.
     """
     try:
         return line.identify()
@@ -40,7 +40,7 @@ def introduced(line: Line) -> str:
 
 
 class TextSupply(Supply):
-    """A supply that is asked and told in words.
+    """A supply with queries and commands in words.
 
     Args:
         line: an open line to it, whose identity was asked for.
@@ -63,7 +63,7 @@ class TextSupply(Supply):
 
     @abstractmethod
     def _switch(self, on: bool) -> None:
-        """Tell the output to go on or off."""
+        """Send the command for output on or off."""
 
     def identify(self) -> Identity:
         """See that the same supply still answers.
@@ -148,7 +148,7 @@ class TextSupply(Supply):
         refuse_beyond(self.name, value, highest, unit)
         step = self._model.voltage_step_V if volts else self._model.current_steps_A[0]
         sent = rounded(value, step)
-        self._line.tell(command.format(self._written(sent, unit)))
+        self._line.send_command(command.format(self._written(sent, unit)))
 
         def ask() -> Decimal:
             return Decimal(self._line.ask(question, form).decode("ascii"))

@@ -26,7 +26,7 @@ from pymodbus.pdu import DecodePDU, ModbusPDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteSingleRegisterRequest
 
 from workbench.errors import HardwareError, SafetyStop
-from workbench.hw.channel import ECHOED, NEVER_SILENT, Channel, drop_waiting, open_channel
+from workbench.hw.channel import ECHOED, ENDLESS_SENDER, ByteChannel, drop_waiting, open_channel
 from workbench.hw.clock import Clock
 from workbench.hw.connection import Connection
 from workbench.hw.health import Health, NoAnswer
@@ -39,11 +39,11 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 MOST_REGISTERS = 20  # longer reads fail silently (instruments survey 1.2)
 MOST_BYTES = 512  # more in one exchange is no answer
-DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never falls silent
+DRAIN_BYTES, DRAIN_S = 4096, 1.0  # who sends more, or longer, never becomes idle
 MBAP_MORE = 4  # bytes of Modbus TCP: 6 more in front, no CRC
 NOISE_BYTES = 32  # more around an answer is no line that one can trust
 MARK_ROUNDS = 2
-SHOWN = 12  # bytes of a damaged answer that a message has; the wire log has all
+EXCERPT = 12  # bytes of a damaged answer that a message has; the wire log has all
 READ, WRITE = 3, 6  # function codes
 RTU_GAP_S, RTU_GAP_CHARACTERS, CHARACTER_BITS = 0.00175, 3.5, 10  # between frames, by the norm
 TRANSACTIONS = 0xFFFF
@@ -73,7 +73,7 @@ class Transport:
         marks: start and length of blocks that no other read has the length of; without them a
             suspect line is drained until it was quiet for two timeouts. With two, the late answer
             to one cannot pass for what is under way being over.
-        health: is told how each exchange goes.
+        health: receives how each exchange goes.
         opened: opens the channel.
         now: monotonic time [s] that ends each wait.
 
@@ -90,7 +90,7 @@ class Transport:
         wire_log: WireLog,
         marks: Sequence[tuple[int, int]] = (),
         health: Health | None = None,
-        opened: Callable[[Connection], Channel] = open_channel,
+        opened: Callable[[Connection], ByteChannel] = open_channel,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.connection = connection
@@ -105,7 +105,7 @@ class Transport:
         self._suspect = False  # an answer may still be under way
         self._turn = 0  # how many reads with spare registers went out
         self._opened, self._now = opened, now
-        self._channel: Channel | None = None
+        self._channel: ByteChannel | None = None
         self._gap_s = connection.gap_s if connection.gap_s is not None else _gap(connection)
         self._free_at = now()
         self._sent = b""
@@ -225,25 +225,27 @@ class Transport:
         self._health.begin()
         if not urgent:
             self._clear_suspect(what)
-        answer, heard = self._send_and_hear(request, what, urgent=urgent)
-        if answer is not None and len(heard) > rtu_length + MBAP_MORE + NOISE_BYTES:
-            raise self._fault(what, f"{len(heard)} bytes came around its answer; {NEVER_SILENT}")
+        answer, received = self._send_and_receive(request, what, urgent=urgent)
+        if answer is not None and len(received) > rtu_length + MBAP_MORE + NOISE_BYTES:
+            raise self._fault(
+                what, f"{len(received)} bytes came around its answer; {ENDLESS_SENDER}"
+            )
         if answer is None:
-            kind = HardwareError if heard else NoAnswer
-            raise self._fault(what, self._diagnose(heard, rtu_length), kind)
+            kind = HardwareError if received else NoAnswer
+            raise self._fault(what, self._diagnose(received, rtu_length), kind)
         if answer.function_code & 0x7F != request.function_code:  # the top bit marks an exception
-            told = f"answered function {answer.function_code}, not {request.function_code}"
-            raise self._fault(what, told)
+            message = f"answered function {answer.function_code}, not {request.function_code}"
+            raise self._fault(what, message)
         if answer.isError():
             self._settled()
             code = answer.exception_code
             raise self._fault(what, f"exception {code}, {EXCEPTIONS.get(code, 'not in the norm')}")
         return answer
 
-    def _send_and_hear(
+    def _send_and_receive(
         self, request: ModbusPDU, what: str, *, urgent: bool = False
     ) -> tuple[ModbusPDU | None, bytes]:
-        """Send a request; return its answer, or nothing, and all that was heard."""
+        """Send a request; return its answer, or nothing, and all that was received."""
         request.transaction_id = next(self._numbers)
         data = self._framer.buildFrame(request)
         channel = self._channel
@@ -255,30 +257,30 @@ class Transport:
             self._suspect, self._sent = True, data
             self._tap.note("sent", data)
             channel.send(data)
-            return self._hear(channel, request)
+            return self._receive(channel, request)
         except OSError as error:
             self.close()
             self._suspect = False  # no answer can come any more
             raise self._fault(what, f"the connection was lost ({error})") from error
 
-    def _hear(self, channel: Channel, request: ModbusPDU) -> tuple[ModbusPDU | None, bytes]:
-        heard, answer = b"", None
+    def _receive(self, channel: ByteChannel, request: ModbusPDU) -> tuple[ModbusPDU | None, bytes]:
+        received, answer = b"", None
         end = self._now() + self.connection.timeout_s
         try:
-            while answer is None and len(heard) < MOST_BYTES:
+            while answer is None and len(received) < MOST_BYTES:
                 piece = channel.receive(max(end - self._now(), 0.0))
-                heard += piece
-                answer = self._decoded(heard, request)
+                received += piece
+                answer = self._decoded(received, request)
                 if not piece or self._now() >= end:
                     break
         finally:
-            self._tap.note("received", heard)
+            self._tap.note("received", received)
             self._free_at = self._now()
-        return answer, heard
+        return answer, received
 
-    def _decoded(self, heard: bytes, request: ModbusPDU) -> ModbusPDU | None:
+    def _decoded(self, received: bytes, request: ModbusPDU) -> ModbusPDU | None:
         try:
-            _, answer = self._framer.handleFrame(heard, request.dev_id, request.transaction_id)
+            _, answer = self._framer.handleFrame(received, request.dev_id, request.transaction_id)
         except (ModbusException, IndexError, ValueError):  # a frame of something else
             return None
         return answer
@@ -295,17 +297,17 @@ class Transport:
 
     def _await_mark(self, start: int, count: int, what: str) -> None:
         """Ask for a block until its own answer came: a supply answers in order."""
-        heard = b""
+        received = b""
         for _ in range(MARK_ROUNDS):
-            answer, heard = self._send_and_hear(self._reading(start, count), what)
+            answer, received = self._send_and_receive(self._reading(start, count), what)
             if answer is not None and answer.function_code == READ:
                 if len(answer.registers) == count:
                     return
-                heard = b""
-            if not heard:
-                break  # who is silent to one question is to the next
-        told = f"not sent, as before it {self._diagnose(heard, 5 + 2 * count)}"
-        raise self._fault(what, told, HardwareError if heard else NoAnswer)
+                received = b""
+            if not received:
+                break  # who does not answer one question does not answer the next
+        message = f"not sent, as before it {self._diagnose(received, 5 + 2 * count)}"
+        raise self._fault(what, message, HardwareError if received else NoAnswer)
 
     def _drain(self, what: str, timeouts: int) -> None:
         """Wait until nothing came for so many timeouts; an endless sender is an error."""
@@ -326,50 +328,50 @@ class Transport:
             if self._health.hurry:
                 raise self._fault(what, "not sent, as the supply is to be switched off")
             if dropped > DRAIN_BYTES or self._now() > end:
-                raise self._fault(what, NEVER_SILENT)
+                raise self._fault(what, ENDLESS_SENDER)
 
-    def _discard_waiting(self, channel: Channel, what: str, *, urgent: bool) -> None:
+    def _discard_waiting(self, channel: ByteChannel, what: str, *, urgent: bool) -> None:
         """Drop what came since the last exchange; "off" goes out even where that never ends."""
         stale = drop_waiting(channel)
         if stale:
             self._tap.note("discarded", stale)
         if len(stale) > MOST_BYTES:
             self._suspect = True
-            fault = self._fault(what, NEVER_SILENT)
+            fault = self._fault(what, ENDLESS_SENDER)
             if not urgent:
                 raise fault
 
-    def _diagnose(self, heard: bytes, rtu_length: int) -> str:
-        """Say what was wrong with the bytes heard."""
-        unit, asked = heard[6 if self._mbap else 0 :][:1], self.connection.unit
+    def _diagnose(self, received: bytes, rtu_length: int) -> str:
+        """Say what was wrong with the bytes received."""
+        unit, asked = received[6 if self._mbap else 0 :][:1], self.connection.unit
         length = rtu_length + MBAP_MORE if self._mbap else rtu_length
-        if not heard:
+        if not received:
             return (
                 f"no answer within {self.connection.timeout_s} s; is it on, its interface enabled, "
                 f"unit id {asked} and {self.connection.baud} baud right?"
             )
-        if heard.startswith(self._sent):
+        if received.startswith(self._sent):
             return ECHOED
-        if len(heard) >= MOST_BYTES:
-            return NEVER_SILENT
+        if len(received) >= MOST_BYTES:
+            return ENDLESS_SENDER
         if unit and unit[0] != asked:
             return f"unit {unit[0]} answered, unit {asked} was asked"
-        shown = f"{heard[:SHOWN].hex(' ')}{' ...' if len(heard) > SHOWN else ''}"
-        if len(heard) < length:
-            return f"answer cut short, {len(heard)} of {length} bytes: {shown}"
-        return f"answer damaged, its checksum or header does not fit: {shown}"
+        excerpt = f"{received[:EXCERPT].hex(' ')}{' ...' if len(received) > EXCERPT else ''}"
+        if len(received) < length:
+            return f"answer cut short, {len(received)} of {length} bytes: {excerpt}"
+        return f"answer damaged, its checksum or header does not fit: {excerpt}"
 
     def _fault(
         self, what: str, text: str, kind: type[HardwareError] = HardwareError
     ) -> HardwareError:
-        told = f"{self.connection.address}, {what}: {text}"
+        message = f"{self.connection.address}, {what}: {text}"
         if self._suspect or not self.connected:
-            self._health.fault(told)
-        return kind(told)
+            self._health.fault(message)
+        return kind(message)
 
 
 def _gap(connection: Connection) -> float:
-    """Return the silence between two frames [s], 3.5 characters and 1.75 ms at least."""
+    """Return the idle time between two frames [s], 3.5 characters and 1.75 ms at least."""
     if connection.kind != "serial":
         return 0.0
     return max(RTU_GAP_CHARACTERS * CHARACTER_BITS / connection.baud, RTU_GAP_S)

@@ -8,7 +8,7 @@ The motor: `shaft` is its speed in one run, `speed_line` the line through such s
 what speaks against it, `calibrate` the answer, `calibration_files` and `calibration_figure` what is
 left of it on disk.
 
-Without a model: `sweep`, `spectrum`, `resonance`, `oscillator` and `damping` tell how the robot
+Without a model: `sweep`, `spectrum`, `resonance`, `oscillator` and `damping` say how the robot
 answers and rings; `figures` and `report` show it, `fit_report` beside what a fit found.
 
 The room simulates and fits; it opens no device.
@@ -16,7 +16,7 @@ The room simulates and fits; it opens no device.
 
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs
 from workbench.identify.calibrate import (
-    LeftOut,
+    OmittedRun,
     SpeedCalibration,
     calibrate,
     speed_point,
@@ -33,9 +33,15 @@ from workbench.identify.calibration_files import (
 )
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.fitted import Fitted, fit_runs
-from workbench.identify.identification import BEAM, FOOT, Estimate, Identification, identify
+from workbench.identify.identification import (
+    BEAM,
+    FOOT,
+    Identification,
+    ParameterEstimate,
+    identify,
+)
 from workbench.identify.new_model import write_model
-from workbench.identify.report import Part, write_identification, write_resonances
+from workbench.identify.report import ReportPart, write_identification, write_resonances
 from workbench.identify.resonance import Resonances, resonances
 from workbench.identify.shaft import shaft_speed
 from workbench.identify.speed_line import SpeedLine, SpeedPoint, fit_line
@@ -44,13 +50,13 @@ from workbench.identify.validation import Validation, validate
 __all__ = [
     "BEAM",
     "FOOT",
-    "Estimate",
     "Fitted",
     "Identification",
-    "LeftOut",
     "MeasuredRun",
     "ModeDamping",
-    "Part",
+    "OmittedRun",
+    "ParameterEstimate",
+    "ReportPart",
     "Resonances",
     "SpeedCalibration",
     "SpeedLine",

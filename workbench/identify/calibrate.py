@@ -14,11 +14,11 @@ from workbench.errors import InputError
 from workbench.fit.measured import measured_run
 from workbench.identify.line_checks import Check, check_line, voltage_groups
 from workbench.identify.shaft import shaft_speed
-from workbench.identify.speed_line import Interval, SpeedLine, SpeedPoint, fit_line
+from workbench.identify.speed_line import LineInterval, SpeedLine, SpeedPoint, fit_line
 from workbench.motion import Mode
 from workbench.progress import Progress, counted
 
-__all__ = ["LeftOut", "SpeedCalibration", "calibrate", "speed_point", "speed_points"]
+__all__ = ["OmittedRun", "SpeedCalibration", "calibrate", "speed_point", "speed_points"]
 
 LEAST_VOLTAGES = 3
 LEAST_SPAN_V = 1.0
@@ -29,8 +29,8 @@ _UNITS = {"slope": "rad/s/V", "offset": "rad/s"}
 
 
 @dataclass(frozen=True)
-class LeftOut:
-    """A run that tells no speed at a voltage, and why."""
+class OmittedRun:
+    """A run that gives no speed at a voltage, and why."""
 
     name: str
     reason: str
@@ -45,7 +45,7 @@ class SpeedCalibration:
         line: through them, None where they cannot determine one.
         checks: by name, empty without a line.
         held_out: points that were not fitted, only compared.
-        left_out: runs that tell nothing.
+        omitted: runs that give nothing.
         open: why there is no line.
     """
 
@@ -53,11 +53,11 @@ class SpeedCalibration:
     line: SpeedLine | None
     checks: Mapping[str, Check]
     held_out: tuple[SpeedPoint, ...]
-    left_out: tuple[LeftOut, ...]
+    omitted: tuple[OmittedRun, ...]
     open: str | None
 
     @property
-    def parameters(self) -> dict[str, tuple[Interval, str]]:
+    def parameters(self) -> dict[str, tuple[LineInterval, str]]:
         """Return slope and offset with their units, nothing where they are not determined."""
         if self.line is None:
             return {}
@@ -80,7 +80,7 @@ class SpeedCalibration:
             for name, apart, half in self.held_out_errors
             if abs(apart) > half
         ]
-        return (*(one.told for one in self.checks.values() if one.found), *outside)
+        return (*(one.text for one in self.checks.values() if one.found), *outside)
 
     @property
     def held_out_errors(self) -> list[tuple[str, float, float]]:
@@ -90,7 +90,7 @@ class SpeedCalibration:
         return [
             (
                 point.name,
-                self.line.left_by(point),
+                self.line.residual(point),
                 float(self.line.half_width(np.array([point.voltage]), point.standard_error)[0]),
             )
             for point in self.held_out
@@ -106,7 +106,7 @@ class SpeedCalibration:
             "not_determined": [] if self.open is None else [self.open],
             "validation": self._validation(),
             "runs": [point.name for point in self.points],
-            "left_out": [{"run": one.name, "reason": one.reason} for one in self.left_out],
+            "left_out": [{"run": one.name, "reason": one.reason} for one in self.omitted],
             "warnings": list(self.warnings),
         }
 
@@ -134,7 +134,7 @@ def speed_point(bundle: Bundle) -> SpeedPoint:
     """Return the mean speed of a run and the voltage at which it turned.
 
     Raises:
-        InputError: with the reason why the run tells nothing of the line.
+        InputError: with the reason why the run says nothing about the line.
     """
     run = measured_run(bundle)
     voltage, source = _voltage(bundle)
@@ -153,40 +153,40 @@ def speed_point(bundle: Bundle) -> SpeedPoint:
 
 def speed_points(
     bundles: Sequence[Bundle], progress: Progress = lambda text: None
-) -> tuple[list[SpeedPoint], list[SpeedPoint], list[LeftOut]]:
-    """Return the points to fit, those held out, and the runs that tell nothing, with the reason.
+) -> tuple[list[SpeedPoint], list[SpeedPoint], list[OmittedRun]]:
+    """Return the points to fit, those held out, and the runs that give none, with the reason.
 
     Args:
         bundles: of the runs.
-        progress: is told each run.
+        progress: receives each run.
     """
     points: list[SpeedPoint] = []
     held_out: list[SpeedPoint] = []
-    left_out: list[LeftOut] = []
+    omitted: list[OmittedRun] = []
     for k, bundle in enumerate(bundles):
         progress(counted(f"rotor speed of {bundle.path.name}", k + 1, len(bundles)))
         try:
             point = speed_point(bundle)
         except InputError as error:
-            left_out.append(LeftOut(bundle.path.name, str(error)))
+            omitted.append(OmittedRun(bundle.path.name, str(error)))
             continue
         (points if bundle.asked.role == "train" else held_out).append(point)
-    return points, held_out, left_out
+    return points, held_out, omitted
 
 
 def calibrate(
     points: Sequence[SpeedPoint],
     held_out: Sequence[SpeedPoint] = (),
-    left_out: Sequence[LeftOut] = (),
+    omitted: Sequence[OmittedRun] = (),
 ) -> SpeedCalibration:
     """Fit the line and look for what speaks against it.
 
     Args:
         points: of the runs to fit.
         held_out: of the runs to compare with.
-        left_out: kept for the report.
+        omitted: kept for the report.
     """
-    kept = (tuple(held_out), tuple(left_out))
+    kept = (tuple(held_out), tuple(omitted))
     reason = _undetermined(points)
     if reason is not None:
         return SpeedCalibration(tuple(points), None, {}, *kept, reason)

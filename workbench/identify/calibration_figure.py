@@ -34,7 +34,7 @@ _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "workbench",  # the same runs give the same file
 }
-_PLACES = 200
+_CURVE_POINTS = 200
 
 
 def figure_5_3(calibration: SpeedCalibration) -> Figure:
@@ -59,7 +59,7 @@ def figure_5_3(calibration: SpeedCalibration) -> Figure:
         page = figure.Figure(figsize=_SIZE_IN, layout="constrained")
         FigureCanvasSVG(page)
         left, right = page.subplots(1, 2, gridspec_kw={"width_ratios": (1.15, 1)})
-        volts = np.linspace(line.voltages.min(), line.voltages.max(), _PLACES)
+        volts = np.linspace(line.voltages.min(), line.voltages.max(), _CURVE_POINTS)
         left.plot(volts, line.at(volts), color=_LINE, label=_equation(line))
         _points(left, calibration, line, residual=False)
         left.set(xlabel="Voltage [V]", ylabel="\N{GREEK SMALL LETTER OMEGA} [rad/s]")
@@ -80,8 +80,8 @@ def _residuals(
     _points(ax, calibration, line, residual=True)
     ax.set(xlabel="Voltage [V]", ylabel="measured - line [rad/s]")
     found = [name.replace("_", " ") for name, one in calibration.checks.items() if one.found]
-    told = f"\nfound: {', '.join(found)}" if found else ""
-    ax.set_title(f"Residuals, scatter {line.scatter:.2g} rad/s{told}", loc="left")
+    text = f"\nfound: {', '.join(found)}" if found else ""
+    ax.set_title(f"Residuals, scatter {line.scatter:.2g} rad/s{text}", loc="left")
     ax.legend(handles=[band], loc="upper right")
 
 
@@ -96,7 +96,7 @@ def _points(ax: Axes, calibration: SpeedCalibration, line: SpeedLine, residual: 
             errors = np.hypot([point.standard_error for point in points], line.scatter)
             ax.errorbar(
                 [point.voltage for point in points],
-                [line.left_by(point) if residual else point.speed for point in points],
+                [line.residual(point) if residual else point.speed for point in points],
                 yerr=scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * errors,
                 fmt=marker,
                 color=color,

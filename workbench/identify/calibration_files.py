@@ -13,7 +13,6 @@ from workbench.bundle import Bundle
 from workbench.errors import InputError
 from workbench.identify.calibrate import SpeedCalibration
 from workbench.identify.shaft import LEAST_TURNS, RUN_OUT_S, START_UP_S
-from workbench.pairing import settings
 from workbench.protocol import (
     BenchFile,
     Calibration,
@@ -23,6 +22,7 @@ from workbench.protocol import (
     calibration_text,
     load,
 )
+from workbench.twin_comparison import settings
 
 __all__ = [
     "last_day",
@@ -37,7 +37,7 @@ LOWEST_V, HIGHEST_V = 1.0, 5.0  # thesis, fig. 5.3
 RUNS = 10
 DURATION_S = 10.0
 SLOWEST = 1.0  # [rad/s]; a motor that turns slower is about to stand
-SPARE_TURNS = 1.0  # the line that tells the slowest speed is the one in doubt
+SPARE_TURNS = 1.0  # the line's slowest speed is the one in doubt
 SEED = 1
 
 

@@ -1,6 +1,6 @@
 """Damping from ring-downs against amplitude: is it viscous?
 
-Two fading swings are fitted in windows one after the other. A viscous swing fades at the same rate
+Two damped sinusoids are fitted in windows one after the other. A viscous one fades at the same rate
 in all of them; friction damps small swings more, the drag of air large ones.
 """
 
@@ -15,18 +15,18 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from workbench.damped_sinusoids import LEAST_SAMPLES, DampedSinusoid, fit_sinusoids
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.identify.spectrum import Oscillation, oscillation
 from workbench.motion import TOP, position
-from workbench.swings import LEAST_SAMPLES, Pole, fit_swings
 
 __all__ = ["DampingPoint", "ModeDamping", "damping"]
 
-_WINDOW_S = 3.3  # tells the faster mode from twice the slower, 0.4 Hz above it, and noise from both
+_WINDOW_S = 3.3  # separates the faster mode from twice the slower, 0.4 Hz above it, and noise
 _MODES = 2
 _DOUBLE_SHARE = 0.05
-_LEAST_AMPLITUDE_M = 5e-4  # markers of 0.3 mm noise tell smaller ones too poorly
+_LEAST_AMPLITUDE_M = 5e-4  # with markers of 0.3 mm noise smaller ones are too uncertain
 _SURE = 0.01  # chance of a trend where there is none, that is still believed to be a trend
 _MATTERS = 0.1  # of the mean damping, over the amplitudes seen
 _LEAST_POINTS = 4
@@ -34,7 +34,7 @@ _LEAST_POINTS = 4
 
 @dataclass(frozen=True)
 class DampingPoint:
-    """One swing in one window.
+    """One damped sinusoid in one window.
 
     Args:
         run: in which it rang.
@@ -79,7 +79,7 @@ class ModeDamping:
 
     @property
     def viscous(self) -> bool | None:
-        """Tell whether the damping is the same at all amplitudes; None where too little is seen."""
+        """Return whether the damping is the same at all amplitudes; None where few are seen."""
         if not np.isfinite(self.p_value):
             return None
         return not (self.p_value < _SURE and abs(self.trend) > _MATTERS * self.ratio)
@@ -94,19 +94,19 @@ class ModeDamping:
         """Say in a sentence what the damping is."""
         low, high = (1000 * a for a in self.amplitudes)
         low_ratio, high_ratio = (100 * r for r in self.interval90)
-        told = (
+        text = (
             f"{self.oscillation}, {self.hz:.3f} Hz: {100 * self.ratio:.2f} % of the critical "
             f"damping ({low_ratio:.2f} to {high_ratio:.2f}) at {low:.1f} to {high:.1f} mm"
         )
         match self.viscous:
             case None:
-                return f"{told}; too few windows to say whether it is viscous"
+                return f"{text}; too few windows to say whether it is viscous"
             case True:
-                return f"{told}, viscous: no trend with the amplitude"
+                return f"{text}, viscous: no trend with the amplitude"
             case False if self.trend < 0:
-                return f"{told}, not viscous: it falls with the amplitude, as friction does"
+                return f"{text}, not viscous: it falls with the amplitude, as friction does"
             case False:
-                return f"{told}, not viscous: it rises with the amplitude, as the drag of air does"
+                return f"{text}, not viscous: it rises with the amplitude, as the drag of air does"
 
     def as_json(self) -> dict[str, Any]:
         """Return everything as the command line prints it."""
@@ -143,37 +143,37 @@ def damping(runs: Sequence[MeasuredRun]) -> tuple[ModeDamping, ...]:
 
 
 def _windows(run: MeasuredRun) -> Iterator[tuple[Oscillation, DampingPoint]]:
-    """Yield each swing of each window, as long as it is large enough to be told."""
+    """Yield each sinusoid of each window, as long as it is large enough to be determined."""
     swinging = run.motion.between(0.0, np.inf)
     times, path = swinging.times, position(swinging, TOP)[:, [0, 2]]
     if not _enough(path):
         return
-    poles = fit_swings(times, path, _MODES).poles
+    sinusoids = fit_sinusoids(times, path, _MODES).sinusoids
     parts = max(1, round((times[-1] - times[0]) / _WINDOW_S))
     edges = np.linspace(times[0], times[-1], parts + 1)
     for begin, end in pairwise(edges):
         inside = (times >= begin) & (times < end)
         if _enough(path[inside]):
-            yield from _swings(run.name, times[inside], path[inside], poles)
+            yield from _sinusoids(run.name, times[inside], path[inside], sinusoids)
 
 
-def _swings(
-    run: str, times: NDArray[np.float64], path: NDArray[np.float64], start: Sequence[Pole]
+def _sinusoids(
+    run: str, times: NDArray[np.float64], path: NDArray[np.float64], start: Sequence[DampedSinusoid]
 ) -> Iterator[tuple[Oscillation, DampingPoint]]:
     slow = start[0]
-    double = Pole(2 * slow.hz, 2 * slow.decay)  # a bent beam answers at twice the frequency too
-    found = fit_swings(times, path, len(start) + 1, start=[*start, double])
+    double = DampedSinusoid(2 * slow.hz, 2 * slow.decay)  # a bent beam answers there too
+    found = fit_sinusoids(times, path, len(start) + 1, start=[*start, double])
     first = times[np.isfinite(path).all(axis=1)][0]
     middle = (times[0] + times[-1]) / 2
-    every = zip(found.poles, found.pole_errors, found.amplitudes, strict=True)
-    for pole, error, along in every:
-        if abs(pole.hz / double.hz - 1) < _DOUBLE_SHARE:
+    every = zip(found.sinusoids, found.sinusoid_errors, found.amplitudes, strict=True)
+    for sinusoid, error, along in every:
+        if abs(sinusoid.hz / double.hz - 1) < _DOUBLE_SHARE:
             continue
-        size = float(np.linalg.norm(along)) * float(np.exp(-pole.decay * (middle - first)))
+        size = float(np.linalg.norm(along)) * float(np.exp(-sinusoid.decay * (middle - first)))
         if size >= _LEAST_AMPLITUDE_M:
-            omega = 2 * np.pi * pole.hz
+            omega = 2 * np.pi * sinusoid.hz
             yield oscillation(abs(along[0]), abs(along[1])), DampingPoint(
-                run, float(middle), size, pole.hz, error.hz, pole.damping_ratio,
+                run, float(middle), size, sinusoid.hz, error.hz, sinusoid.damping_ratio,
                 error.decay / omega,
             )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The figures of chapter 4 of the thesis, drawn from a laboratory's own runs, and two it lacks."""
+"""The figures of chapter 4 of the thesis, drawn from a laboratory's own runs, and two more."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.identify.damping import ModeDamping
-from workbench.identify.identification import Estimate
+from workbench.identify.identification import ParameterEstimate
 from workbench.identify.pairs import FrequencySurface, Pair, label
 from workbench.identify.resonance import Resonances
-from workbench.identify.spectrum import Line, Spectrum
+from workbench.identify.spectrum import SpectralLine, Spectrum
 from workbench.identify.sweep import SweepPoint
 from workbench.motion import FOOT, TOP
 from workbench.review import palette
@@ -96,7 +96,7 @@ def figure_4_2(spectra: Sequence[Spectrum]) -> Figure:
 
 def figure_4_3(
     surface: FrequencySurface,
-    identified: Mapping[str, Estimate],
+    identified: Mapping[str, ParameterEstimate],
     measured: tuple[float, float] | None = None,
 ) -> Figure:
     """Draw the longitudinal frequency over both stiffnesses, as contours, with the point found.
@@ -144,8 +144,8 @@ def figure_4_4(pairs: Sequence[Pair]) -> Figure:
                 (pair.measured, "measured", palette.REAL, 1.8),
                 (pair.simulated, "simulated", palette.TWIN, 0.8),
             ):
-                shown = motion.between(0.0, _SPAN_S)
-                ax.plot(shown.times, 1000 * _seen(shown, TOP[2]), color=color, linewidth=width,
+                window = motion.between(0.0, _SPAN_S)
+                ax.plot(window.times, 1000 * _seen(window, TOP[2]), color=color, linewidth=width,
                         label=name)  # fmt: skip
             ax.set(title=pair.label, ylabel="z of T [mm]")
         legend(rows[0])
@@ -166,8 +166,8 @@ def figure_4_5(pair: Pair) -> Figure:
         names = ("measured", "simulated")
         colors, motions = (palette.REAL, palette.TWIN), (pair.measured, pair.simulated)
         for ax, name, color, motion in zip(rows, names, colors, motions, strict=True):
-            shown = motion.between(0.0, _SPAN_S)
-            ax.plot(_seen(shown, FOOT[0]), _seen(shown, FOOT[2]), color=color)
+            window = motion.between(0.0, _SPAN_S)
+            ax.plot(_seen(window, FOOT[0]), _seen(window, FOOT[2]), color=color)
             ax.set(title=f"{pair.label}, {name}", ylabel="z of the foot [m]")
         rows[-1].set_xlabel("x of the foot [m]")
 
@@ -280,8 +280,8 @@ def _mark_jumps(rows: NDArray[np.object_], found: Resonances) -> None:
                         label="at half the rotor's speed" if named_now else None)  # fmt: skip
 
 
-def _name_lines(ax: Axes, lines: Sequence[Line]) -> None:
-    """Write names above lines; of two close ones the left name stands left, the right one right."""
+def _name_lines(ax: Axes, lines: Sequence[SpectralLine]) -> None:
+    """Write names above lines; of two close ones the left name goes left, the right one right."""
     ordered = sorted(lines, key=lambda line: line.hz)
     gaps = [np.inf, *np.diff([line.hz for line in ordered]), np.inf]
     for line, before, after in zip(ordered, gaps, gaps[1:], strict=False):
@@ -291,7 +291,9 @@ def _name_lines(ax: Axes, lines: Sequence[Line]) -> None:
                     textcoords="offset points", ha=side, va="bottom", fontsize=8)  # fmt: skip
 
 
-def _mark_found(ax: Axes, surface: FrequencySurface, identified: Mapping[str, Estimate]) -> None:
+def _mark_found(
+    ax: Axes, surface: FrequencySurface, identified: Mapping[str, ParameterEstimate]
+) -> None:
     """Mark the identified stiffnesses, and the stated ones beside them."""
     k, root = identified.get("hinge_stiffness"), identified.get("root_stiffness")
     if k is None or root is None:

@@ -13,7 +13,7 @@ from workbench.fit.measured import MeasuredRun
 from workbench.identify.damping import ModeDamping, damping
 from workbench.identify.identification import Identification
 from workbench.identify.pairs import simulated_pair
-from workbench.identify.report import Part, write_identification
+from workbench.identify.report import ReportPart, write_identification
 from workbench.identify.resonance import Resonances, resonances
 from workbench.identify.validation import PointError, RunValidation, Validation
 from workbench.protocol import Document, ModelFile
@@ -87,7 +87,7 @@ def _damping(runs: Sequence[MeasuredRun]) -> tuple[ModeDamping, ...]:
         return ()
 
 
-def _validated(validation: Validation) -> Part | None:
+def _validated(validation: Validation) -> ReportPart | None:
     pooled = validation.pooled
     if pooled is None:
         return None
@@ -98,8 +98,8 @@ def _validated(validation: Validation) -> Part | None:
         "fitted model; last, the reduction of the error above the noise."
     )
     heads = ("Run", "Point", "Noise", "Stated", "Fitted", "Removed")
-    told = " ".join(sentence for run in validation.runs if (sentence := _predicted(run)))
-    return Part(heads, rows, f"{text} {told}".strip())
+    sentences = " ".join(sentence for run in validation.runs if (sentence := _predicted(run)))
+    return ReportPart(heads, rows, f"{text} {sentences}".strip())
 
 
 def _row(name: str, point: PointError) -> tuple[str, ...]:
@@ -109,9 +109,9 @@ def _row(name: str, point: PointError) -> tuple[str, ...]:
 
 
 def _predicted(run: RunValidation) -> str:
-    told = "; ".join(
+    text = "; ".join(
         f"{ahead} s ahead {stated:.3g} mm nominal, {fitted:.3g} mm fitted"
         for ahead, (stated, fitted) in run.predicted.items()
         if stated is not None and fitted is not None
     )
-    return f"Predicted from the observed state, {run.name}: {told}." if told else ""
+    return f"Predicted from the observed state, {run.name}: {text}." if text else ""

@@ -1,7 +1,7 @@
-"""From runs to parameters: what is told, how surely, and what is not.
+"""From runs to parameters: what is determined, how surely, and what is not.
 
-The question is put to `workbench.fit`: the runs that tell of the named parameters are observed
-together, and the parameters fitted. What the runs do not tell apart is held and said.
+The question is put to `workbench.fit`: the runs that depend on the named parameters are observed
+together, and the parameters fitted. What the runs cannot distinguish is held and said.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from workbench.progress import Progress
 from workbench.protocol import ModelFile, ShapeFile
 from workbench.sim import Robot, make_robot
 
-__all__ = ["BEAM", "FINER", "FOOT", "Estimate", "Identification", "identify"]
+__all__ = ["BEAM", "FINER", "FOOT", "Identification", "ParameterEstimate", "identify"]
 
 BEAM = ("hinge_stiffness", "root_stiffness", "hinge_damping", "root_damping")
 """k, kT, d and dT of the thesis, section 4.4."""
@@ -44,13 +44,13 @@ FOOT = (
     "ground_stiffness", "ground_damping", "friction_slide", "friction_stick", "friction_threshold",
     "foot_mass", "foot_length",
 )  # fmt: skip
-"""Parameters that only runs with a free foot tell (thesis, 3.3.2 and 4.5)."""
+"""Parameters that only runs with a free foot determine (thesis, 3.3.2 and 4.5)."""
 
 FINER = 32
 """Increments of the beam that is tried where the model's own cannot follow the runs."""
 
 _NEAR_BOUND = 0.98
-_LACK = 0.11  # of the strong process noise
+_MISSING = 0.11  # of the strong process noise
 _CLAMPED = ("clamped", "decay")
 _FREE = ("drop", "hop")
 _FRICTION_RUN = "add a hop at a speed at which the robot travels"
@@ -64,7 +64,7 @@ _ADVICE = {
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ParameterEstimate:
     """One parameter with its 90 % interval, in the unit of the model file.
 
     Args:
@@ -117,7 +117,7 @@ class Identification:
         fit: of them.
     """
 
-    estimates: Mapping[str, Estimate]
+    estimates: Mapping[str, ParameterEstimate]
     values: Mapping[str, float]
     not_determined: tuple[str, ...]
     misfits: Mapping[str, float]
@@ -138,7 +138,7 @@ class Identification:
 
     @property
     def process_noise(self) -> dict[str, float]:
-        """Return what the model lacks at each group of joints that moved, in N(m) sqrt(s)."""
+        """Return what the model misses at each group of joints that moved, in N(m) sqrt(s)."""
         estimator = self.fit.estimator
         return {g: float(q) for g, q in estimator.noise.items() if estimator.depends_on(g)}
 
@@ -155,25 +155,25 @@ def identify(
     """Fit parameters of a model to measured runs.
 
     Args:
-        runs: of any modes; those that tell of the named parameters are fitted together.
+        runs: of any modes; those with information on the named parameters are fitted together.
         model: the start, with its tolerances.
         shape: of the beam in the runs.
         names: of the parameters; the others stay as stated.
-        progress: is told each stage.
+        progress: receives each stage.
         threads: 0 takes all cores.
 
     Raises:
-        InputError: an unknown or unfit parameter, no runs, or runs that tell none of them.
+        InputError: an unknown or unfit parameter, no runs, or runs that determine none of them.
     """
     if not names:
         raise InputError("no parameter is named; --fit takes names, for example hinge_stiffness")
     free = free_parameters(model, names)
-    used = [paced(run) for run in runs_that_tell(names, runs)]
+    used = [paced(run) for run in informative_runs(names, runs)]
     robot = make_robot(model.values(), shape, model.increments)
     system = Hopper(robot, used, free)
     fit = fit_system(system, ParameterVector(system.parameters), progress=progress, threads=threads)
     other: Fit | None = None
-    if lacks(fit) and robot.increments < FINER:
+    if misses_physics(fit) and robot.increments < FINER:
         finer = replace(robot, increments=FINER)
         progress(f"a beam of {robot.increments} increments does not follow: try {FINER}")
         system = Hopper(finer, used, free)
@@ -181,7 +181,7 @@ def identify(
         other = fit_near(Estimator.of(system, fit.vector, noise, threads=threads), fit.x, progress)
         if _log_likelihood(other) > _log_likelihood(fit):
             robot, fit, other = finer, other, fit
-    unlike = _unlike(fit, other) if other is not None and lacks(fit) else {}
+    unlike = _unlike(fit, other) if other is not None and misses_physics(fit) else {}
     fit, open_ = told_apart(fit, progress)
     members = {name for one in open_ for name in one.names}
     estimates = _estimates(fit, model, members, unlike)
@@ -197,14 +197,14 @@ def identify(
     )  # fmt: skip
 
 
-def lacks(fit: Fit) -> bool:
-    """Tell whether a fit needs a process noise of the beam that noise of cameras does not explain.
+def misses_physics(fit: Fit) -> bool:
+    """Return whether a fit needs a process noise of the beam that camera noise does not explain.
 
-    A model that lacks nothing ends near a tenth of the strong noise: what is left of the noise of
+    A complete model ends near a tenth of the strong noise: what is left of the noise of
     the rotor's angle shakes the beam as much.
     """
     strong = fit.estimator.system.strong
-    return any(noise > _LACK * strong[group] for group, noise in _of_the_beam(fit).items())
+    return any(noise > _MISSING * strong[group] for group, noise in _of_the_beam(fit).items())
 
 
 def _of_the_beam(fit: Fit) -> dict[str, float]:
@@ -218,7 +218,7 @@ def _log_likelihood(fit: Fit) -> float:
     return fit.estimator.log_likelihood(fit.x)
 
 
-def runs_that_tell(names: Collection[str], runs: Sequence[MeasuredRun]) -> list[MeasuredRun]:
+def informative_runs(names: Collection[str], runs: Sequence[MeasuredRun]) -> list[MeasuredRun]:
     """Return the runs that are fitted for some parameters.
 
     Parameters of foot and ground need a free foot; for those of beam and rotor clamped runs are
@@ -258,26 +258,26 @@ def _unlike(fit: Fit, other: Fit) -> dict[str, float]:
 
 def _estimates(
     fit: Fit, model: ModelFile, without: Collection[str], unlike: Mapping[str, float]
-) -> dict[str, Estimate]:
-    """Return the fitted parameters with their intervals, but for some that the runs do not tell.
+) -> dict[str, ParameterEstimate]:
+    """Return the fitted parameters with their intervals, but for some that no run determines.
 
     Args:
         fit: of them.
         model: what is stated.
-        without: names of those that the runs do not tell.
+        without: names of those that the runs do not determine.
         unlike: share by which another mesh, that follows as badly, has a parameter otherwise; it
             counts like half an interval.
     """
-    found: dict[str, Estimate] = {}
-    told = intervals(fit, covariance(fit))
-    for parameter, one in told.items():
+    found: dict[str, ParameterEstimate] = {}
+    found_intervals = intervals(fit, covariance(fit))
+    for parameter, one in found_intervals.items():
         name, value = parameter.name, one.value
         if parameter.scope is Scope.RUN or name in without:
             continue
         stated = getattr(model.parameters, name)
         more = unlike.get(name, 0.0) * value
         below, above = (float(np.hypot(end - value, more)) for end in (one.low, one.high))
-        found[name] = Estimate(
+        found[name] = ParameterEstimate(
             value, value - below, value + above, parameter.unit, stated.value, stated.tolerance,
             _at_bound(parameter, value),
         )  # fmt: skip
@@ -290,7 +290,7 @@ def _at_bound(parameter: Parameter, value: float) -> bool:
 
 
 def _said(open_: Sequence[Combination]) -> list[str]:
-    """Return each combination in words, and which run would tell it."""
+    """Return each combination in words, and which run would determine it."""
     said = []
     for one in open_:
         advice = dict.fromkeys(_ADVICE[name] for name in one.names if name in _ADVICE)
@@ -307,7 +307,7 @@ def _misfits(fit: Fit) -> dict[str, float]:
 
 
 def _warnings(
-    estimates: Mapping[str, Estimate], fit: Fit, stated: int, increments: int
+    estimates: Mapping[str, ParameterEstimate], fit: Fit, stated: int, increments: int
 ) -> list[str]:
     warnings = []
     if increments != stated:
@@ -315,11 +315,11 @@ def _warnings(
             f"a beam of {stated} increments follows these runs worse than one of {increments}; the "
             "new model says so"
         )
-    if lacks(fit):
+    if misses_physics(fit):
         misfits = _misfits(fit)
         worst = max(misfits, key=misfits.__getitem__)
         warnings.append(
-            "the model lacks something that the runs show: they ask for process noise of "
+            "the model misses something that the runs show: they ask for process noise of "
             f"{max(_of_the_beam(fit).values()):.2g} N m sqrt(s) at each hinge, and {worst} is "
             f"missed most, {misfits[worst]:.2f} times the cameras' noise one sample ahead. The "
             "intervals count it, and what beams of other increments make of it, but not that the "
@@ -329,7 +329,7 @@ def _warnings(
         if estimate.at_bound:
             warnings.append(
                 f"{name} ends at its bound, {estimate.value:.4g} {estimate.unit}, a third or three "
-                "times its nominal value; the model lacks something, or the nominal value is wrong"
+                "times its nominal value; the model misses something, or the nominal value is wrong"
             )
         elif abs(estimate.value - estimate.stated) > 3 * estimate.tolerance:
             warnings.append(

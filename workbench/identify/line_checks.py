@@ -21,7 +21,7 @@ __all__ = ["LEVEL", "MATTERS", "Check", "check_line", "voltage_groups"]
 LEVEL = 0.01  # of each check: one straight line in a hundred is called bent
 MATTERS = 0.03  # [rad/s]; 7 mV at the supply, which sets 10 mV
 SAME_VOLTAGE = 0.02  # [V]; what a supply reads back differs by its last digit
-_LEFT = 0.2  # share of a term that the line itself does not explain already
+_INDEPENDENT = 0.2  # share of a term that the line itself does not explain already
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Check:
         moves: most that it changes a speed [rad/s].
         p_value: how often chance alone makes it so large.
         found: whether it is there and matters.
-        told: one sentence.
-        untested: why the runs cannot tell, where they cannot; the numbers are then NaN.
+        text: one sentence.
+        untested: why the runs cannot show it, where they cannot; the numbers are then NaN.
     """
 
     size: float
@@ -43,7 +43,7 @@ class Check:
     moves: float
     p_value: float
     found: bool
-    told: str
+    text: str
     untested: str | None = None
 
 
@@ -58,11 +58,11 @@ def check_line(line: SpeedLine) -> dict[str, Check]:
         line: as fitted.
     """
     return {
-        "curvature": _added(line, _bend(line), "%", 100 / line.span, _told_bend),
-        "drift": _added(line, _drift(line), "rad/s/h", 1.0, _told_drift),
-        "direction": _added(line, _direction(line), "rad/s", 1.0, _told_direction),
-        "sense": _added(line, _sense(line), "rad/s", 1.0, _told_sense),
-        "mode": _added(line, _mode(line), "rad/s", 1.0, _told_mode),
+        "curvature": _added(line, _bend(line), "%", 100 / line.span, _bend_text),
+        "drift": _added(line, _drift(line), "rad/s/h", 1.0, _drift_text),
+        "direction": _added(line, _direction(line), "rad/s", 1.0, _direction_text),
+        "sense": _added(line, _sense(line), "rad/s", 1.0, _sense_text),
+        "mode": _added(line, _mode(line), "rad/s", 1.0, _mode_text),
         "lack_of_fit": _lack_of_fit(line),
     }
 
@@ -77,7 +77,7 @@ def voltage_groups(voltages: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _added(
-    line: SpeedLine, term: _Term, unit: str, factor: float, told: Callable[[float, float], str]
+    line: SpeedLine, term: _Term, unit: str, factor: float, text: Callable[[float, float], str]
 ) -> Check:
     """Return the check that one more term is."""
     if isinstance(term, str):
@@ -92,7 +92,7 @@ def _added(
     moves = abs(coefficient) * float(np.ptp(term))
     found = p_value < LEVEL and moves > MATTERS
     size = coefficient * factor
-    return Check(size, unit, moves, p_value, found, told(size, moves))
+    return Check(size, unit, moves, p_value, found, text(size, moves))
 
 
 def _untested(unit: str, why: str) -> Check:
@@ -145,8 +145,8 @@ def _parted(line: SpeedLine, term: NDArray[np.float64], what: str) -> _Term:
     """Return a term, or that the voltages themselves explain it."""
     volts = line.voltages - line.middle
     terms = np.column_stack([volts, np.ones_like(volts)])
-    left = term - terms @ np.linalg.lstsq(terms, term)[0]
-    if np.linalg.norm(left) < _LEFT * np.linalg.norm(term - term.mean()):
+    residual = term - terms @ np.linalg.lstsq(terms, term)[0]
+    if np.linalg.norm(residual) < _INDEPENDENT * np.linalg.norm(term - term.mean()):
         return f"{what} goes with the voltage, so that the two cannot be distinguished"
     return term
 
@@ -168,11 +168,11 @@ def _lack_of_fit(line: SpeedLine) -> Check:
     beyond = (_weighted_square(straight, speeds, weights) - within) / (groups.max() - 1)
     p_value = float(scipy.stats.f.sf(beyond / (within / repeated), groups.max() - 1, repeated))
     size = float(np.abs(apart.coefficients - line.at(_group_means(line, groups))).max())
-    told = (
+    text = (
         f"the speeds lie up to {size:.3f} rad/s off the line, farther than repeats of a voltage "
         "lie from one another"
     )
-    return Check(size, "rad/s", size, p_value, p_value < LEVEL and size > MATTERS, told)
+    return Check(size, "rad/s", size, p_value, p_value < LEVEL and size > MATTERS, text)
 
 
 def _group_means(line: SpeedLine, groups: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -187,35 +187,35 @@ def _weighted_square(
     return float(np.sum(weights * (y - terms @ found) ** 2))
 
 
-def _told_bend(size: float, moves: float) -> str:
+def _bend_text(size: float, moves: float) -> str:
     return (
         f"the line is bent: midway the speed lies {moves:.3f} rad/s, {abs(size):.1f} % of its span,"
         f" {'above' if size > 0 else 'below'} the chord; calibrate the range that is used"
     )
 
 
-def _told_drift(size: float, moves: float) -> str:
+def _drift_text(size: float, moves: float) -> str:
     return (
         f"the speed drifts by {size:+.3f} rad/s an hour, {moves:.3f} rad/s over these runs; "
         "let the motor warm up, or calibrate again on the day"
     )
 
 
-def _told_direction(size: float, moves: float) -> str:
+def _direction_text(size: float, moves: float) -> str:
     return (
         f"after a lower voltage the speed is {abs(size):.3f} rad/s "
         f"{'higher' if size > 0 else 'lower'} than after a higher one; rest longer between the runs"
     )
 
 
-def _told_sense(size: float, moves: float) -> str:
+def _sense_text(size: float, moves: float) -> str:
     return (
         f"the rotor turns {abs(size):.3f} rad/s {'faster' if size > 0 else 'slower'} forwards than "
         "backwards; calibrate the two ways apart"
     )
 
 
-def _told_mode(size: float, moves: float) -> str:
+def _mode_text(size: float, moves: float) -> str:
     return (
         f"the rotor turns {abs(size):.3f} rad/s {'faster' if size > 0 else 'slower'} when the robot"
         " hops than when it is clamped; calibrate the mode that is used"

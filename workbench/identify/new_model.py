@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ruamel.yaml.comments import CommentedMap
 
-from workbench.identify.identification import Estimate
+from workbench.identify.identification import ParameterEstimate
 from workbench.protocol import Document, ModelFile, identified_source, rounded, write_changed
 
 __all__ = ["write_model"]
@@ -18,7 +18,7 @@ def write_model(
     path: Path,
     stated: Document[ModelFile],
     values: Mapping[str, float],
-    estimates: Mapping[str, Estimate],
+    estimates: Mapping[str, ParameterEstimate],
     runs: Sequence[str],
     day: date,
     increments: int | None = None,

@@ -33,9 +33,9 @@ class Oscillator(NamedTuple):
 def fit_oscillator(
     speeds: NDArray[np.float64], answers: NDArray[np.complex128], errors: NDArray[np.float64]
 ) -> Oscillator | None:
-    """Fit one pole, common to both axes, and a complex strength for each axis.
+    """Fit one oscillator, common to both axes, and a complex strength for each axis.
 
-    The equation above is linear in w0^2, 2 zeta w0 and c; its rows are weighted by the pole of the
+    The equation above is linear in w0^2, 2 zeta w0 and c; its rows are weighted by that of the
     round before, so that errors of the answer count and not those of the equation (Sanathanan and
     Koerner 1963). The error comes from redrawn answers, and is widened where the misfit is greater
     than the errors explain.
@@ -58,26 +58,26 @@ def fit_oscillator(
         noise = rng.standard_normal((2, *answers.shape)) * errors
         again = _solved(speeds, answers + noise[0] + 1j * noise[1], errors)
         if again is not None:
-            drawn.append(_peak(again.pole))
+            drawn.append(_peak(again.coefficients))
     if len(drawn) < _DRAWS / 2:
         return None
     low, high = np.percentile(drawn, [16, 84])
     error = float(high - low) / 2 * float(np.sqrt(max(1.0, found.misfit)))
-    square, rate = found.pole
+    square, rate = found.coefficients
     ratio = rate / (2 * float(np.sqrt(square)))
-    return Oscillator(_peak(found.pole), error, ratio, found.miss)
+    return Oscillator(_peak(found.coefficients), error, ratio, found.miss)
 
 
 class _Solution(NamedTuple):
     """w0^2 and 2 zeta w0, chi^2 per degree of freedom, and the greatest relative miss."""
 
-    pole: tuple[float, float]
+    coefficients: tuple[float, float]
     misfit: float
     miss: float
 
 
-def _peak(pole: tuple[float, float]) -> float:
-    square, rate = pole
+def _peak(coefficients: tuple[float, float]) -> float:
+    square, rate = coefficients
     ratio = rate / (2 * np.sqrt(square))
     return float(np.sqrt(square / max(1 - 2 * ratio**2, 0.1)))
 
@@ -95,21 +95,21 @@ def _solved(
         rows[axis, :, 3 + 2 * axis] = -1j * w**2
     wanted = (answers * w[:, None] ** 2).T
     weight = 1 / errors.T
-    left = np.zeros(0)
+    residual = np.zeros(0)
     solution = np.zeros(2 + 2 * axes)
     for _ in range(_ROUNDS):
         a, b = rows * weight[..., None], wanted * weight
         flat = a.reshape(-1, a.shape[-1])
         stacked, target = np.vstack([flat.real, flat.imag]), np.concatenate([b.real, b.imag], None)
         solution = np.linalg.lstsq(stacked, target)[0]
-        left = stacked @ solution - target
-        pole = solution[0] - w**2 + 1j * solution[1] * w
-        weight = 1 / (errors.T * np.maximum(np.abs(pole), 1e-9))
-    free = left.size - len(solution)
+        residual = stacked @ solution - target
+        denominator = solution[0] - w**2 + 1j * solution[1] * w
+        weight = 1 / (errors.T * np.maximum(np.abs(denominator), 1e-9))
+    free = residual.size - len(solution)
     if not (solution[0] > 0 and solution[1] > 0 and free > 0):
         return None
-    pole = solution[0] - w**2 + 1j * solution[1] * w
-    told = np.outer(w**2 / pole, solution[2::2] + 1j * solution[3::2])
-    miss = np.linalg.norm(told - answers, axis=1) / np.linalg.norm(answers, axis=1)
-    misfit = float(left @ left) / free
+    denominator = solution[0] - w**2 + 1j * solution[1] * w
+    predicted = np.outer(w**2 / denominator, solution[2::2] + 1j * solution[3::2])
+    miss = np.linalg.norm(predicted - answers, axis=1) / np.linalg.norm(answers, axis=1)
+    misfit = float(residual @ residual) / free
     return _Solution((float(solution[0]), float(solution[1])), misfit, float(miss.max()))

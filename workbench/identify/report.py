@@ -30,7 +30,7 @@ from workbench.review.page import figure, table, warning_list, write_page
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Part", "write_identification", "write_resonances"]
+__all__ = ["ReportPart", "write_identification", "write_resonances"]
 
 _SHARE = 0.2  # of both stiffnesses, either way, that figure 4.3 shows
 _GRID = 9
@@ -42,12 +42,12 @@ _NAMES = {
     "hinge_damping": "d, damping of a hinge",
     "root_damping": "dT, damping of the root",
 }
-_Shown = TypeVar("_Shown", Pair, MeasuredRun)
+_Item = TypeVar("_Item", Pair, MeasuredRun)
 _KIND = {True: "viscous", False: "not viscous", None: "not determined"}
 
 
-class Part(NamedTuple):
-    """A part of the report that another module tells: validation, ground contact.
+class ReportPart(NamedTuple):
+    """A part of the report that another module writes: validation, ground contact.
 
     Args:
         heads: of its table.
@@ -90,7 +90,7 @@ def write_identification(
     identification: Identification,
     resonances: Resonances | None = None,
     damping: Sequence[ModeDamping] = (),
-    validation: Part | None = None,
+    validation: ReportPart | None = None,
     *,
     hop: Pair | None = None,
     provenance: Mapping[str, str] | None = None,
@@ -124,10 +124,10 @@ def write_identification(
 
 
 def _verdict(found: Identification) -> str:
-    told = f"{len(found.estimates)} parameters are determined by {len(found.runs)} runs"
+    text = f"{len(found.estimates)} parameters are determined by {len(found.runs)} runs"
     if found.not_determined:
-        told += f", {len(found.not_determined)} combinations are not"
-    return f"{told}; the fitted model misses the runs by {found.misfit:.2f} times the noise."
+        text += f", {len(found.not_determined)} combinations are not"
+    return f"{text}; the fitted model misses the runs by {found.misfit:.2f} times the noise."
 
 
 def _parameters(found: Identification) -> Markup:
@@ -146,8 +146,8 @@ def _within(value: float, low: float, high: float) -> tuple[str, str]:
     if not (np.isfinite(wide) and wide > 0):
         return f"{value:.4g}", f"{low:.4g} to {high:.4g}"
     sure = wide / 4, abs(value) / 10 or wide / 4  # two digits of the value at least
-    places = max(0, *(-int(np.floor(np.log10(size))) for size in sure))
-    return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
+    digits = max(0, *(-int(np.floor(np.log10(size))) for size in sure))
+    return f"{value:.{digits}f}", f"{low:.{digits}f} to {high:.{digits}f}"
 
 
 def _warnings(found: Identification) -> Markup:
@@ -164,7 +164,7 @@ def _misfits(found: Identification) -> Markup:
     words = Markup(
         "<p>Root mean square of what was seen less what was predicted one sample ahead, in "
         "standard deviations of the cameras' noise; 1 is as good as can be. Process noise, what "
-        "the model lacks in N m sqrt(s) and N sqrt(s): {}.</p>"
+        "the model misses in N m sqrt(s) and N sqrt(s): {}.</p>"
     ).format(noise)
     return words + table(rows, ("Run", "Misfit in sigma"))
 
@@ -176,7 +176,7 @@ def _largest_first(misfits: Mapping[str, float]) -> list[tuple[str, float]]:
 def _pairs(found: Identification) -> Markup:
     pairs = fitted_pairs(found.fit, found.runs)
     clamped = [p for p, run in zip(pairs, found.runs, strict=True) if run.mode == "clamped"]
-    chosen = _spread(clamped or pairs)
+    chosen = _thinned(clamped or pairs)
     return _drawn(
         figure_4_4(chosen),
         "figure-4-4",
@@ -206,7 +206,7 @@ def _surface(found: Identification, resonances: Resonances | None) -> Markup:
         figure_4_3(surface, found.estimates, _longitudinal(resonances)),
         "figure-4-3",
         "Longitudinal frequency of small swings over both stiffnesses (thesis, figure 4.3), the "
-        "rotor where it stood in the ring-downs. Measured: the ring-down with the smallest swings.",
+        "rotor where it was in the ring-downs. Measured: the ring-down with the smallest swings.",
     )
 
 
@@ -238,19 +238,19 @@ def _resonance_sections(found: Resonances, runs: Sequence[MeasuredRun]) -> list[
 
 def _resonance_verdict(found: Resonances, modes: Sequence[ModeDamping]) -> str:
     named = {peak.oscillation: peak for peak in sorted(found.peaks, key=lambda p: -p.speed_error)}
-    told = [
+    rows = [
         f"{name} at {peak.speed:.2f} \N{PLUS-MINUS SIGN} {peak.speed_error:.2f} rad/s"
         for name, peak in named.items()
     ]
-    told = [f"Driven, the robot resonates {', '.join(told)}"] if told else []
+    rows = [f"Driven, the robot resonates {', '.join(rows)}"] if rows else []
     if modes:
         rings = " and ".join(f"{mode.hz:.3f} Hz ({mode.oscillation})" for mode in modes)
-        told.append(
-            f"let go, it rings at {rings}" if told else f"Let go, the robot rings at {rings}"
+        rows.append(
+            f"let go, it rings at {rings}" if rows else f"Let go, the robot rings at {rings}"
         )
     if found.points:
-        told.append(f"jumps and doubled periods seen: {len(found.jumps) or 'none'}")
-    return "; ".join(told) + "." if told else "No resonance is seen in these runs."
+        rows.append(f"jumps and doubled periods seen: {len(found.jumps) or 'none'}")
+    return "; ".join(rows) + "." if rows else "No resonance is seen in these runs."
 
 
 def _peaks(found: Resonances) -> Markup:
@@ -271,7 +271,7 @@ def _sweep(found: Resonances) -> Markup:
         return Markup()
     caption = (
         "Amplitude of T at the rotor's speed, and by how much it lags behind the rotor's pull. "
-        "The robot's own fading swings are taken off. Hollow marks still changed."
+        "The robot's free vibration is taken off. Hollow marks still changed."
     )
     return _drawn(sweep_figure(found), "sweep", caption)
 
@@ -283,7 +283,7 @@ def _paths(found: Resonances, runs: Sequence[MeasuredRun]) -> Markup:
         return Markup()
     clamped.sort(key=lambda run: used[run.name])
     caption = "Path of T and its height over time (thesis, figure 4.1)."
-    return _drawn(figure_4_1(_spread(clamped)), "figure-4-1", caption)
+    return _drawn(figure_4_1(_thinned(clamped)), "figure-4-1", caption)
 
 
 def _spectra(found: Resonances) -> Markup:
@@ -317,13 +317,13 @@ def _damping(modes: Sequence[ModeDamping]) -> Markup:
     return table(rows, heads) + _drawn(damping_figure(modes), "damping", caption)
 
 
-def _validation(part: Part | None) -> Markup:
+def _validation(part: ReportPart | None) -> Markup:
     if part is None:
         return Markup("<p>No run was held out, so nothing was validated.</p>")
     return _part(part)
 
 
-def _part(part: Part | None) -> Markup:
+def _part(part: ReportPart | None) -> Markup:
     if part is None:
         return Markup()
     text = Markup("<p>{}</p>").format(part.text) if part.text else Markup()
@@ -335,7 +335,7 @@ def _lines(rows: Iterable[Sequence[str]]) -> Markup:
     return table(kept, css="facts") if kept else Markup()
 
 
-def _spread(all_of: Sequence[_Shown]) -> list[_Shown]:
+def _thinned(all_of: Sequence[_Item]) -> list[_Item]:
     """Return at most four, spread evenly over the order given."""
     picked = np.linspace(0, len(all_of) - 1, min(_MOST_ROWS, len(all_of))).round().astype(int)
     return [all_of[k] for k in picked]

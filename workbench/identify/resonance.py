@@ -1,6 +1,6 @@
 """Resonances from data: peaks of the answer over the rotor's speed, and jumps between its branches.
 
-Two things are told apart. A resonance is steep, but w^2 over its answer is a smooth curve of w^2:
+Two things are separated. A resonance is steep, but w^2 over its answer is a smooth curve of w^2:
 for one oscillator a straight line. A jump between two possible motions is smooth in neither.
 """
 
@@ -44,7 +44,7 @@ class Peak:
         speed_error: standard error of it [rad/s].
         amplitude: of T along x and z at the highest point measured [m].
         damping_ratio: of the fitted oscillator, None where none fits.
-        fitted: whether an oscillator was fitted; else the highest point and its neighbours tell.
+        fitted: whether an oscillator was fitted; else the highest point and its neighbours count.
     """
 
     direction: Direction
@@ -99,7 +99,7 @@ class Jump:
 
 @dataclass(frozen=True, eq=False)
 class Resonances:
-    """What runs tell about resonances.
+    """What runs show of resonances.
 
     Args:
         points: T's answer to each speed, in the order of time; empty without clamped runs.
@@ -144,8 +144,8 @@ def resonances(runs: Sequence[MeasuredRun]) -> Resonances:
             warnings.append(str(error))
     points: tuple[SweepPoint, ...] = ()
     if any(run.mode == "clamped" for run in runs):
-        points, left_out = read_sweep(runs)
-        warnings += left_out
+        points, omitted = read_sweep(runs)
+        warnings += omitted
     if not (spectra or points):
         raise InputError("no run can be looked at: " + "; ".join(warnings or ["none is given"]))
     warnings += [
@@ -172,7 +172,7 @@ def find_peaks(points: Sequence[SweepPoint]) -> Iterator[Peak]:
     """
     for leg in _by_direction(points):
         for k in range(1, len(leg) - 1):
-            if _stands_out(leg, k):
+            if _is_peak(leg, k):
                 yield _peak(leg, k)
 
 
@@ -195,8 +195,8 @@ def find_jumps(points: Sequence[SweepPoint]) -> Iterator[Jump]:
                        (_size(point), _size(point, 0.5)))  # fmt: skip
 
 
-def _stands_out(leg: Sequence[SweepPoint], k: int) -> bool:
-    """Tell whether the answer falls on both sides of a point, by more than errors, before it rises.
+def _is_peak(leg: Sequence[SweepPoint], k: int) -> bool:
+    """Return whether the answer falls on both sides of a point, by more than errors.
 
     That is the prominence of a peak, as scipy.signal.peak_prominences has it.
     """
@@ -229,12 +229,12 @@ def _peak(leg: Sequence[SweepPoint], k: int) -> Peak:
         if low < found.speed < high:
             return Peak(leg[k].direction, oscillation(x, z), found.speed, found.speed_error,
                         (x, z), found.damping_ratio, True)  # fmt: skip
-    spread = (high - low) / np.sqrt(12)
-    return Peak(leg[k].direction, oscillation(x, z), leg[k].speed, spread, (x, z), None, False)
+    sigma = (high - low) / np.sqrt(12)
+    return Peak(leg[k].direction, oscillation(x, z), leg[k].speed, sigma, (x, z), None, False)
 
 
 def _jumps(leg: Sequence[SweepPoint], k: int) -> bool:
-    """Tell whether no smooth course from either side leads from point k to the next."""
+    """Return whether no smooth course from either side leads from point k to the next."""
     axis = int(np.argmax(leg[k].amplitude() + leg[k + 1].amplitude()))
     expected = [
         (leg[a], leg[b], leg[c])
@@ -251,7 +251,7 @@ def _jumps(leg: Sequence[SweepPoint], k: int) -> bool:
 def _surprises(
     before: SweepPoint, here: SweepPoint, there: SweepPoint, axis: int, inverse: bool
 ) -> bool:
-    """Tell whether `there` is far from the straight line through the two points before it.
+    """Return whether `there` is far from the straight line through the two points before it.
 
     Inverse lines are those of w^2 / answer over w^2, as a resonance has them; else of the answer.
     """
@@ -262,13 +262,15 @@ def _surprises(
     ahead = (w[2] - w[1]) / (w[1] - w[0])
     if inverse:
         line = w[1] / a[1] + ahead * (w[1] / a[1] - w[0] / a[0])
-        told = w[2] / line
-        carry = np.abs(told**2 / w[2]) * np.array([ahead, 1 + ahead]) * w[:2] / np.abs(a[:2]) ** 2
+        predicted = w[2] / line
+        carry = (
+            np.abs(predicted**2 / w[2]) * np.array([ahead, 1 + ahead]) * w[:2] / np.abs(a[:2]) ** 2
+        )
     else:
-        told = a[1] + ahead * (a[1] - a[0])
+        predicted = a[1] + ahead * (a[1] - a[0])
         carry = np.array([ahead, 1 + ahead])
     unsure = np.sqrt(e[2] ** 2 + np.sum((carry * e[:2]) ** 2))
-    apart, size = abs(a[2] - told), max(abs(a[2]), abs(told))
+    apart, size = abs(a[2] - predicted), max(abs(a[2]), abs(predicted))
     return bool(apart > _SIGMAS * unsure and apart > _LEAST_JUMP * size)
 
 
@@ -303,7 +305,7 @@ def _slope(leg: Sequence[SweepPoint], point: SweepPoint, axis: int) -> float:
 
 
 def _is_doubled(point: SweepPoint) -> bool:
-    """Tell whether T keeps swinging at half the rotor's speed; a swing of its own would fade."""
+    """Return whether T keeps swinging at half the rotor's speed; a free vibration would fade."""
     at = ORDERS.index(0.5)
     half = point.amplitude(0.5)
     axis = int(np.argmax(half))

@@ -1,6 +1,6 @@
 """The mean speed of the motor's shaft in one run, from the tracked rotor.
 
-The motor stands on the beam's tip. What the cameras see is the angle of the rotor in the world: the
+The motor is on the beam's tip. What the cameras see is the angle of the rotor in the world: the
 shaft's, plus the tip's tilt, which near a resonance swings by half a radian and more and tilts a
 line through the angle by 0.01 rad/s over ten seconds. The tilt is a smooth function of where the
 tip is from the foot, so a parabola of that place is fitted beside the line and taken off.
@@ -22,7 +22,7 @@ __all__ = ["shaft_speed"]
 START_UP_S = 1.0  # after the last change of the voltage
 RUN_OUT_S = 0.2  # before the output goes off: the run's clock and the cameras' differ by less
 LEAST_TURNS = 3.0
-STALLED = 0.5  # of a mean turn: a rotor that gets no farther in that time has stood
+STALLED = 0.5  # of a mean turn: a rotor that gets no farther in that time was stopped
 STEADY = 0.02  # of the speed: more change over the run is no steady speed
 MISCOUNTED_RAD = np.pi / 2  # a whole turn too many shows as more, a tilt across a gap as less
 _TURN = 2 * np.pi
@@ -32,7 +32,7 @@ _CHANNELS = (ROTOR_ANGLE, TOP[0], TOP[2], FOOT[0], FOOT[2], PITCH)
 
 
 def shaft_speed(run: MeasuredRun) -> RotorSpeed:
-    """Return the mean speed of the motor's shaft while the voltage stood still [rad/s].
+    """Return the mean speed of the motor's shaft while the voltage was constant [rad/s].
 
     On the virtual bench it is within 0.001 rad/s of the truth on runs of 10 s, a tenth of what a
     line through the rotor's angle is off near a resonance (`benchmarks/calibrate.py`).
@@ -133,8 +133,8 @@ def _require_steady(times: NDArray[np.float64], angle: NDArray[np.float64]) -> N
 def _require_counted(times: NDArray[np.float64], angle: NDArray[np.float64]) -> None:
     """Refuse a gap across which a steady rotor would have turned otherwise than was counted."""
     since = times - times.mean()
-    left = angle - np.polyval(np.polyfit(since, angle, 1), since)
-    step = np.abs(np.diff(left))
+    residual = angle - np.polyval(np.polyfit(since, angle, 1), since)
+    step = np.abs(np.diff(residual))
     worst = int(np.argmax(step))
     if step[worst] > MISCOUNTED_RAD:
         raise InputError(

@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import TOP, position
 
-__all__ = ["Line", "Oscillation", "Spectrum", "oscillation", "spectrum"]
+__all__ = ["Oscillation", "SpectralLine", "Spectrum", "oscillation", "spectrum"]
 
 Oscillation = Literal["torsional", "longitudinal"]
 """The thesis' names of the two: T sways forward, or bounces upward."""
@@ -32,7 +32,7 @@ _HANN_LOSS = 1.53  # of a line's frequency, against no window: var = 2.34 times 
 
 
 @dataclass(frozen=True)
-class Line:
+class SpectralLine:
     """A line of a spectrum.
 
     Args:
@@ -83,7 +83,7 @@ class Spectrum:
     hz: NDArray[np.float64]
     amplitude: NDArray[np.float64]
     speed: float
-    lines: tuple[Line, ...]
+    lines: tuple[SpectralLine, ...]
 
 
 def oscillation(x: float, z: float) -> Oscillation:
@@ -125,7 +125,7 @@ def spectrum(run: MeasuredRun) -> Spectrum:
 
 def _lines(
     hz: NDArray[np.float64], amplitude: NDArray[np.float64], duration: float, speed: float
-) -> tuple[Line, ...]:
+) -> tuple[SpectralLine, ...]:
     total = np.hypot(*amplitude.T)
     noise = _noise(total)
     least = max(_LEAST_SHARE * total[hz >= _LOWEST_HZ].max(), _LEAST_OVER_NOISE * noise)
@@ -133,7 +133,7 @@ def _lines(
     peaks, _ = scipy.signal.find_peaks(total, height=least, distance=apart, prominence=0.3 * least)
     peaks = [k for k in peaks if hz[k] >= _LOWEST_HZ]
     peaks = sorted(peaks, key=lambda k: -total[k])[:_MOST_LINES]
-    found: list[Line] = []
+    found: list[SpectralLine] = []
     for k in peaks:
         low, mid, high = np.log(total[k - 1 : k + 2])
         shift = 0.5 * (low - high) / (low - 2 * mid + high)
@@ -142,7 +142,7 @@ def _lines(
         along = float(amplitude[k, 0]), float(amplitude[k, 1])
         order = _order(at, speed, _LOBE_BINS / duration)
         doubled = any(abs(at - 2 * line.hz) < _LOBE_BINS / duration / 2 for line in found)
-        found.append(Line(at, error, along, order, overtone=order is None and doubled))
+        found.append(SpectralLine(at, error, along, order, overtone=order is None and doubled))
     return tuple(found)
 
 

@@ -21,7 +21,7 @@ from workbench.motion import Mode
 __all__ = [
     "CONFIDENCE",
     "LEAST_ERROR",
-    "Interval",
+    "LineInterval",
     "SpeedLine",
     "SpeedPoint",
     "WeightedFit",
@@ -58,7 +58,7 @@ class SpeedPoint:
     source: str = "read back"
 
 
-class Interval(NamedTuple):
+class LineInterval(NamedTuple):
     """A number and what holds the truth with 90 %."""
 
     value: float
@@ -100,10 +100,10 @@ def fitted(
         errors: (n,) standard errors of y, the scatter not among them.
     """
     degrees = len(y) - terms.shape[1]
-    own = np.maximum(errors, LEAST_ERROR) ** 2
+    variances = np.maximum(errors, LEAST_ERROR) ** 2
 
     def chi2(scatter2: float) -> float:
-        weights = 1 / np.sqrt(own + scatter2)
+        weights = 1 / np.sqrt(variances + scatter2)
         found = np.linalg.lstsq(weights[:, None] * terms, weights * y)[0]
         return float(np.sum((weights * (y - terms @ found)) ** 2))
 
@@ -112,9 +112,11 @@ def fitted(
     if alone > degrees:
         above = float(np.sum((y - terms @ np.linalg.lstsq(terms, y)[0]) ** 2))
         scatter2 = float(
-            np.asarray(scipy.optimize.brentq(lambda s: chi2(s) - degrees, 0.0, above + own.max()))
+            np.asarray(
+                scipy.optimize.brentq(lambda s: chi2(s) - degrees, 0.0, above + variances.max())
+            )
         )
-    weights = 1 / (own + scatter2)
+    weights = 1 / (variances + scatter2)
     covariance: NDArray[np.float64] = np.asarray(
         np.linalg.inv(terms.T @ (weights[:, None] * terms)), dtype=np.float64
     )
@@ -138,12 +140,12 @@ class SpeedLine:
     middle: float
 
     @property
-    def slope(self) -> Interval:
+    def slope(self) -> LineInterval:
         """Return the slope [rad/s/V]."""
         return self._interval(np.array([1.0, 0.0]))
 
     @property
-    def offset(self) -> Interval:
+    def offset(self) -> LineInterval:
         """Return the speed where the line meets zero volts [rad/s]."""
         return self._interval(np.array([-self.middle, 1.0]))
 
@@ -165,9 +167,9 @@ class SpeedLine:
     @property
     def residuals(self) -> NDArray[np.float64]:
         """Return measured speed less the line, (n,) [rad/s]."""
-        return np.array([self.left_by(point) for point in self.points])
+        return np.array([self.residual(point) for point in self.points])
 
-    def left_by(self, point: SpeedPoint) -> float:
+    def residual(self, point: SpeedPoint) -> float:
         """Return what the line leaves of any run's speed [rad/s]."""
         return point.speed - float(self.at(np.array([point.voltage]))[0])
 
@@ -199,10 +201,10 @@ class SpeedLine:
     def _quantile(self) -> float:
         return float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, self.fit.degrees))
 
-    def _interval(self, along: NDArray[np.float64]) -> Interval:
+    def _interval(self, along: NDArray[np.float64]) -> LineInterval:
         value = float(along @ self.fit.coefficients)
         half = self._quantile * float(np.sqrt(along @ self.fit.covariance @ along))
-        return Interval(value, value - half, value + half)
+        return LineInterval(value, value - half, value + half)
 
 
 def fit_line(points: Sequence[SpeedPoint]) -> SpeedLine:

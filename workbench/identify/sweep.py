@@ -1,7 +1,7 @@
 """T's answer to each rotor speed of a sweep: amplitude and phase against the rotor, with errors.
 
 The rotor pulls T with m r w^2 along its own direction; what T answers is fitted by
-`workbench.clamped`, so that a run of ten seconds tells the answer and not the ringing.
+`workbench.clamped`, so that a run of ten seconds shows the answer and not the ringing.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.clamped import ORDERS, answer, factors, lag, steady_end, terms
+from workbench.damped_sinusoids import LEAST_SAMPLES, SinusoidFit, fit_sinusoids
 from workbench.errors import InputError
 from workbench.fit.measured import MeasuredRun
 from workbench.motion import ROTOR_ANGLE, TOP
-from workbench.swings import LEAST_SAMPLES, Swings, fit_swings
 from workbench.timeseries import TimeSeries
 from workbench.tracking.rotor import mean_speed, unwrapped
 
-__all__ = ["Direction", "Plateau", "Sweep", "SweepPoint", "plateaus", "read_sweep"]
+__all__ = ["Direction", "Plateau", "SweepPoint", "SweepResult", "plateaus", "read_sweep"]
 
 Direction = Literal["up", "down", "unordered"]
 """Whether the speeds rose or fell in the order of time; unordered where they did neither."""
@@ -77,7 +77,7 @@ class SweepPoint:
 
     @property
     def steady(self) -> bool:
-        """Tell whether the greatest amplitude is steady."""
+        """Return whether the greatest amplitude is steady."""
         return bool(self.steadies.flat[np.abs(self.answer).argmax()])
 
     def amplitude(self, order: float = 1.0) -> NDArray[np.float64]:
@@ -97,14 +97,14 @@ class SweepPoint:
         return lag(self.answer)
 
 
-class Sweep(NamedTuple):
-    """What a sweep told: its points in the order of time, and what could not be used and why."""
+class SweepResult(NamedTuple):
+    """Result of a sweep: its points in the order of time, and what could not be used and why."""
 
     points: tuple[SweepPoint, ...]
     warnings: tuple[str, ...]
 
 
-def read_sweep(runs: Sequence[MeasuredRun]) -> Sweep:
+def read_sweep(runs: Sequence[MeasuredRun]) -> SweepResult:
     """Return T's answer at every plateau of clamped runs.
 
     A run of one speed from rest gives one point, a staircase one for each step.
@@ -133,7 +133,7 @@ def read_sweep(runs: Sequence[MeasuredRun]) -> Sweep:
                 points.append(_point(run, plateau, angle))
             except InputError as error:
                 warnings.append(f"{run.name} at {plateau.speed:.2f} rad/s: {error}")
-    return Sweep(tuple(_directed(points)), tuple(warnings))
+    return SweepResult(tuple(_directed(points)), tuple(warnings))
 
 
 def plateaus(run: MeasuredRun) -> Iterator[Plateau]:
@@ -173,14 +173,17 @@ def _point(run: MeasuredRun, plateau: Plateau, angle: NDArray[np.float64]) -> Sw
 
 
 def _changes(
-    times: NDArray[np.float64], top: NDArray[np.float64], phi: NDArray[np.float64], found: Swings
+    times: NDArray[np.float64],
+    top: NDArray[np.float64],
+    phi: NDArray[np.float64],
+    found: SinusoidFit,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return how the amplitudes changed from half to half, and which are steady, (2, orders)."""
     columns = np.insert(terms(phi), 0, 1.0, axis=1)
-    driven = columns @ found.beside + found.left  # without the robot's own swings
+    driven = columns @ found.beside + found.residual  # without the robot's free vibration
     middle = (times[0] + times[-1]) / 2
     (first, first_error), (last, last_error) = (
-        factors(fit_swings(times[half], driven[half], 0, beside=terms(phi[half])))
+        factors(fit_sinusoids(times[half], driven[half], 0, beside=terms(phi[half])))
         for half in (times <= middle, times > middle)
     )
     size = np.maximum(np.abs(first), np.finfo(float).tiny)

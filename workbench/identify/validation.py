@@ -4,7 +4,7 @@ Each run is simulated freely with the stated and with the fitted model, its roto
 seen to turn. Both may choose what nobody wrote down about the run, such as when it was let go, and
 no parameter; a wrong model gets the same benefit of the doubt. Clamped, decay and drop runs are
 compared whole, a hop up to its first hops: what it does then cannot be reproduced even by the robot
-itself. How well it was predicted is told for every run, from the observed state some time ahead.
+itself. How well it was predicted is given for every run, from the observed state some time ahead.
 """
 
 from __future__ import annotations
@@ -197,8 +197,8 @@ def _validated(run: MeasuredRun, robots: Sequence[Robot], threads: int) -> RunVa
         _point(system, k, column, *(one[column] / 1000 for one in apart))
         for k, column in enumerate(apart[0].names)
     )
-    told = [predictions(robot, run) for robot in robots]
-    ahead = {key: (told[0].get(key), told[1].get(key)) for key in {**told[0], **told[1]}}
+    base, fitted = (predictions(robot, run) for robot in robots)
+    ahead = {key: (base.get(key), fitted.get(key)) for key in {**base, **fitted}}
     return RunValidation(run.name, run.mode, window, points, ahead)
 
 

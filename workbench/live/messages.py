@@ -45,7 +45,7 @@ class LiveTask:
         model: text of the model file.
         shape: text of the shape file.
         bench: text of the bench file: axes, bodies and markers of its cameras.
-        rest_s: for how long the robot stands still at first [s].
+        rest_s: for how long the robot is at rest at first [s].
         stop_when: what the run shall stop on.
         viewer: port on loopback where each shown state is sent; None where nobody watches.
     """

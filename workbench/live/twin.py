@@ -1,4 +1,4 @@
-"""A run's hold on its live twin: start it, feed it, hear of it, and end with it."""
+"""A run's hold on its live twin: start it, feed it, receive its states, and end with it."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ BLIND_S = 1.0
 """A run that stops on its prediction error stops where there was none for so long [s]."""
 _READY_S = 60.0  # a cold computer compiles
 _LOOK_S = 0.005  # how often a waiting run looks
-_HAND_ON_S = 0.1  # longest wait for a frame that is handed on
+_HAND_ON_S = 0.1  # longest wait for a frame that is passed on
 _END_S = 2.0  # for what still waits in the line to be observed
 
-TellLive = Callable[[LiveState | None], None]
+OnLiveState = Callable[[LiveState | None], None]
 
 
 class NoTwin:
@@ -70,11 +70,11 @@ class LiveTwin:
     """A worker process for one run; use it in a `with` block, at whose end the process is gone.
 
     A run that stops on its prediction error needs it: it stops as well where the process ends, or
-    tells no prediction error for `BLIND_S`. Any other run goes on without it.
+    reports no prediction error for `BLIND_S`. Any other run goes on without it.
 
     Args:
         task: what is observed.
-        tell: is told each state in a thread of its own, and None at the end.
+        on_state: receives each state in a thread of its own, and None at the end.
         command: starts the process.
 
     Attributes:
@@ -84,15 +84,18 @@ class LiveTwin:
     """
 
     def __init__(
-        self, task: LiveTask, tell: TellLive = lambda state: None, command: Sequence[str] = COMMAND
+        self,
+        task: LiveTask,
+        on_state: OnLiveState = lambda state: None,
+        command: Sequence[str] = COMMAND,
     ) -> None:
-        self._task, self._tell = task, tell
+        self._task, self._on_state = task, on_state
         self.summary: LiveSummary | None = None
         self.errors: list[tuple[float, float | None]] = []
         self.lost = ""
         self._stop: Stop | None = None
         self._ready, self._ending = threading.Event(), threading.Event()
-        self._known = 0.0  # when a prediction error was last heard of
+        self._known = 0.0  # when a prediction error was last received
         self._waits = self._kept = False
         self._feeder: threading.Thread | None = None
         self._words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the process
@@ -106,10 +109,10 @@ class LiveTwin:
             stderr=self._words,
             env={**os.environ, **one_core, "PYTHONPATH": path},
         )
-        self._hearer = threading.Thread(target=self._hear, name="live twin", daemon=True)
+        self._hearer = threading.Thread(target=self._receive, name="live twin", daemon=True)
 
     def __enter__(self) -> Self:
-        """Tell the process its task."""
+        """Send the process its task."""
         self._hearer.start()
         with suppress(OSError):
             self._send(json.dumps(asdict(self._task)).encode() + b"\n")
@@ -134,7 +137,7 @@ class LiveTwin:
             self._process.kill()
             self._process.wait()
         self._hearer.join(_END_S)
-        self._tell(None)
+        self._on_state(None)
         self._words.close()
 
     def require_ready(self) -> None:
@@ -165,8 +168,8 @@ class LiveTwin:
         if not self._waits:
             self._waits, self._known = True, time.monotonic()
         until = clock.now() + seconds
-        while (why := self._why()) is None and (left := until - clock.now()) > 0:
-            clock.sleep(min(_LOOK_S, left))
+        while (why := self._why()) is None and (remaining_s := until - clock.now()) > 0:
+            clock.sleep(min(_LOOK_S, remaining_s))
         return why
 
     def keep_in(self, bundle: Bundle, journal: Callable[[Event], None]) -> None:
@@ -181,7 +184,7 @@ class LiveTwin:
             series = TimeSeries.of(times, {"prediction_error_mm": column})
             bundle.series.write("live", series, made_from)
         facts = {} if self.summary is None else asdict(self.summary)
-        journal(events.LiveTwin(**facts, gone=self.lost))
+        journal(events.LiveTwinState(**facts, gone=self.lost))
 
     def _why(self) -> str | None:
         """Return why the run has to stop, in words."""
@@ -212,7 +215,7 @@ class LiveTwin:
 
     def _feed(self, recorder: Recorder) -> None:
         count = 0
-        with suppress(OSError, ValueError):  # the process ended; who hears it says why
+        with suppress(OSError, ValueError):  # the process ended; who reads it says why
             self._send(bodies_line(recorder.bodies))
             while True:
                 ending = self._ending.is_set()
@@ -223,7 +226,7 @@ class LiveTwin:
                 if ending:
                     return
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         assert self._process.stdout is not None
         with self._process.stdout as lines:
             for text in lines:
@@ -247,7 +250,7 @@ class LiveTwin:
                 if any(error is not None for _, error in value["errors"]):
                     self._known = time.monotonic()
                 if kind == "state":
-                    self._tell(LiveState(**value["state"]))
+                    self._on_state(LiveState(**value["state"]))
                 else:
                     self.summary = LiveSummary(**value["summary"])
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from workbench.fit.correction import LONGEST
 from workbench.protocol import StopWhen
 
-__all__ = ["Stop", "Verdict"]
+__all__ = ["LimitMonitor", "Stop"]
 
 _SAME_S = 1e-6
 
@@ -28,8 +28,8 @@ class Stop:
     time_s: float
 
 
-class Verdict:
-    """Tells from errors, one after the other, when a limit was passed for too long.
+class LimitMonitor:
+    """Detects from errors, one after the other, when a limit was passed for too long.
 
     An error that is at the limit or below begins the count anew; a sample of which nothing is known
     says neither. More samples than a glitch lasts have to be above.
@@ -44,7 +44,7 @@ class Verdict:
         self._above = 0
 
     def after(self, time_s: float, error_m: float) -> Stop | None:
-        """Take the error of a sample, NaN where it is not known, and tell whether to stop."""
+        """Take the error of a sample, NaN where it is not known, and return whether to stop."""
         if math.isnan(error_m):
             return None
         if error_m <= self._limit.above_m:

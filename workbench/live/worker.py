@@ -34,8 +34,8 @@ from workbench.live.messages import (
     frame_size,
     line,
 )
-from workbench.live.shown import Shown
-from workbench.live.verdict import Verdict
+from workbench.live.pose_drawing import PoseDrawing
+from workbench.live.verdict import LimitMonitor
 from workbench.loopback import HERE
 from workbench.motion import FOOT, PITCH, ROTOR, ROTOR_ANGLE, TOP
 from workbench.protocol import BenchFile, ModelFile, ShapeFile, StopWhen, parse
@@ -48,11 +48,11 @@ __all__ = ["BEHIND_S", "main", "work"]
 BEHIND_S = 0.5
 """Further behind than this the observer goes on with the newest frame [s]."""
 _STATES_S = 0.1  # between two states for the run
-_SHOWN_S = 1 / 20  # between two that are shown: the missing force costs as much as two samples
+_DRAW_S = 1 / 20  # between two that are drawn: the missing force costs as much as two samples
 _REST_SHARE, _MOST_REST_S = 0.8, 1.0  # of the rest, how much the observer starts from
 _RATE_WITHIN = 0.01
 
-Tell = Callable[[Kind, Any], None]
+Send = Callable[[Kind, Any], None]
 
 
 def main() -> None:
@@ -60,19 +60,19 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's
     out = sys.stdout.buffer
 
-    def tell(kind: Kind, value: Any) -> None:
+    def send(kind: Kind, value: Any) -> None:
         out.write(line(kind, value))
         out.flush()
 
     try:
-        work(sys.stdin.buffer, tell)
+        work(sys.stdin.buffer, send)
     except WorkbenchError as error:
-        tell("failed", str(error))
+        send("failed", str(error))
     except BrokenPipeError:
         pass  # the run is gone
 
 
-def work(source: BinaryIO, tell: Tell) -> None:
+def work(source: BinaryIO, send: Send) -> None:
     """Observe what comes from a source until it ends.
 
     Raises:
@@ -81,7 +81,7 @@ def work(source: BinaryIO, tell: Tell) -> None:
     task = task_from(source.readline())
     robot = _robot(task)
     _warm_up(robot, task)
-    tell("ready", None)
+    send("ready", None)
     text = source.readline()
     if not text:
         return
@@ -90,7 +90,7 @@ def work(source: BinaryIO, tell: Tell) -> None:
     rest = frames.first(task.rest_s)
     if not rest:
         return
-    _Observation(task, robot, bodies, rest, tell).follow(frames)
+    _Observation(task, robot, bodies, rest, send).follow(frames)
 
 
 def task_from(text: bytes) -> LiveTask:
@@ -174,9 +174,9 @@ class _Observation:
     """A stream that is observed."""
 
     def __init__(
-        self, task: LiveTask, robot: Robot, bodies: list[Body], rest: list[Sample], tell: Tell
+        self, task: LiveTask, robot: Robot, bodies: list[Body], rest: list[Sample], send: Send
     ) -> None:
-        self._task, self._tell = task, tell
+        self._task, self._send = task, send
         self._zero, self._number = rest[0].time_s, rest[-1].number
         self._every = _every(rest)
         cameras = parse(Path("bench"), task.bench, BenchFile).content.tracking
@@ -186,19 +186,19 @@ class _Observation:
             bodies,
             BodyNames(cameras.bodies.foot, cameras.bodies.top, cameras.bodies.rotor),
             Axes(up=cameras.axes.up, forward=cameras.axes.forward),
-            {name: np.array(places) for name, places in cameras.markers.items()},
+            {name: np.array(positions) for name, positions in cameras.markers.items()},
         )
         self._observer = OnlineObserver(robot, task.mode, self._points.rest)
         limit = task.stop_when
-        self._verdict = None if limit is None else Verdict(limit)
+        self._verdict = None if limit is None else LimitMonitor(limit)
         self._skipped = self._lost = 0
         self._errors: list[tuple[float, float]] = []
         self._sent = 0
         self._latencies: list[float] = []
         self._viewer = None if task.viewer is None else _Viewer(task.viewer, self._scene(robot))
-        self._shown = Shown(self._observer.model, robot)
+        self._drawing = PoseDrawing(self._observer.model, robot)
         self._reported = self._drawn = 0.0
-        tell("observing", rest[-1].time_s - self._zero)
+        send("observing", rest[-1].time_s - self._zero)
 
     def _scene(self, robot: Robot) -> dict[str, Any]:
         """Return what a viewer has to know before the first state."""
@@ -210,7 +210,7 @@ class _Observation:
         }
 
     def follow(self, frames: _Frames) -> None:
-        """Observe until the stream ends, then tell how it went."""
+        """Observe until the stream ends, then report how it went."""
         begun, skips = time.process_time(), False
         while (frame := frames.take()) is not None:
             if len(frames) > BEHIND_S * SAMPLE_RATE_HZ * self._every:
@@ -242,20 +242,20 @@ class _Observation:
             stop = self._verdict.after(at, estimate.error_m)
             if stop is not None:
                 self._verdict = None
-                self._tell("stop", asdict(stop))
+                self._send("stop", asdict(stop))
 
     def _report_state(self) -> None:
         now = time.monotonic()
         if now - self._reported > _STATES_S:
             self._reported = now
-            self._tell("state", {"state": asdict(self._state()), "errors": self._unsent()})
+            self._send("state", {"state": asdict(self._state()), "errors": self._unsent()})
 
     def _draw(self, frame: Sample) -> None:
         now = time.monotonic()
-        if self._viewer is not None and now - self._drawn > _SHOWN_S:
+        if self._viewer is not None and now - self._drawn > _DRAW_S:
             self._drawn = now
             seen, estimate = self._newest
-            facts = self._shown.of(seen, estimate, self._observer.missing_force())
+            facts = self._drawing.of(seen, estimate, self._observer.missing_force())
             facts |= {"time_s": frame.time_s - self._zero, "arrived_s": frame.arrived_s}
             self._viewer.show(facts | {"error_mm": _mm(estimate.error_m)})
 
@@ -294,7 +294,7 @@ class _Observation:
             cpu_ms=1e3 * cpu_s / len(errors),
             error_mm=(root, float(known.max())) if len(known) else None,
         )
-        self._tell("end", {"summary": asdict(summary), "errors": self._unsent()})
+        self._send("end", {"summary": asdict(summary), "errors": self._unsent()})
 
 
 class _Viewer:

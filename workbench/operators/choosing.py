@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.desk import Desk
+from workbench.control import ControlServer
 from workbench.operators.keyboard import Keyboard
 from workbench.operators.quiet import QuietOperator
 from workbench.operators.terminal import Show, TerminalOperator
@@ -13,19 +13,21 @@ from workbench.takes import Operator
 __all__ = ["operator_of"]
 
 
-def operator_of(bench: BenchFile, desk: Desk, show: Show, tell: Progress) -> Operator:
+def operator_of(
+    bench: BenchFile, server: ControlServer, show: Show, progress: Progress
+) -> Operator:
     """Return who answers the prompts of a bench.
 
     On a virtual one nobody, unless it runs in real time: then it is there to practise.
 
     Args:
         bench: its file.
-        desk: shows the prompts elsewhere.
+        server: shows the prompts elsewhere.
         show: puts a text before the person at the terminal.
-        tell: is told the prompts that nobody answers.
+        progress: receives the prompts that nobody answers.
     """
     if bench.virtual is None:
-        return TerminalOperator(desk, Keyboard(), show)
+        return TerminalOperator(server, Keyboard(), show)
     if bench.virtual.real_time:
-        return TerminalOperator(desk, Keyboard(), show, needed=False)
-    return QuietOperator(tell)
+        return TerminalOperator(server, Keyboard(), show, needed=False)
+    return QuietOperator(progress)

@@ -86,7 +86,7 @@ class Keyboard:
                 termios.tcflush(self._descriptor, termios.TCIFLUSH)
 
     def _in_front(self) -> bool:
-        """Tell whether the terminal is ours; a program in the background is stopped by reading."""
+        """Return whether the terminal is ours; a background program is stopped by reading."""
         if sys.platform == "win32":
             return True
         with suppress(OSError):

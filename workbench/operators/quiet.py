@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from workbench.progress import Progress
 
 if TYPE_CHECKING:
-    from workbench.takes import Place  # which loads all of tracking
+    from workbench.takes import AnsweredAt  # which loads all of tracking
 
 __all__ = ["QuietOperator"]
 
@@ -18,28 +18,28 @@ class QuietOperator:
     """Answers every prompt itself: on the virtual bench there is nobody to ask.
 
     Args:
-        tell: is told what would have been shown; left out, nobody is.
+        show_text: receives what would have been shown; may be left out.
     """
 
     present = False
-    answered_at: Place = "nobody"
+    answered_at: AnsweredAt = "nobody"
 
-    def __init__(self, tell: Progress = lambda text: None) -> None:
-        self._tell = tell
+    def __init__(self, progress: Progress = lambda text: None) -> None:
+        self._progress = progress
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         """Show the text."""
-        self._tell(text)
+        self._progress(text)
 
     def show_picture(self, picture: Path) -> None:
-        """Tell where it lies."""
-        self._tell(f"see {picture}")
+        """Show where it is."""
+        self._progress(f"see {picture}")
 
     def confirm(self, text: str) -> None:
         """Show the text and go on."""
-        self._tell(f"prompt: {text}")
+        self._progress(f"prompt: {text}")
 
     def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         """Take the default."""
-        self._tell(f"prompt: {text} [{default}]")
+        self._progress(f"prompt: {text} [{default}]")
         return default

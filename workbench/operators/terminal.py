@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from workbench.desk import Desk, Question, Reply
+from workbench.control import ControlServer, PendingPrompt, Reply
 from workbench.errors import InputError
 from workbench.operators.keyboard import Keyboard
 
 if TYPE_CHECKING:
-    from workbench.takes import Place  # which loads all of tracking
+    from workbench.takes import AnsweredAt  # which loads all of tracking
 
 __all__ = ["Show", "TerminalOperator"]
 
-_WAIT_S = 0.1  # Windows hears Ctrl-C between waits only
+_WAIT_S = 0.1  # Windows notices Ctrl-C between waits only
 _RELOAD_S = 5.0
 
 
@@ -38,60 +38,62 @@ class TerminalOperator:
     """The person at this terminal, or at a page that shows this run; whoever answers first.
 
     Args:
-        desk: shows the prompts elsewhere.
+        server: shows the prompts elsewhere.
         keyboard: of this terminal.
         show: puts a text before the person at the terminal.
         needed: whether somebody has to answer; otherwise a prompt that nobody sees is passed.
     """
 
-    answered_at: Place = "nobody"
+    answered_at: AnsweredAt = "nobody"
 
-    def __init__(self, desk: Desk, keyboard: Keyboard, show: Show, needed: bool = True) -> None:
-        self._desk, self._keyboard, self._show, self._needed = desk, keyboard, show, needed
+    def __init__(
+        self, server: ControlServer, keyboard: Keyboard, show: Show, needed: bool = True
+    ) -> None:
+        self._server, self._keyboard, self._show, self._needed = server, keyboard, show, needed
         self._picture: Path | None = None
 
     @property
     def present(self) -> bool:
         """Whether this is a terminal, or a page is open."""
-        return self._keyboard.present or self._desk.attended
+        return self._keyboard.present or self._server.attended
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         """Show it among the stages, but not to be overlooked."""
-        self._desk.show_notice(text)
+        self._server.show_notice(text)
         self._show(text, bold=True)
 
     def show_picture(self, picture: Path) -> None:
-        """Tell where it lies, and show it where the next prompt is shown elsewhere."""
+        """Show where it is, and show it where the next prompt is shown elsewhere."""
         self._picture = picture
         self._show(f"see {picture}")
 
     def confirm(self, text: str) -> None:
         """Wait for Enter."""
         picture, self._picture = self._picture, None
-        with self._desk.ask(text, typed=False, picture=picture) as question:
+        with self._server.ask(text, typed=False, picture=picture) as question:
             self._answer(question, "  (Enter) ")
 
     def ask(self, text: str, default: str, choices: Sequence[str] = ()) -> str:
         """Read a line; empty takes the default."""
         offered = f" [{default}]" if default else ""
         picture, self._picture = self._picture, None
-        asked = self._desk.ask(
+        asked = self._server.ask(
             text, typed=True, default=default, picture=picture, choices=tuple(choices)
         )
         with asked as question:
             return self._answer(question, f"{offered}: ") or default
 
-    def _answer(self, question: Question, end: str) -> str:
+    def _answer(self, question: PendingPrompt, end: str) -> str:
         """Wait for the first answer, and note where it came from."""
         self._show(question.text, bold=True, end=end)
         with self._keyboard.lines_to(lambda line: question.offer(Reply(line, "terminal"))):
             reply = self._first(question)
-        if reply.place != "terminal":
-            self._show(f"{reply.text or 'confirmed'} ({reply.place})")
-        self.answered_at = reply.place
+        if reply.answered_at != "terminal":
+            self._show(f"{reply.text or 'confirmed'} ({reply.answered_at})")
+        self.answered_at = reply.answered_at
         return reply.text
 
-    def _first(self, question: Question) -> Reply:
+    def _first(self, question: PendingPrompt) -> Reply:
         """Wait as long as somebody could answer; a page that is loaded anew is back at once."""
         seen = time.monotonic() - (0.0 if self.present else _RELOAD_S)
         while (reply := question.wait(_WAIT_S)) is None:

@@ -1,9 +1,9 @@
-"""Searches by one interface: ask for candidates, tell what they are worth; less is better.
+"""Searches by one interface: ask for candidates, tell their fitness; less is better.
 
 `space` is the set that is searched and `algorithm` the contract; `genetic` is the algorithm of the
 thesis, `guided` the default search, which learns by `surrogate`, `cma_es` the one that needs no
 descriptors, `pareto` the one for several goals. `search` is the loop,
-`evaluation` what a candidate is worth, `history` what was done, `checkpoint` the file that a search
+`evaluation` the fitness of one, `history` what was done, `checkpoint` the file that a search
 goes on from. `design.search_figures` draws what a search looks like.
 
 The room knows numbers only: no robot, no file of the workbench but its own checkpoint. A new

@@ -39,7 +39,7 @@ class Algorithm(ABC):
     @property
     @abstractmethod
     def options(self) -> State:
-        """What it was told to do; a search goes on only with the same options."""
+        """Its options; a search goes on only with the same options."""
 
     @abstractmethod
     def ask(self) -> NDArray[np.float64]:
@@ -47,7 +47,7 @@ class Algorithm(ABC):
 
     @abstractmethod
     def tell(self, candidates: NDArray[np.float64], fitness: NDArray[np.float64]) -> None:
-        """Take what the candidates are worth, less is better.
+        """Take the fitness of the candidates, less is better.
 
         Args:
             candidates: as asked, (n, d) [unit of each variable].

@@ -27,7 +27,7 @@ _LONGEST = 60  # characters of a value in a message
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a search stands.
+    """State of a search.
 
     Args:
         problem_id: of the objective.

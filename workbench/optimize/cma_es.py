@@ -2,7 +2,7 @@
 
 Hansen, "The CMA evolution strategy: a tutorial", arXiv:1604.00772. Mirrored samples: Brockhoff et
 al., "Mirrored sampling and sequential selection for evolution strategies", PPSN 2010. Why each
-choice was made is told in docs/reference/search.md.
+choice was made is in docs/reference/search.md.
 """
 
 from __future__ import annotations

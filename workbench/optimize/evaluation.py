@@ -1,4 +1,4 @@
-"""What a candidate is worth, and the hash that one is known by."""
+"""The fitness of a candidate, and the hash that one is known by."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Evaluate", "Evaluation", "candidate_key"]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What one candidate is worth.
+    """Evaluation of one candidate.
 
     Args:
         fitness: one number for each goal, less is better; finite.

@@ -1,6 +1,6 @@
 """The genetic algorithm of the thesis: MATLAB's `ga` with the operators that it names.
 
-What MATLAB documents of each operator and what is our reading is told in
+What MATLAB documents of each operator and what is our reading is in
 docs/reference/search.md.
 """
 
@@ -37,7 +37,7 @@ class GeneticOptions:
             widths.
         shrink: of `mutationgaussian`: by what part the deviation falls until the last generation.
         creation_fcn: the initial population beside the start: `variation` mutates the start, as the
-            thesis tells; `gacreationlinearfeasible` draws from the whole space.
+            thesis says; `gacreationlinearfeasible` draws from the whole space.
     """
 
     population_size: int = 12
@@ -106,8 +106,8 @@ class GeneticAlgorithm(Algorithm):
         chosen = self._chosen
         children = chosen.population_size - chosen.elite_count
         crossed = int(np.floor(chosen.crossover_fraction * children + 0.5))
-        worth = expectation(self._fitness, chosen.max_survival_rate)
-        parents = self._population[roulette(self.generator, worth, crossed + children)]
+        expected = expectation(self._fitness, chosen.max_survival_rate)
+        parents = self._population[roulette(self.generator, expected, crossed + children)]
         elite = np.argsort(self._fitness, kind="stable")[: chosen.elite_count]
         first, second, single = np.split(parents, [crossed, 2 * crossed])
         bred = np.vstack([scattered(self.generator, first, second), self._mutate(single)])
@@ -153,8 +153,10 @@ class GeneticAlgorithm(Algorithm):
         """Return one mutated child for each parent, perhaps outside the space."""
         drawn = self.generator.standard_normal(parents.shape)
         if self._chosen.mutation_fcn == "mutationgaussian":
-            left = 1 - self._chosen.shrink * min(1.0, self._generation / self._chosen.generations)
-            return parents + self._chosen.scale * left * self.space.widths * drawn
+            remaining = 1 - self._chosen.shrink * min(
+                1.0, self._generation / self._chosen.generations
+            )
+            return parents + self._chosen.scale * remaining * self.space.widths * drawn
         directions = drawn / np.linalg.norm(drawn, axis=1, keepdims=True)
         return parents + self._step * self.space.widths * directions
 
@@ -175,10 +177,10 @@ def expectation(fitness: NDArray[np.float64], max_survival_rate: float) -> NDArr
 
 
 def roulette(
-    generator: np.random.Generator, worth: NDArray[np.float64], count: int
+    generator: np.random.Generator, expected: NDArray[np.float64], count: int
 ) -> NDArray[np.intp]:
-    """Draw individuals, each with a chance that is proportional to its worth (n,), (count,)."""
-    return generator.choice(len(worth), size=count, p=worth / worth.sum())
+    """Draw individuals, each with a chance proportional to its expectation (n,), (count,)."""
+    return generator.choice(len(expected), size=count, p=expected / expected.sum())
 
 
 def scattered(

@@ -1,7 +1,7 @@
 """A search that learns from few evaluations what makes candidates good: Bayesian optimisation.
 
 A Gaussian process over descriptors, cheap numbers that say more about a candidate than its
-variables do, tells what candidates that nobody has evaluated are worth and how sure that is. Each
+variables do, predicts the fitness of candidates that nobody has evaluated, with its sigma. Each
 generation is chosen where mean plus some standard deviations are greatest (upper confidence bounds:
 Srinivas et al., ICML 2010), one candidate after the other, each as if those before it had come out
 as predicted (Desautels et al., JMLR 15, 2014).
@@ -47,7 +47,7 @@ class GuidedOptions:
     Args:
         population_size: candidates a generation; a third of them stay around the best.
         first: generations that are drawn before anything is learnt.
-        niches: kinds of candidates that are told apart.
+        niches: kinds of candidates that are distinguished.
         curiosity: how much a niche that was seldom tried is liked, in units of what the best is
             above the first candidates' median.
     """
@@ -110,10 +110,10 @@ class Guided(Algorithm):
             (n, d) [unit of each variable].
         """
         if self._generations < self._chosen.first:
-            return self._spread_out()
+            return self._space_filling()
         if self._is_time_to_learn():
-            self._scales = learn_scales(self._described, self._worth(), self._scales)
-        surrogate = Surrogate(self._described, self._worth(), self._scales)
+            self._scales = learn_scales(self._described, self._scores(), self._scales)
+        surrogate = Surrogate(self._described, self._scores(), self._scales)
         niches = self._drawn_niches()
         return self._picked(surrogate, self._islands(surrogate, niches), niches)
 
@@ -151,9 +151,9 @@ class Guided(Algorithm):
     def _niches(self) -> Niches:
         """Made at first use, by a generator of its own: a search that goes on has the same."""
         if self._made is None:
-            own = np.random.default_rng([self.seed, 1])
+            rng = np.random.default_rng([self.seed, 1])
             self._made = Niches(
-                self.space, self._describe, self._possible, self._likely, self._chosen.niches, own
+                self.space, self._describe, self._possible, self._likely, self._chosen.niches, rng
             )
         return self._made
 
@@ -169,7 +169,7 @@ class Guided(Algorithm):
         since = self._generations - self._chosen.first + 1
         return since in _LEARNT_AT or (since > _LEARNT_AT[-1] and since % 16 == 0)
 
-    def _worth(self) -> NDArray[np.float64]:
+    def _scores(self) -> NDArray[np.float64]:
         """Return what was told, more is better, (n,); a failure is as bad as the best is good.
 
         Seen from the median of the first candidates: of penalties far below all else the process
@@ -178,7 +178,7 @@ class Guided(Algorithm):
         middle = float(np.median(self._fitness[: self._first_count]))
         return -np.minimum(self._fitness, 2 * middle - self._fitness.min())
 
-    def _spread_out(self) -> Points:
+    def _space_filling(self) -> Points:
         """Return candidates of one niche after the other, far from those before, (n, d)."""
         niches, before = self._niches, len(self._fitness)
         known = self._described if self._told else niches.described[:1]
@@ -193,10 +193,11 @@ class Guided(Algorithm):
 
     def _drawn_niches(self) -> list[int]:
         """Return the niches of the candidates that do not stay around the best."""
-        worth, own, count = self._worth(), self._niches.of(self._described), len(self._niches)
-        best = np.array([worth[own == k].max(initial=worth.min()) for k in range(count)])
-        tried = np.bincount(own, minlength=count)
-        scale = worth.max() - float(np.median(worth[: self._first_count])) or 1.0
+        scores, count = self._scores(), len(self._niches)
+        niche_of = self._niches.of(self._described)
+        best = np.array([scores[niche_of == k].max(initial=scores.min()) for k in range(count)])
+        tried = np.bincount(niche_of, minlength=count)
+        scale = scores.max() - float(np.median(scores[: self._first_count])) or 1.0
         drawn: list[int] = []
         for _ in range(self._chosen.population_size - self._around_best):
             seldom = np.sqrt(np.log(tried.sum()) / (tried + 1))
@@ -217,7 +218,7 @@ class Guided(Algorithm):
             islands += [(niche, bold) for bold in (_BOLDNESS if several else _BETWEEN)]
         kept = [self._parents(niche) for niche, _ in islands]
         for _ in range(_ROUNDS):
-            families = [np.vstack([own, self._varied(own)]) for own in kept]
+            families = [np.vstack([parents, self._varied(parents)]) for parents in kept]
             promises = self._promises(surrogate, families, islands)
             kept = [
                 family[np.argsort(-promise, kind="stable")[:_KEPT]]
@@ -229,7 +230,7 @@ class Guided(Algorithm):
         return varied(self.space, self.generator, parents, _CHILDREN)
 
     def _parents(self, niche: int | None) -> Points:
-        ranked = np.argsort(-self._worth(), kind="stable")
+        ranked = np.argsort(-self._scores(), kind="stable")
         if niche is None:
             return self._candidates[ranked[:_PARENTS]]
         inside = ranked[self._niches.of(self._described[ranked]) == niche]
@@ -259,16 +260,16 @@ class Guided(Algorithm):
         usable = np.isfinite(described).all(axis=1)
         pool, described = pool[usable], described[usable]
         mean, covariance = surrogate.together(described)
-        own = self._niches.of(described)
+        niche_of = self._niches.of(described)
         noise = _NEVER * float(np.trace(covariance)) / len(pool)
-        left = np.ones(len(pool), dtype=bool)
+        untried = np.ones(len(pool), dtype=bool)
         picks: list[Points] = []
         for k, niche in enumerate([None] * self._around_best + drawn):
             deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
             promise = mean + _BOLDNESS[k % len(_BOLDNESS)] * deviation
             if niche is not None:
-                promise = promise - _CLOSED * (own != niche)
-            row = self._best_possible(pool, promise, left)
+                promise = promise - _CLOSED * (niche_of != niche)
+            row = self._best_possible(pool, promise, untried)
             if row is None:
                 break
             picks.append(pool[row])
@@ -277,12 +278,12 @@ class Guided(Algorithm):
         return self._filled(picks)
 
     def _best_possible(
-        self, pool: Points, promise: NDArray[np.float64], left: NDArray[np.bool_]
+        self, pool: Points, promise: NDArray[np.float64], untried: NDArray[np.bool_]
     ) -> int | None:
         """Return the row that promises most of those left and possible; those tried are not."""
         for row in np.argsort(-promise, kind="stable"):
-            if left[row]:
-                left[row] = False
+            if untried[row]:
+                untried[row] = False
                 if self._possible(pool[row]):
                     return int(row)
         return None

@@ -18,7 +18,7 @@ _COLUMNS = ("generation", "best", "mean", "best so far", "failures", "evaluated"
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A candidate with what it was worth.
+    """A candidate with its evaluation.
 
     Args:
         candidate: (d,) [unit of each variable].
@@ -116,11 +116,11 @@ class History:
         """
         good = [trial for trial in self.trials if trial.evaluation.failure is None]
         unique = {trial.evaluation.fitness: trial for trial in reversed(good)}
-        worth = np.array(list(unique))
+        fitness = np.array(list(unique))
         chosen = [
             trial
             for one, trial in unique.items()
-            if not np.any(np.all(worth <= one, axis=1) & np.any(worth < one, axis=1))
+            if not np.any(np.all(fitness <= one, axis=1) & np.any(fitness < one, axis=1))
         ]
         return tuple(sorted(chosen, key=lambda trial: trial.evaluation.fitness))
 

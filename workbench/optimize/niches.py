@@ -1,6 +1,6 @@
 """The kinds of candidates that there are, known before any is evaluated.
 
-Points drawn from the space are mostly alike in what describes them. So those that stand alone are
+Points drawn from the space are mostly alike in what describes them. So isolated ones are
 kept and varied, round after round, until rare kinds are there as well as common ones (novelty
 search: Lehman and Stanley, Evolutionary Computation 19, 2011); k-means then cuts them into niches.
 """
@@ -27,7 +27,7 @@ Likely = Callable[[Points], NDArray[np.bool_]]
 
 _DRAWN = 2500  # from the space, and as many variations of its start
 _ROUNDS, _CHILDREN, _KEPT = 12, 1500, 600
-_NEIGHBOURS = 5  # whose distance tells how alone a point is
+_NEIGHBOURS = 5  # whose distance shows how isolated a point is
 _LIKING = 3  # power of that distance, as the chance to be kept
 _RESTARTS = 5  # of k-means
 _LEAST_STEP, _GREATEST_STEP = 0.01, 0.25  # of a variation, of the bounds' widths
@@ -39,7 +39,7 @@ class Niches:
 
     Args:
         space: what is searched.
-        describe: what tells candidates apart.
+        describe: what distinguishes candidates.
         possible: what is left out.
         likely: what is kept of the others, where there is any.
         count: niches at most.
@@ -64,14 +64,14 @@ class Niches:
         found = found[[bool(possible(point)) for point in found]]
         self.points = np.vstack([space.start, found])
         described = describe(self.points)
-        known = np.nan_to_num(described)  # the start alone may lack what describes it
-        spread = known.std(axis=0)
-        self._centre, self._spread = known.mean(axis=0), np.where(spread > 0, spread, 1.0)
-        self.described = np.nan_to_num((described - self._centre) / self._spread)
+        known = np.nan_to_num(described)  # the start alone may be without what describes it
+        deviation = known.std(axis=0)
+        self._centre, self._scale = known.mean(axis=0), np.where(deviation > 0, deviation, 1.0)
+        self.described = np.nan_to_num((described - self._centre) / self._scale)
         self._centres, _ = scipy.cluster.vq.kmeans(
             self.described, min(count, len(self.points)), iter=_RESTARTS, rng=generator
         )
-        self._own = self.of(self.described)
+        self._index = self.of(self.described)
 
     def __len__(self) -> int:
         """Return how many niches there are."""
@@ -79,7 +79,7 @@ class Niches:
 
     def standard(self, candidates: Points) -> Points:
         """Return what describes candidates in units of the points' spread, (n, f)."""
-        return (self._describe(candidates) - self._centre) / self._spread
+        return (self._describe(candidates) - self._centre) / self._scale
 
     def of(self, described: Points) -> NDArray[np.intp]:
         """Return the niche of each of (n, f) standard descriptors, (n,)."""
@@ -87,7 +87,7 @@ class Niches:
 
     def members(self, niche: int) -> NDArray[np.intp]:
         """Return the rows of `points` that lie in a niche."""
-        return np.flatnonzero(self._own == niche)
+        return np.flatnonzero(self._index == niche)
 
 
 def varied(space: Space, generator: np.random.Generator, parents: Points, count: int) -> Points:
@@ -133,8 +133,8 @@ def _all_over(
 
 def _lonely(described: Points, generator: np.random.Generator) -> NDArray[np.intp]:
     """Return the rows to keep, drawn by how far their neighbours are."""
-    spread = described.std(axis=0)
-    scaled = described / np.where(spread > 0, spread, 1.0)
+    deviation = described.std(axis=0)
+    scaled = described / np.where(deviation > 0, deviation, 1.0)
     distances, _ = scipy.spatial.KDTree(scaled).query(scaled, _NEIGHBOURS + 1)
     chance = distances[:, 1:].mean(axis=1) ** _LIKING
     # the greatest of chance / exponential are a draw without replacement by chance

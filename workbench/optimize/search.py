@@ -20,7 +20,7 @@ from workbench.optimize.history import Generation, History, Trial
 __all__ = ["Watch", "search"]
 
 Watch = Callable[[History, int], None]
-"""Is told, after each generation, the history so far and the evaluations asked for in all."""
+"""Receives, after each generation, the history so far and the evaluations asked for in all."""
 
 
 def search(
@@ -49,7 +49,7 @@ def search(
         evaluations: how many candidates may be asked for, generations being whole.
         penalty: fitness of an evaluation that raised or gave no finite number, one for each goal.
         checkpoint: written after each generation; where it exists, the search goes on from it.
-        watch: is told of each generation; what it raises ends the search.
+        watch: called after each generation; what it raises ends the search.
 
     Raises:
         InputError: when the checkpoint is of another search, torn or edited.
@@ -62,7 +62,7 @@ def search(
         if not len(candidates) or history.asked + len(candidates) > evaluations:
             return history
         trials, new = _try(problem_id, candidates, evaluate, history, tuple(penalty))
-        _tell(algorithm, candidates, trials)
+        _tell_fitness(algorithm, candidates, trials)
         generation = Generation(trials, new, time.perf_counter() - begin)
         history = replace(history, generations=(*history.generations, generation))
         if checkpoint:
@@ -78,7 +78,9 @@ def _require_penalty(penalty: Sequence[float], algorithm: Algorithm) -> None:
         )
 
 
-def _tell(algorithm: Algorithm, candidates: NDArray[np.float64], trials: Sequence[Trial]) -> None:
+def _tell_fitness(
+    algorithm: Algorithm, candidates: NDArray[np.float64], trials: Sequence[Trial]
+) -> None:
     fitness = np.array([trial.evaluation.fitness for trial in trials])
     algorithm.tell(candidates, fitness[:, 0] if algorithm.goals == 1 else fitness)
 
@@ -139,7 +141,7 @@ def _alone(candidate: NDArray[np.float64], evaluate: Evaluate) -> Evaluation | E
 
 
 def _may_be_a_candidate_s(error: Exception) -> bool:
-    """Tell a crash from a lost cluster or a user's interruption, which no candidate causes."""
+    """Return False for a lost cluster or an interruption: no candidate causes them."""
     return isinstance(error, InputError) or not isinstance(error, WorkbenchError)
 
 
@@ -161,8 +163,8 @@ def _usable(found: Evaluation | Exception, penalty: tuple[float, ...]) -> Evalua
             f"the objective gave {len(found.fitness)} goals where the search has {len(penalty)}"
         )
     if not all(map(math.isfinite, found.fitness)):
-        worth = ", ".join(f"{goal:g}" for goal in found.fitness)
-        return Evaluation(penalty, found.numbers, found.failure or f"fitness {worth}")
+        goals = ", ".join(f"{goal:g}" for goal in found.fitness)
+        return Evaluation(penalty, found.numbers, found.failure or f"fitness {goals}")
     fitness = tuple(float(goal) for goal in found.fitness)
     return Evaluation(fitness, found.numbers, found.failure)
 

@@ -74,7 +74,7 @@ class Space:
         return taken
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which points are inside, (...,); bounds belong to the inside.
+        """Return which points are inside, (...,); bounds belong to the inside.
 
         Args:
             points: (..., d) [unit of each].

@@ -18,59 +18,59 @@ __all__ = ["Surrogate", "learn_scales"]
 
 _MOST_TO_LEARN_FROM = 240  # candidates, the best ones: the effort grows with their cube
 _LENGTHS = (0.3, 30.0)  # of the descriptors' spread
-_VARIANCE = (1e-2, 1e2)  # of the worth's own
-_NOISE = (1e-5, 0.5)  # of the worth's variance
+_VARIANCE = (1e-2, 1e2)  # of the scores' own
+_NOISE = (1e-5, 0.5)  # of the scores' variance
 _JITTER = 1e-9
 
 
 def learn_scales(
-    described: NDArray[np.float64], worth: NDArray[np.float64], begin: Sequence[float]
+    described: NDArray[np.float64], scores: NDArray[np.float64], begin: Sequence[float]
 ) -> list[float]:
     """Return the most likely scales: logarithms of variance, lengths and noise.
 
     Args:
         described: (n, f) in units of the descriptors' spread.
-        worth: (n,), more is better.
+        scores: (n,), more is better.
         begin: where to look from beside the usual place, those learnt before; empty for none.
     """
     from sklearn.exceptions import ConvergenceWarning
 
-    best = np.argsort(-worth, kind="stable")[:_MOST_TO_LEARN_FROM]
+    best = np.argsort(-scores, kind="stable")[:_MOST_TO_LEARN_FROM]
     kernel = _kernel(described.shape[1])
     begins = [kernel, *([kernel.clone_with_theta(np.array(begin))] if len(begin) else [])]
     with warnings.catch_warnings():  # a scale at its bound is an answer: it does not matter
         warnings.simplefilter("ignore", ConvergenceWarning)
-        found = [_process(one).fit(described[best], worth[best]) for one in begins]
+        found = [_process(one).fit(described[best], scores[best]) for one in begins]
     likeliest = max(found, key=lambda process: process.log_marginal_likelihood_value_)
     return [float(scale) for scale in likeliest.kernel_.theta]
 
 
 class Surrogate:
-    """Predicts what candidates are worth, and how sure that is.
+    """Predicts the scores of candidates, and how sure that is.
 
     Args:
         described: (n, f) in units of the descriptors' spread.
-        worth: (n,), more is better.
+        scores: (n,), more is better.
         scales: as `learn_scales` gave them.
     """
 
     def __init__(
-        self, described: NDArray[np.float64], worth: NDArray[np.float64], scales: Sequence[float]
+        self, described: NDArray[np.float64], scores: NDArray[np.float64], scales: Sequence[float]
     ) -> None:
         kernel = _kernel(described.shape[1]).clone_with_theta(np.array(scales))
-        self._process = _process(kernel, optimizer=None).fit(described, worth)
+        self._process = _process(kernel, optimizer=None).fit(described, scores)
 
     def predict(
         self, described: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return mean and standard deviation of the worth, each (m,)."""
+        """Return mean and standard deviation of the scores, each (m,)."""
         mean, deviation = self._process.predict(described, return_std=True)
         return mean, deviation
 
     def together(
         self, described: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the mean (m,) and the covariance (m, m) of the worth."""
+        """Return the mean (m,) and the covariance (m, m) of the scores."""
         mean, covariance = self._process.predict(described, return_cov=True)
         return mean, covariance
 

@@ -4,20 +4,20 @@ What lives here: the fold that every reader asks (`state.py`), and the ledger of
 outlives every program that drives it and refuses the next one when the last left a doubt
 (`ledger.py`). What does not: anything that speaks to a supply; that is `hw`.
 
-    fold(events).told         a sentence for people
-    Ledger(key).standing()    why nothing may be driven, or None
+    fold(events).description  a sentence for people
+    Ledger(key).latch()       why nothing may be driven, or None
 """
 
-from workbench.output.ledger import Ledger, Standing, ledgers, state_folder
+from workbench.output.ledger import Latch, Ledger, ledgers, state_folder
 from workbench.output.state import BY_HAND, FOUND, MAY_BE_ON, OutputState, after, fold
 
 __all__ = [
     "BY_HAND",
     "FOUND",
     "MAY_BE_ON",
+    "Latch",
     "Ledger",
     "OutputState",
-    "Standing",
     "after",
     "fold",
     "ledgers",

@@ -1,8 +1,8 @@
 """A supply's ledger: what happened to its output, in one file for all programs of this user.
 
 It hangs on model and serial number, not on how an address or a folder is spelt; a supply that
-tells no serial number is known by its place. Each line is on disk before what it says is done. The
-file only grows. A stop that nobody has signed for, a record that ends with the output on, and a
+reports no serial number is known by its address. Each line is on disk before what it says is done.
+It only grows. A stop that nobody has signed for, a record that ends with the output on, and a
 file that was emptied or damaged all refuse the next run.
 """
 
@@ -22,41 +22,43 @@ from typing import Any
 from workbench.errors import InputError
 from workbench.output.state import BY_HAND, MAY_BE_ON, OutputState, after
 
-__all__ = ["Ledger", "Standing", "ledgers", "state_folder"]
+__all__ = ["Latch", "Ledger", "ledgers", "state_folder"]
 
 FOLDER = "WORKBENCH_STATE"
 """Environment variable with another folder for the ledgers."""
-TAIL_BYTES = 1 << 18  # of a file that only grows; a stop that stands keeps runs from adding more
+TAIL_BYTES = (
+    1 << 18
+)  # of a file that only grows; a stop that is not acknowledged keeps runs from adding more
 
 
 @dataclass(frozen=True)
-class Standing:
+class Latch:
     """Why a supply may not be driven.
 
     Args:
         wall: local time, ISO 8601.
         reason: what happened.
         output: what is known of the output now.
-        place: where the supply was.
+        address: where the supply was.
     """
 
     wall: str
     reason: str
     output: OutputState
-    place: str = ""
+    address: str = ""
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """What happened, and what is known of the output now."""
         since = f" since {self.wall}" if self.wall else ""
-        now = f"{MAY_BE_ON}, {BY_HAND}" if self.output.live else self.output.told
+        now = f"{MAY_BE_ON}, {BY_HAND}" if self.output.live else self.output.description
         return f"latched{since}: {self.reason}; {now}"
 
 
 def state_folder() -> Path:
     """Return the folder of all ledgers: `WORKBENCH_STATE`, or the system's place for states."""
-    if own := os.environ.get(FOLDER):
-        return Path(own)
+    if folder := os.environ.get(FOLDER):
+        return Path(folder)
     from platformdirs import user_state_path  # most commands only look whether there is one
 
     return user_state_path("workbench", appauthor=False)
@@ -81,15 +83,15 @@ class Ledger:
         self.path = state_folder() / f"{key}.jsonl"
 
     @staticmethod
-    def key_of(model: str, serial: str | None, place: str) -> str:
+    def key_of(model: str, serial: str | None, address: str) -> str:
         """Return the name of a supply's ledger.
 
         Args:
             model: as the supply says.
-            serial: as the supply says; None when it tells none.
-            place: resolved address, for a supply that tells none.
+            serial: as the supply says; None when it reports none.
+            address: resolved address, for a supply that reports none.
         """
-        return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or place}").strip("_.")
+        return re.sub(r"[^A-Za-z0-9.-]+", "_", f"{model}_{serial or address}").strip("_.")
 
     def write(self, event: str, **facts: object) -> None:
         """Append one event, on disk before this returns.
@@ -141,54 +143,54 @@ class Ledger:
         return f"{self.path} was emptied"
 
     @property
-    def place(self) -> str:
+    def address(self) -> str:
         """Where the supply was last, as its address resolved."""
-        places = [event["place"] for event in self.events() if "place" in event]
-        return places[-1] if places else ""
+        addresses = [event["place"] for event in self.events() if "place" in event]
+        return addresses[-1] if addresses else ""
 
-    def standing(self) -> Standing | None:
+    def latch(self) -> Latch | None:
         """Return why nothing may be driven, or None.
 
         A record that ends with the output on counts only when no guardian holds the supply. One
         that cannot be read counts as one that is damaged.
         """
-        known, stop, place, wall = OutputState(), None, "", ""
+        known, stop, address, wall = OutputState(), None, "", ""
         for event in self.events():
-            place, wall = event.get("place", place), event.get("wall", wall)
+            address, wall = event.get("place", address), event.get("wall", wall)
             match event:
                 case {"event": "trip", "reason": str(reason)}:
-                    stop = stop or Standing(wall, reason, known)  # the first cause stays
+                    stop = stop or Latch(wall, reason, known)  # the first cause stays
                 case {"event": "damaged", "cause": str(cause)}:
-                    stop = stop or Standing("", cause, known)
+                    stop = stop or Latch("", cause, known)
                 case {"event": "taken"} if known.live:
-                    stop = stop or Standing(wall, _ended(known), known)
+                    stop = stop or Latch(wall, _ended(known), known)
                 case {"event": "acknowledged"}:
                     stop = None
             known = after(known, event)
         if stop is None and known.live and not self.held():
-            stop = Standing(wall, _ended(known), known)
-        return stop and Standing(stop.wall, stop.reason, known, place)
+            stop = Latch(wall, _ended(known), known)
+        return stop and Latch(stop.wall, stop.reason, known, address)
 
     def knows_scale(self, firmware: str) -> bool:
-        """Tell whether the supply's scale was checked lately, with the firmware that it has."""
+        """Return whether the supply's scale was checked lately, with the firmware that it has."""
         return any(
             event["event"] == "scale" and event.get("firmware") == firmware
             for event in self.events()
         )
 
-    def acknowledge(self, name: str) -> Standing:
-        """Sign for what stands, so that the supply may be driven again; return what stood.
+    def acknowledge(self, name: str) -> Latch:
+        """Acknowledge the latch, so that the supply may be driven again; return what it was.
 
         Raises:
             InputError: when the name is empty, or nothing is to be acknowledged.
         """
         if not name.strip():
             raise InputError("an acknowledgement needs the name of a person: --name NAME")
-        standing = self.standing()
-        if standing is None:
+        latch = self.latch()
+        if latch is None:
             raise InputError(f"{self.path}: no stop is waiting for an acknowledgement")
         self.write("acknowledged", name=name.strip())
-        return standing
+        return latch
 
     @contextmanager
     def hold(self, seconds: float = 0.0) -> Iterator[bool]:
@@ -214,7 +216,7 @@ class Ledger:
             lock.release()
 
     def held(self) -> bool:
-        """Tell whether a program holds the supply now."""
+        """Return whether a program holds the supply now."""
         if not self.path.with_suffix(".lock").exists():
             return False
         try:
@@ -229,7 +231,7 @@ class Ledger:
             self._asked.touch()
 
     def asked_for_off(self) -> bool:
-        """Tell whether somebody asked for it since, and take the request away."""
+        """Return whether somebody asked for it since, and take the request away."""
         if not self._asked.exists():
             return False
         with suppress(OSError):

@@ -54,7 +54,7 @@ class OutputState:
         return words.get(self.state, "unconfirmed")
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """A sentence on an output that nobody watches any more."""
         match self.state:
             case "untouched":

@@ -1,12 +1,12 @@
 """The panel: one local page that starts runs, shows the one that is under way, and can stop it.
 
-What lives here: who carries out a run (`controller.py`), what its bundle tells while it grows
+What lives here: who carries out a run (`controller.py`), what its bundle shows while it grows
 (`following.py`), the list of runs (`listing.py`), all of them with comparison and trends
 (`runs.py`, `charts.py`), what may be started and how (`protocols.py`, `starting.py`), the times
 (`estimate.py`), what came of a run (`result.py`), what the page shows (`view.py`, kept up to date
 by `watcher.py`), the web server (`server.py`, `guard.py`) and the page itself (`page/`). What does
 not: anything that drives. A run is a process of its own, also where it was started here: the panel
-reads what it writes, and speaks to it at its `desk`. It is no safety device.
+reads what it writes, and speaks to its server in `control`. It is no safety device.
 
 To show one more thing: one key in `view.py`, one line in `page/panel.js`, one test.
 """

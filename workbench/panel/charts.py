@@ -119,8 +119,8 @@ def _thinned(curve: Curve) -> Curve:
     filled = np.isfinite(blocks)
     low = np.where(filled, blocks, np.inf).argmin(axis=1)
     high = np.where(filled, blocks, -np.inf).argmax(axis=1)
-    places = np.sort(np.stack([low, high], axis=1), axis=1) + np.arange(0, whole, per)[:, None]
-    return Curve(curve.times[places.ravel()], curve.values[places.ravel()], curve.style)
+    columns = np.sort(np.stack([low, high], axis=1), axis=1) + np.arange(0, whole, per)[:, None]
+    return Curve(curve.times[columns.ravel()], curve.values[columns.ravel()], curve.style)
 
 
 def _path(axes: _Axes, curve: Curve) -> str:

@@ -1,4 +1,4 @@
-"""Which process carries out a run, and whether it is alive: by its desk, not by its number."""
+"""Which process carries out a run, and if it is alive: by its control server, not its number."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from workbench.desk import Card, cards, holder, watch
+from workbench.control import SessionFile, holder, session_files, watch
 from workbench.errors import ControllerGone
-from workbench.loopback import Line
+from workbench.loopback import MessageLine
 
 __all__ = ["Controller", "ControllerWatch", "State"]
 
@@ -20,8 +20,8 @@ State = Literal["idle", "alive", "silent", "gone", "ended"]
 
 LOOK_S = 0.2
 """How often a new run is looked for [s]."""
-SILENT_S = 0.8
-"""A desk that says nothing for so long belongs to a process that hangs [s]."""
+ANSWER_S = 0.8
+"""A control server that sends nothing for so long belongs to a process that hangs [s]."""
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,22 @@ class Controller:
     Args:
         state: `idle` before the first, `silent` while it hangs, `gone` when it ended without a
             word, `ended` when it said how.
-        card: of the run; None while idle.
-        shown: what its desk showed last.
-        heard: when that was, by `time.monotonic()`.
+        session: of the run; None while idle.
+        published: what its control server published last.
+        last_answer: when that was, by `time.monotonic()`.
         others: how many other runs of this folder are alive.
     """
 
     state: State = "idle"
-    card: Card | None = None
-    shown: Mapping[str, Any] = field(default_factory=dict)
-    heard: float = field(default_factory=time.monotonic)
+    session: SessionFile | None = None
+    published: Mapping[str, Any] = field(default_factory=dict)
+    last_answer: float = field(default_factory=time.monotonic)
     others: int = 0
 
     @property
     def fact(self) -> Mapping[str, Any]:
-        """What its card says; empty while idle."""
-        return {} if self.card is None else self.card.facts
+        """What its session file says; empty while idle."""
+        return {} if self.session is None else self.session.facts
 
 
 class ControllerWatch:
@@ -54,7 +54,7 @@ class ControllerWatch:
 
     Args:
         runs: folder of all bundles.
-        pages: tells how many pages are open, for the desk.
+        pages: returns how many pages are open, for the control server.
     """
 
     def __init__(self, runs: Path, pages: Callable[[], int]) -> None:
@@ -80,41 +80,45 @@ class ControllerWatch:
                 traceback.print_exc()
 
     def _look_once(self) -> None:
-        card, others = self._newest()
-        if card is None or self._known_to_have_ended(card):
+        session, others = self._newest()
+        if session is None or self._known_to_have_ended(session):
             return
         try:
-            with watch(card) as line:
-                self._follow(line, Controller("alive", card, others=others))
+            with watch(session) as line:
+                self._follow(line, Controller("alive", session, others=others))
         except (ControllerGone, OSError):
-            self.now = replace(self._same(card), state="gone", others=others)
+            self.now = replace(self._same(session), state="gone", others=others)
 
-    def _newest(self) -> tuple[Card | None, int]:
-        """Return the newest run that is alive, else the newest that left a card."""
-        found = cards(self._runs)
-        alive = [card for card in found if holder(self._runs, card.experiment)]
+    def _newest(self) -> tuple[SessionFile | None, int]:
+        """Return the newest run that is alive, else the newest that left a session file."""
+        found = session_files(self._runs)
+        alive = [session for session in found if holder(self._runs, session.experiment)]
         newest = (alive or found or [None])[-1]
-        return newest, sum(card is not newest for card in alive)
+        return newest, sum(session is not newest for session in alive)
 
-    def _known_to_have_ended(self, card: Card) -> bool:
-        return self.now.state == "ended" and self.now.fact.get("token") == card.facts.get("token")
+    def _known_to_have_ended(self, session: SessionFile) -> bool:
+        return self.now.state == "ended" and self.now.fact.get("token") == session.facts.get(
+            "token"
+        )
 
-    def _same(self, card: Card) -> Controller:
+    def _same(self, session: SessionFile) -> Controller:
         """Return what is known of a run that was seen before."""
-        known = self.now.fact.get("token") == card.facts.get("token")
-        return self.now if known else Controller(card=card)
+        known = self.now.fact.get("token") == session.facts.get("token")
+        return self.now if known else Controller(session=session)
 
-    def _follow(self, line: Line, begun: Controller) -> None:
-        """Take what the desk shows until the run ends; raises OSError when it is gone."""
+    def _follow(self, line: MessageLine, begun: Controller) -> None:
+        """Take what the control server publishes until the run ends; OSError when it is gone."""
         self.now = begun
         looked = time.monotonic()
         while not self._ended.is_set():
-            shown = line.receive(SILENT_S)
-            if shown is None:
+            published = line.receive(ANSWER_S)
+            if published is None:
                 self.now = replace(self.now, state="silent")
                 continue
-            state: State = "alive" if shown.get("ended") is None else "ended"
-            self.now = replace(self.now, state=state, shown=shown, heard=time.monotonic())
+            state: State = "alive" if published.get("ended") is None else "ended"
+            self.now = replace(
+                self.now, state=state, published=published, last_answer=time.monotonic()
+            )
             if state == "ended":
                 return
             line.send({"pages": self._pages()})

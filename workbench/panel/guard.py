@@ -45,7 +45,7 @@ HEADERS = {
 
 
 class Guard:
-    """Refuses whoever does not know the token, and tells browsers to be strict.
+    """Refuses whoever does not know the token, and sets strict headers for browsers.
 
     Args:
         app: serves the rest.
@@ -89,7 +89,7 @@ class Guard:
             return "this page is for this computer alone; use the address that was printed"
         given = scope["path"].split("/")[1]
         if not hmac.compare_digest(given.encode(), self._token.encode()):
-            return "the address lacks its token; use the address that `workbench panel` printed"
+            return "the address has no token; use the address that `workbench panel` printed"
         if scope["method"] not in SAFE and origin != f"http://{host}":
             return "only the panel's own page may do that"
         return None
@@ -109,14 +109,14 @@ def _length(headers: Headers) -> tuple[int, tuple[int, str] | None]:
     """Return how many bytes a request announces, and with which code and words it is refused."""
     if "transfer-encoding" in headers:
         return 0, (411, "a body has to announce its length")
-    told = headers.getlist("content-length")
-    if not told:
+    lengths = headers.getlist("content-length")
+    if not lengths:
         return 0, None
-    if len(told) > 1 or not (told[0].isascii() and told[0].isdecimal()):
+    if len(lengths) > 1 or not (lengths[0].isascii() and lengths[0].isdecimal()):
         return 0, (400, "the length of the body is no number")
-    digits = told[0].lstrip("0") or "0"
+    digits = lengths[0].lstrip("0") or "0"
     if len(digits) > 9 or int(digits) > MOST_BODY:
-        return 0, (413, f"{told[0][:20]} bytes; a body may have at most {MOST_BODY}")
+        return 0, (413, f"{lengths[0][:20]} bytes; a body may have at most {MOST_BODY}")
     return int(digits), None
 
 

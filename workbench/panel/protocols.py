@@ -70,9 +70,9 @@ class Protocols:
                 "prompts": plan.prompts,
             }
 
-        shown = {"bench": lab.content.name, "supply": lab.content.supply.model}
+        facts = {"bench": lab.content.name, "supply": lab.content.supply.model}
         rows = sorted(map(row, self._files()), key=lambda one: bool(one["error"]))
-        return head | shown | {"rows": rows}
+        return head | facts | {"rows": rows}
 
     def _files(self) -> Iterator[Path]:
         """Yield the YAML files of the folder that do not say that they are something else."""

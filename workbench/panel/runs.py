@@ -114,9 +114,9 @@ def trend_page(root: Path, like: str = "", models: Path = Path("models")) -> str
     )
     rest = f'<section class="runs"><h2>Other conditions</h2><ul>{others}</ul></section>'
     head = _HEAD.format(title="Trend", lead=lead)
-    shown = f'<section class="charts">{charts}</section>' if charts else ""
+    section = f'<section class="charts">{charts}</section>' if charts else ""
     found = _identified(models)
-    return f"{head}{shown}{found}{rest if others else ''}</main></body></html>"
+    return f"{head}{section}{found}{rest if others else ''}</main></body></html>"
 
 
 def _identified(models: Path) -> str:
@@ -172,4 +172,4 @@ def _table(entries: Sequence[Entry]) -> str:
 
 
 def _say_nothing(text: str) -> None:
-    """Stand in for a terminal: what the index lacks is read from the bundles."""
+    """Take the place of a terminal: what the index does not have is read from the bundles."""

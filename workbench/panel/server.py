@@ -20,13 +20,13 @@ from fastapi import Query as QueryParameter
 from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
-from workbench.desk import Card, answer, cards, holder, pause, press_stop
+from workbench.control import SessionFile, answer, holder, pause, press_stop, session_files
 from workbench.errors import ControllerGone, InputError
 from workbench.loopback import HERE
 from workbench.panel.guard import REPORT_POLICY, Guard
 from workbench.panel.runs import compare_page, rows_json, trend_page
 from workbench.panel.starting import Starter
-from workbench.panel.view import NOTHING_TO_STOP, OWN_SWITCH
+from workbench.panel.view import FRONT_SWITCH, NOTHING_TO_STOP
 from workbench.panel.watcher import TICK_S, Watcher
 
 __all__ = ["Panel"]
@@ -50,27 +50,27 @@ PAGE = {
 }
 
 
-class Answer(BaseModel):
+class AnswerRequest(BaseModel):
     """What a page sends to answer a prompt."""
 
     question: int
     text: Annotated[str, Field(max_length=2000)] = ""
 
 
-class Wanted(BaseModel):
+class DryRunRequest(BaseModel):
     """What a page sends to have the dry run of a protocol made."""
 
     name: Annotated[str, Field(max_length=255)]
 
 
-class Confirmed(BaseModel):
+class StartRequest(BaseModel):
     """What a page sends to start what a dry run showed."""
 
     token: Annotated[str, Field(max_length=100)]
     operator: Annotated[str, Field(max_length=1000)]
 
 
-class Pause(BaseModel):
+class PauseRequest(BaseModel):
     """What a page sends to have it asked after the run what is done next, or not."""
 
     on: bool
@@ -122,7 +122,7 @@ class Panel:
         self._server.should_exit = True
 
     def _ends(self) -> bool:
-        """Tell whether nobody is let in any more: as long as STOP is served, pages are."""
+        """Return whether nobody is let in any more: as long as STOP is served, pages are."""
         return not all(server.is_serving() for server in self._server.servers)
 
 
@@ -137,27 +137,27 @@ def _app(pages: _Pages, starter: Starter) -> FastAPI:
 
     @app.post("/stop")
     async def stop() -> dict[str, Any]:
-        return await _in_own_thread(lambda: _stop(watcher, starter))
+        return await _in_thread(lambda: _stop(watcher, starter))
 
     @app.post("/pause")
-    async def pause_after(wanted: Pause) -> dict[str, Any]:
-        return await _in_own_thread(lambda: _pause(watcher, wanted))
+    async def pause_after(wanted: PauseRequest) -> dict[str, Any]:
+        return await _in_thread(lambda: _pause(watcher, wanted))
 
     @app.post("/answer")
-    async def give_answer(given: Answer) -> dict[str, Any]:
-        return await _in_own_thread(lambda: _answer(watcher, given))
+    async def give_answer(given: AnswerRequest) -> dict[str, Any]:
+        return await _in_thread(lambda: _answer(watcher, given))
 
     @app.get("/protocols.json")
     def protocols() -> dict[str, Any]:
         return starter.protocols.rows()
 
     @app.post("/dry-run")
-    async def dry_run(wanted: Wanted) -> dict[str, Any]:
-        return await _in_own_thread(lambda: starter.dry_run(wanted.name))
+    async def dry_run(wanted: DryRunRequest) -> dict[str, Any]:
+        return await _in_thread(lambda: starter.dry_run(wanted.name))
 
     @app.post("/start")
-    async def start(confirmed: Confirmed) -> dict[str, Any]:
-        return await _in_own_thread(lambda: starter.start(confirmed.token, confirmed.operator))
+    async def start(confirmed: StartRequest) -> dict[str, Any]:
+        return await _in_thread(lambda: starter.start(confirmed.token, confirmed.operator))
 
     _add_runs(app, watcher.runs)
     _add_files(app, watcher)  # last, as any name is looked up there
@@ -192,7 +192,7 @@ def _add_files(app: FastAPI, watcher: Watcher) -> None:
 
     @app.get("/picture/{number}")
     async def picture(number: int) -> Response:
-        asked = watcher.controller.shown.get("question") or {}
+        asked = watcher.controller.published.get("question") or {}
         path = Path(asked.get("picture") or "") if asked.get("number") == number else Path()
         if path.suffix.lower() not in PICTURES or not path.is_file():
             raise HTTPException(404, "no such picture")
@@ -224,7 +224,7 @@ def _add_files(app: FastAPI, watcher: Watcher) -> None:
         )
 
 
-async def _in_own_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+async def _in_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """Do something in a thread that nobody else waits for; a pool could be busy."""
     done: Future[dict[str, Any]] = Future()
 
@@ -239,17 +239,19 @@ async def _in_own_thread(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
 
 
 def _stop(watcher: Watcher, starter: Starter) -> dict[str, Any]:
-    """Stop whatever runs in this folder, all at once, and tell what was reached."""
+    """Stop whatever runs in this folder, all at once, and return what was reached."""
     begun = starter.stop_before_session()
-    found = cards(watcher.runs)
+    found = session_files(watcher.runs)
     with ThreadPoolExecutor(max(len(found), 1)) as pool:  # one that hangs delays no other
         reached = list(pool.map(_press_stop, found))
-    stopped = [card for card, ok in zip(found, reached, strict=True) if ok]
-    missed = [card for card, ok in zip(found, reached, strict=True) if not ok]
-    hanging = [card for card in missed if holder(watcher.runs, card.experiment) is not None]
+    stopped = [session for session, ok in zip(found, reached, strict=True) if ok]
+    missed = [session for session, ok in zip(found, reached, strict=True) if not ok]
+    hanging = [
+        session for session in missed if holder(watcher.runs, session.experiment) is not None
+    ]
     if hanging:
-        names = ", ".join(f"process {card.pid} ({_title(card)})" for card in hanging)
-        text = f"{names} does not answer. Use {OWN_SWITCH} now."
+        names = ", ".join(f"process {session.pid} ({_title(session)})" for session in hanging)
+        text = f"{names} does not answer. Use {FRONT_SWITCH} now."
     elif stopped:
         text = f"Stopping: {', '.join(map(_title, stopped))}."
     elif begun is not None:
@@ -259,37 +261,37 @@ def _stop(watcher: Watcher, starter: Starter) -> dict[str, Any]:
     return {"stopped": len(stopped), "hanging": len(hanging), "text": text}
 
 
-def _press_stop(card: Card) -> bool:
+def _press_stop(session: SessionFile) -> bool:
     try:
-        press_stop(card)
+        press_stop(session)
     except ControllerGone:
         return False
     return True
 
 
-def _title(card: Card) -> str:
-    return str(card.facts.get("title", card.experiment))
+def _title(session: SessionFile) -> str:
+    return str(session.facts.get("title", session.experiment))
 
 
-def _answer(watcher: Watcher, given: Answer) -> dict[str, Any]:
+def _answer(watcher: Watcher, given: AnswerRequest) -> dict[str, Any]:
     """Bring an answer to the run that is shown."""
-    card = watcher.controller.card
-    if card is None:
+    session = watcher.controller.session
+    if session is None:
         return {"taken": False, "text": "No run waits for an answer."}
     try:
-        taken = answer(card, given.question, given.text)
+        taken = answer(session, given.question, given.text)
     except ControllerGone as error:
         return {"taken": False, "text": f"The run cannot be reached: {error}."}
     return {"taken": taken, "text": "" if taken else "It had been answered already."}
 
 
-def _pause(watcher: Watcher, wanted: Pause) -> dict[str, Any]:
+def _pause(watcher: Watcher, wanted: PauseRequest) -> dict[str, Any]:
     """Bring the wish for a pause to the run that is shown."""
-    card = watcher.controller.card
-    if card is None:
+    session = watcher.controller.session
+    if session is None:
         return {"pausing": False, "text": "No run is under way."}
     try:
-        return {"pausing": pause(card, wanted.on), "text": ""}
+        return {"pausing": pause(session, wanted.on), "text": ""}
     except ControllerGone as error:
         return {"pausing": False, "text": f"The run cannot be reached: {error}."}
 
@@ -299,7 +301,7 @@ class _Pages:
 
     Args:
         watcher: knows what they show.
-        ends: tells whether the server ends, so that no stream holds it up.
+        ends: returns whether the server ends, so that no stream holds it up.
     """
 
     def __init__(self, watcher: Watcher, ends: Callable[[], bool]) -> None:

@@ -23,7 +23,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
 
-from workbench.desk import Card, cards, holder, press_stop
+from workbench.control import SessionFile, holder, press_stop, session_files
 from workbench.errors import ControllerGone
 from workbench.operator_name import START, VARIABLE
 from workbench.output import MAY_BE_ON
@@ -33,7 +33,7 @@ __all__ = ["Starter"]
 
 _MAIN = "from workbench.cli import main; main()"
 COMMAND = (sys.executable, "-P", "-c", _MAIN, "run", "--quiet")
-"""A file of the working folder must not stand in for a module."""
+"""A file of the working folder must not be imported in place of a module."""
 DRY_RUN_S = 120.0
 """Longest time of a dry run [s]."""
 CLOSE_S = 20.0
@@ -122,7 +122,7 @@ class Starter:
             return _no(f"No protocol {name!r} in {self.protocols.folder}.")
         if busy := self._busy():
             return _no(busy)
-        if not self._rehearsing.acquire(blocking=False):  # or STOP could lack a connection
+        if not self._rehearsing.acquire(blocking=False):  # or STOP could be without a connection
             return _no("Another dry run is being made; try again when it is done.")
         try:
             done = subprocess.run(
@@ -149,10 +149,10 @@ class Starter:
             return _no(said or f"The dry run ended with exit code {done.returncode}.")
         plan = json.loads(done.stdout)
         token = secrets.token_urlsafe(24)
-        shown = _Confirmation(path, plan["title"], plan["plan_id"])
+        confirmation = _Confirmation(path, plan["title"], plan["plan_id"])
         with self._starting:
             kept = list(self._confirmations.items())[1 - MOST_CONFIRMATIONS :]
-            self._confirmations = dict([*kept, (token, shown)])
+            self._confirmations = dict([*kept, (token, confirmation)])
         for run in plan["runs"]:
             del run["instants"]  # what is written to the supply, long
         return {"plan": plan, "token": token, "text": said}
@@ -173,15 +173,15 @@ class Starter:
                 )
             if busy := self._busy():
                 return _not_started(busy)
-            shown = self._confirmations.pop(token)
+            confirmation = self._confirmations.pop(token)
             self._forget()
             try:
-                self._started = self._launched(shown, name)
+                self._started = self._launched(confirmation, name)
             except OSError as error:
                 return _not_started(f"The run could not be started: {error}")
         return {"started": True, "text": ""}
 
-    def shown(self, fact: Mapping[str, Any]) -> dict[str, str] | None:
+    def facts_of(self, fact: Mapping[str, Any]) -> dict[str, str] | None:
         """Return what the page shows of a start that has no session yet, or never had one.
 
         Args:
@@ -209,7 +209,7 @@ class Starter:
     def stop_before_session(self) -> str | None:
         """End a run that has no session yet, where STOP would reach nobody; return its title."""
         mine = self._started
-        if mine is None or not mine.alive or mine.seen or self._card(mine) is not None:
+        if mine is None or not mine.alive or mine.seen or self._session(mine) is not None:
             return None
         mine.stopped = True
         mine.process.terminate()  # as Ctrl-C; on Windows at once, where it holds nothing yet
@@ -227,12 +227,12 @@ class Starter:
             return
         pressed, until = False, time.monotonic() + CLOSE_S
         while mine.alive and time.monotonic() < until:
-            card = self._card(mine)
-            if card is None:
+            session = self._session(mine)
+            if session is None:
                 self.stop_before_session()
             elif not pressed:
                 with suppress(ControllerGone):
-                    press_stop(card)
+                    press_stop(session)
                     pressed = True
             time.sleep(0.05)
         self._forget()
@@ -247,12 +247,12 @@ class Starter:
     def _arguments(self, path: Path) -> list[str]:
         return ["--bench", self.protocols.bench, "--runs", str(self._runs), "--", str(path)]
 
-    def _launched(self, shown: _Confirmation, operator: str) -> _Started:
+    def _launched(self, start: _Confirmation, operator: str) -> _Started:
         identity = secrets.token_hex(8)
         # a pipe would break with the panel, and the run with it
         output = tempfile.TemporaryFile()  # noqa: SIM115  it is read when the run has ended
         process = subprocess.Popen(
-            [*self._command, "--plan-id", shown.plan_id, *self._arguments(shown.path)],
+            [*self._command, "--plan-id", start.plan_id, *self._arguments(start.path)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=output,
@@ -260,20 +260,22 @@ class Starter:
             start_new_session=True,
             creationflags=_FLAGS,
         )
-        return _Started(identity, shown.title, operator, process, output)
+        return _Started(identity, start.title, operator, process, output)
 
-    def _card(self, mine: _Started) -> Card | None:
-        return next((c for c in cards(self._runs) if c.facts.get("start") == mine.identity), None)
+    def _session(self, mine: _Started) -> SessionFile | None:
+        return next(
+            (c for c in session_files(self._runs) if c.facts.get("start") == mine.identity), None
+        )
 
     def _busy(self) -> str | None:
         """Say who carries out what in this folder of runs; None when nobody does."""
-        for card in cards(self._runs):
-            if holder(self._runs, card.experiment) is not None:
-                fact = card.facts
+        for session in session_files(self._runs):
+            if holder(self._runs, session.experiment) is not None:
+                fact = session.facts
                 return (
-                    f"“{fact.get('title', card.experiment)}” is under way on bench "
-                    f"{fact.get('bench')}, process {card.pid}, started by {fact.get('operator')}; "
-                    "wait for its end, or press STOP."
+                    f"“{fact.get('title', session.experiment)}” is under way on bench "
+                    f"{fact.get('bench')}, process {session.pid}, started by "
+                    f"{fact.get('operator')}; wait for its end, or press STOP."
                 )
         mine = self._started
         if mine is not None and mine.alive and not mine.seen:
@@ -282,8 +284,8 @@ class Starter:
 
 
 def _environment(more: Mapping[str, str]) -> dict[str, str]:
-    own = {name: value for name, value in os.environ.items() if name != START}
-    return {**own, "PYTHONIOENCODING": "utf-8", **more}
+    environment = {name: value for name, value in os.environ.items() if name != START}
+    return {**environment, "PYTHONIOENCODING": "utf-8", **more}
 
 
 def _readable(data: bytes) -> str:

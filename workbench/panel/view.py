@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 from workbench.output import FOUND, MAY_BE_ON, OutputState
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
-from workbench.panel.following import Following
+from workbench.panel.journal_tail import JournalTail
 from workbench.panel.result import result
 
-__all__ = ["NOTHING_TO_STOP", "OWN_SWITCH", "clocks", "view"]
+__all__ = ["FRONT_SWITCH", "NOTHING_TO_STOP", "clocks", "view"]
 
-OWN_SWITCH = "the switch on the supply's front, or the emergency stop"
-NOTHING_TO_STOP = f"There is no run to stop. If anything moves, use {OWN_SWITCH}."
+FRONT_SWITCH = "the switch on the supply's front, or the emergency stop"
+NOTHING_TO_STOP = f"There is no run to stop. If anything moves, use {FRONT_SWITCH}."
 LOG_LINES = 60
 
 _ENDED = {
@@ -30,7 +30,7 @@ _ENDED = {
 
 
 class _Banner(NamedTuple):
-    """What stands over everything else.
+    """What is shown above everything else.
 
     Args:
         level: `alarm`, `bad`, `plain` or `good`.
@@ -44,7 +44,7 @@ class _Banner(NamedTuple):
 
 
 def view(
-    controller: Controller, following: Following | None, verdict: tuple[int, int] = (0, 0)
+    controller: Controller, following: JournalTail | None, verdict: tuple[int, int] = (0, 0)
 ) -> dict[str, Any]:
     """Return everything that is shown, but for times and readings.
 
@@ -53,7 +53,7 @@ def view(
         following: the run.
         verdict: how many runs of the experiment were judged, and how many of them failed.
     """
-    fact, shown = controller.fact, controller.shown
+    fact, published = controller.fact, controller.published
     alive = controller.state in ("alive", "silent")
     known = None if following is None else following.output  # reads the run's files, so once
     banner = _banner(controller, following, known, verdict)
@@ -67,53 +67,53 @@ def view(
         "started_here": fact.get("start") is not None,
         "others": controller.others,
         "banner": None if banner is None else banner._asdict(),
-        "phase": shown.get("phase", "") if alive else "",
-        "notice": shown.get("notice", "") if alive else "",
+        "phase": published.get("phase", "") if alive else "",
+        "notice": published.get("notice", "") if alive else "",
         "question": _question(controller),
-        "stops": shown.get("stops", 0),
-        "live": shown.get("live") if alive else None,
-        "pausing": bool(shown.get("pausing")) and alive,
+        "stops": published.get("stops", 0),
+        "live": published.get("live") if alive else None,
+        "pausing": bool(published.get("pausing")) and alive,
         "run": _run(controller, following),
         "result": None if following is None else result(following.bundle),
         "output": _output(controller, known),
-        "log": [] if following is None else following.told[-LOG_LINES:],
+        "log": [] if following is None else following.notices[-LOG_LINES:],
     }
 
 
-def clocks(controller: Controller, following: Following | None) -> dict[str, Any]:
+def clocks(controller: Controller, following: JournalTail | None) -> dict[str, Any]:
     """Return the times [s] that the page lets run on by itself; null where there is none."""
-    fact, shown = controller.fact, controller.shown
+    fact, published = controller.fact, controller.published
     if not fact or "began" not in fact:
         return {"elapsed_s": None, "run_s": None, "remaining_s": None, "running": False}
     running = controller.state == "alive"
-    stood = time.monotonic() - controller.heard  # since it was last heard of
+    silent_s = time.monotonic() - controller.last_answer  # since its last message
     elapsed = time.time() - datetime.fromisoformat(fact["began"]).timestamp()
     run_s = 0.0 if following is None else following.run_s
     number = None if following is None else following.number
-    left = remaining_s(
+    remaining = remaining_s(
         fact["items"],
         number,
         float("inf") if following is not None and following.ended else run_s,
-        shown.get("phase", ""),
-        shown.get("since", 0.0),
+        published.get("phase", ""),
+        published.get("since", 0.0),
     )
     return {
-        "elapsed_s": round(elapsed - (0.0 if running else stood), 2),
+        "elapsed_s": round(elapsed - (0.0 if running else silent_s), 2),
         "run_s": round(run_s, 2) if running or (following and following.ended) else None,
-        "remaining_s": round(left, 2) if running else None,
+        "remaining_s": round(remaining, 2) if running else None,
         "running": running,
     }
 
 
 def _question(controller: Controller) -> dict[str, Any] | None:
     """Return the prompt that waits for an answer; where its picture lies is not the page's."""
-    asked = controller.shown.get("question")
+    asked = controller.published.get("question")
     if asked is None or controller.state != "alive":
         return None
     return asked | {"picture": asked["picture"] is not None}
 
 
-def _run(controller: Controller, following: Following | None) -> dict[str, Any] | None:
+def _run(controller: Controller, following: JournalTail | None) -> dict[str, Any] | None:
     """Return the run that was begun last, with what its plan says."""
     if following is None:
         return None
@@ -158,7 +158,7 @@ def _output(controller: Controller, known: OutputState | None) -> dict[str, str]
 
 def _banner(
     controller: Controller,
-    following: Following | None,
+    following: JournalTail | None,
     known: OutputState | None,
     verdict: tuple[int, int],
 ) -> _Banner | None:
@@ -169,16 +169,16 @@ def _banner(
                 f"Process {controller.fact.get('pid')}, which carried out “{title}”, ended without "
                 "a word: it was killed, or crashed."
             )
-            return _Banner("alarm", "Controller gone", f"{died} {_left_behind(following, known)}")
+            return _Banner("alarm", "Controller gone", f"{died} {_output_text(following, known)}")
         case "silent":
             return _Banner(
                 "alarm",
                 "Controller does not answer",
                 f"Process {controller.fact.get('pid')} hangs. Where its output is on, its guardian "
-                f"switches off within a second. If anything moves, use {OWN_SWITCH}.",
+                f"switches off within a second. If anything moves, use {FRONT_SWITCH}.",
             )
         case "ended":
-            ended = controller.shown["ended"]
+            ended = controller.published["ended"]
             level, title = _ENDED.get(ended["kind"], ("alarm", "Failed"))
             if "OUTPUT MAY BE ON" in ended["text"]:
                 level = "alarm"
@@ -202,11 +202,11 @@ def _doubt(known: OutputState | None) -> _Banner | None:
     """Say at once that a supply that is driven does not answer."""
     if known is None or known.state != "unknown" or known.cause == FOUND:
         return None
-    return _Banner("alarm", MAY_BE_ON, f"{known.cause}. Use {OWN_SWITCH} now.")
+    return _Banner("alarm", MAY_BE_ON, f"{known.cause}. Use {FRONT_SWITCH} now.")
 
 
-def _left_behind(following: Following | None, known: OutputState | None) -> str:
-    """Tell what became of the output of a run whose process died."""
+def _output_text(following: JournalTail | None, known: OutputState | None) -> str:
+    """Return what became of the output of a run whose process died."""
     if following is None or known is None or known.state in ("untouched", "not driven"):
         return "It had not touched the supply."
     trips = following.bundle.record.trips
@@ -215,6 +215,6 @@ def _left_behind(following: Following | None, known: OutputState | None) -> str:
             return "Its output was off."
         return f"Its guardian switched the output off, and read back that it is off ({trips[-1]})."
     if trips is None:
-        return f"No guardian watched its output. {MAY_BE_ON}: use {OWN_SWITCH} now."
+        return f"No guardian watched its output. {MAY_BE_ON}: use {FRONT_SWITCH} now."
     cause = f" ({known.cause})" if known.cause else ""
-    return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {OWN_SWITCH} now."
+    return f"{MAY_BE_ON}: its guardian has not confirmed off{cause}. Use {FRONT_SWITCH} now."

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from workbench.panel.controller import Controller, ControllerWatch
-from workbench.panel.following import Following
+from workbench.panel.journal_tail import JournalTail
 from workbench.panel.listing import Listing
 from workbench.panel.result import experiment_verdict
 from workbench.panel.view import clocks, view
 
-__all__ = ["Picture", "Watcher"]
+__all__ = ["Snapshot", "Watcher"]
 
 StartShown = Callable[[Mapping[str, Any]], Mapping[str, str] | None]
 
@@ -27,7 +27,7 @@ LIST_S = 1.0
 
 
 @dataclass(frozen=True)
-class Picture:
+class Snapshot:
     """What the page shows at one instant.
 
     Args:
@@ -41,7 +41,7 @@ class Picture:
     state: dict[str, Any] = field(default_factory=dict)
     clocks: dict[str, Any] = field(default_factory=dict)
     runs: dict[str, Any] = field(default_factory=dict)
-    following: Following | None = None
+    following: JournalTail | None = None
     made: float = field(default_factory=time.monotonic)
 
 
@@ -50,7 +50,7 @@ class Watcher:
 
     Args:
         runs: folder of all bundles.
-        start_shown: returns what is shown of a run that was started here and has no session yet, by
+        start_facts: returns what is shown of a run that was started here and has no session yet, by
             the facts of the session that is shown.
 
     Attributes:
@@ -59,14 +59,14 @@ class Watcher:
         pages: how many pages are open now.
     """
 
-    def __init__(self, runs: Path, start_shown: StartShown = lambda fact: None) -> None:
+    def __init__(self, runs: Path, start_facts: StartShown = lambda fact: None) -> None:
         self.runs = runs
-        self._start_shown = start_shown
+        self._start_facts = start_facts
         self.pages = 0
         self.listing = Listing(runs)
-        self.picture = Picture()
+        self.picture = Snapshot()
         self._controller = ControllerWatch(runs, lambda: self.pages)
-        self._following: Following | None = None
+        self._following: JournalTail | None = None
         self._listed = (0.0, 0)
         self._verdict = (0, 0)
         self._ended = threading.Event()
@@ -99,15 +99,15 @@ class Watcher:
 
     def _tick(self) -> None:
         controller = self._controller.now
-        runs = self._list(controller.card.experiment if controller.card else None)
-        self._follow(controller.card.experiment if controller.card else None)
+        runs = self._list(controller.session.experiment if controller.session else None)
+        self._follow(controller.session.experiment if controller.session else None)
         following = self._following
         if following is not None:
             following.read_on()
         state = view(controller, following, self._verdict)
-        shown = {} if controller.state == "gone" else controller.fact  # nobody may have heard it
-        state |= {"start": self._start_shown(shown)}
-        self.picture = Picture(state, clocks(controller, following), runs, following)
+        fact = {} if controller.state == "gone" else controller.fact  # nobody may have received it
+        state |= {"start": self._start_facts(fact)}
+        self.picture = Snapshot(state, clocks(controller, following), runs, following)
 
     def _list(self, experiment: str | None) -> dict[str, Any]:
         """Return the list of runs, anew where one was added or a while has passed."""
@@ -126,6 +126,6 @@ class Watcher:
         if bundle is None:
             self._following = None
         elif self._following is None or self._following.bundle.path != bundle.path:
-            self._following = Following(bundle)
+            self._following = JournalTail(bundle)
         else:
             self._following.bundle = bundle  # its manifest may have grown

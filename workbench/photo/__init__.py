@@ -12,13 +12,13 @@ from workbench.photo.board import BOARDS, FOOT_TURN_RAD, Board, find_board
 from workbench.photo.board_page import CHECK_BAR_MM, write_board
 from workbench.photo.manual import read_angles, read_points
 from workbench.photo.print_scale import printed_scale
-from workbench.photo.reading import FOOT_SPREAD_RAD, AsBent, read_photo
+from workbench.photo.reading import FOOT_SIGMA_RAD, AsBent, read_photo
 from workbench.photo.strip import TAPES
 
 __all__ = [
     "BOARDS",
     "CHECK_BAR_MM",
-    "FOOT_SPREAD_RAD",
+    "FOOT_SIGMA_RAD",
     "FOOT_TURN_RAD",
     "TAPES",
     "AsBent",

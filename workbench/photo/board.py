@@ -97,7 +97,7 @@ class Board:
             for c, r in ring
             if {(c - 1, r - 1), (c - 1, r), (c, r - 1)} <= ring and r % self.rows_a_sheet
         ]
-        return np.array(sorted(found, key=lambda place: (place[1], place[0])))
+        return np.array(sorted(found, key=lambda position: (position[1], position[0])))
 
     def marker_corners(self) -> Array:
         """Return each marker's corners, (n, 4, 2) [m], from upper left clockwise."""

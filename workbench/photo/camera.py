@@ -24,9 +24,9 @@ Array = NDArray[np.float64]
 _WORST_FIT_M = 0.00025  # rms on the paper; more, and no smooth lens explains the corners
 _OUTLIER = 5.0  # robust deviations
 _USUAL_FOCAL = 1.25  # half diagonals: a telephone's main camera, 26 mm on 36 x 24 mm film
-_FOCAL_SPREAD = 0.5  # of its logarithm
+_FOCAL_SIGMA = 0.5  # of its logarithm
 _FOCALS = np.geomspace(0.4, 12.0, 200)
-_HEIGHT_SPREAD = 0.1  # of its logarithm, when it is told by the strip's own scale
+_HEIGHT_SIGMA = 0.1  # of its logarithm, when it is known from the strip's own scale
 _SKEW = 0.004  # how far a fitted homography is from that of square pixels
 _REJECTIONS = 2
 _SHARPEST_PX = 0.02  # no corner is known better
@@ -37,7 +37,7 @@ _STRAIGHT = np.zeros(4)
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where the camera stood.
+    """Where the camera was.
 
     Args:
         below: (2,) the point of the board straight below it [m].
@@ -78,9 +78,9 @@ class Camera:
         """Return the matrix from board to undistorted picture, (3, 3)."""
         return np.append(self.numbers[:8], 1.0).reshape(3, 3)
 
-    def to_pixels(self, places: Array) -> Array:
+    def to_pixels(self, positions: Array) -> Array:
         """Return where points of the board, (..., 2) [m], are seen, (..., 2) [pixel]."""
-        flat = _projected(self.homography, (places - self.origin) / self.reach)
+        flat = _projected(self.homography, (positions - self.origin) / self.reach)
         return self.centre + self.half_diagonal * _bent(flat, self.numbers[_LENS])
 
     def to_board(self, pixels: Array) -> Array:
@@ -93,9 +93,9 @@ class Camera:
         return self.origin + self.reach * _projected(back, flat)
 
     def viewpoint(self, height: float | None = None) -> Viewpoint:
-        """Return where the camera stood, if its pixels are square and its centre the picture's.
+        """Return where the camera was, if its pixels are square and its centre the picture's.
 
-        A plane seen squarely does not tell the focal length; so a height that is known from
+        A plane seen squarely does not determine the focal length; so a height that is known from
         something else decides, and without one an everyday focal length is assumed.
 
         Args:
@@ -105,7 +105,7 @@ class Camera:
         doubt = [_unlikely(self.homography, focal) for focal in _FOCALS]
         if height is not None:
             doubt = [
-                one + (np.log(view.height / height) / _HEIGHT_SPREAD) ** 2
+                one + (np.log(view.height / height) / _HEIGHT_SIGMA) ** 2
                 for one, view in zip(doubt, trial, strict=True)
             ]
         return trial[int(np.argmin(doubt))]
@@ -141,26 +141,26 @@ def calibrate(
         InputError: when no camera with such a lens sees the corners there.
     """
     board = corners.board
-    places = board.corners[corners.number] * np.array(printed)
+    positions = board.corners[corners.number] * np.array(printed)
     sheets = board.corner_sheets[corners.number]
     centre, half_diagonal = (np.array(size) - 1) / 2, float(np.hypot(*size)) / 2
     origin, reach = board.size / 2, float(board.size[1]) / 2
     blank = Camera(np.zeros(0), np.zeros((0, 0)), centre, half_diagonal, origin, reach)
     seen = (corners.pixels - centre) / half_diagonal
-    start = _first_homography((places - origin) / reach, seen)
+    start = _first_homography((positions - origin) / reach, seen)
     numbers = np.concatenate([start, _STRAIGHT, np.zeros(3 * (board.sheets - 1))])
 
     def misses(trial: Array) -> Array:
-        joined = _joined(places, sheets, trial, board)
+        joined = _joined(positions, sheets, trial, board)
         return blank.changed(trial).to_pixels(joined) - corners.pixels
 
-    kept = np.ones(len(places), dtype=bool)
+    kept = np.ones(len(positions), dtype=bool)
     for _ in range(_REJECTIONS):
         numbers = _solved(misses, numbers, kept)[0]
         off = np.linalg.norm(misses(numbers), axis=1)
         kept = off < _OUTLIER * max(float(np.median(off[kept])), _SHARPEST_PX)
     numbers, covariance = _solved(misses, numbers, kept)
-    joined = _joined(places, sheets, numbers, board)
+    joined = _joined(positions, sheets, numbers, board)
     error = (blank.changed(numbers).to_board(corners.pixels) - joined)[kept]
     residual = float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
     count = int(kept.sum())
@@ -176,8 +176,8 @@ def _solved(
         lambda trial: misses(trial)[kept].ravel(), start, x_scale="jac", method="lm"
     )
     free = max(solution.fun.size - len(start), 1)
-    spread = float(solution.fun @ solution.fun) / free
-    return solution.x, np.linalg.pinv(solution.jac.T @ solution.jac) * spread
+    variance = float(solution.fun @ solution.fun) / free
+    return solution.x, np.linalg.pinv(solution.jac.T @ solution.jac) * variance
 
 
 def _require_fit(name: str, residual: float, kept: int, seen: int) -> None:
@@ -190,21 +190,21 @@ def _require_fit(name: str, residual: float, kept: int, seen: int) -> None:
         )
 
 
-def _joined(places: Array, sheets: NDArray[np.int_], numbers: Array, board: Board) -> Array:
+def _joined(positions: Array, sheets: NDArray[np.int_], numbers: Array, board: Board) -> Array:
     """Return the corners as the sheets were joined, (n, 2) [m]."""
-    joined = places.copy()
+    joined = positions.copy()
     for sheet in range(1, board.sheets):
         dx, dy, turn = numbers[_LENS.stop + 3 * (sheet - 1) :][:3]
-        own = sheets == sheet
+        of_sheet = sheets == sheet
         pivot = np.array([board.size[0] / 2, sheet * board.rows_a_sheet * board.square])
         spun = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-        joined[own] = pivot + (places[own] - pivot) @ spun.T + [dx, dy]
+        joined[of_sheet] = pivot + (positions[of_sheet] - pivot) @ spun.T + [dx, dy]
     return joined
 
 
-def _first_homography(places: Array, seen: Array) -> Array:
+def _first_homography(positions: Array, seen: Array) -> Array:
     """Return the eight numbers of the homography from places to seen by linear least squares."""
-    x, y = places.T
+    x, y = positions.T
     u, v = seen.T
     zero, one = np.zeros_like(x), np.ones_like(x)
     rows = np.concatenate(
@@ -216,8 +216,8 @@ def _first_homography(places: Array, seen: Array) -> Array:
     return np.linalg.lstsq(rows, np.concatenate([u, v]), rcond=None)[0]
 
 
-def _projected(matrix: Array, places: Array) -> Array:
-    mapped = places @ matrix[:, :2].T + matrix[:, 2]
+def _projected(matrix: Array, positions: Array) -> Array:
+    mapped = positions @ matrix[:, :2].T + matrix[:, 2]
     return mapped[..., :2] / mapped[..., 2:]
 
 
@@ -234,5 +234,5 @@ def _unlikely(homography: Array, focal: float) -> float:
     scale = across @ across + along @ along
     skew = 2 * (across @ along) / scale, (across @ across - along @ along) / scale
     return float(
-        np.sum(np.square(skew)) / _SKEW**2 + (np.log(focal / _USUAL_FOCAL) / _FOCAL_SPREAD) ** 2
+        np.sum(np.square(skew)) / _SKEW**2 + (np.log(focal / _USUAL_FOCAL) / _FOCAL_SIGMA) ** 2
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.photo.fit import Points
-from workbench.photo.strip import View
+from workbench.photo.strip import StripView
 from workbench.shape import Arcs
 
 __all__ = ["refined_points"]
@@ -33,7 +33,7 @@ _FLANK = 0.3, 0.6  # of the usual light: two levels below saturation
 _GLARE_DOUBT = 5.0
 _GLARE = 1.4  # of the usual light
 _DIM = 0.2
-_SATURATED = 0.97  # of what the sensor can tell
+_SATURATED = 0.97  # of what the sensor can measure
 _BELOW_SATURATED = 0.9
 _HALO_M = 0.003  # along the strip, around glare
 _END_NOISE_M = 0.0003
@@ -55,14 +55,16 @@ class _Contour(NamedTuple):
     doubt: Array
 
 
-def refined_points(view: View, arcs: Arcs, thickness: tuple[float, float], width: float) -> Points:
+def refined_points(
+    view: StripView, arcs: Arcs, thickness: tuple[float, float], width: float
+) -> Points:
     """Return points of the contour that faces away from the camera's foot, and both ends.
 
     Args:
         view: of the photograph.
         arcs: the centreline as known so far.
         thickness: of the strip as it appears, and its standard deviation [m].
-        width: of the strip, by which its upper edge stands above the board [m].
+        width: of the strip, by which its upper edge is above the board [m].
 
     Raises:
         InputError: when the contour is blurred or mostly not seen.
@@ -84,13 +86,13 @@ def refined_points(view: View, arcs: Arcs, thickness: tuple[float, float], width
             f"{view.name}: blurred, the strip's edge spreads by {1000 * blur:.1f} mm; hold the "
             "camera still and focus on the strip"
         )
-    places = middle + (side * found.offset)[:, None] * normal
+    positions = middle + (side * found.offset)[:, None] * normal
     ends, noise = _ends(view, arcs, thickness[0], width)
     half = thickness[0] / 2, thickness[1] / 2
-    return Points(places[seen], side[seen], ends, noise, half, found.doubt[seen])
+    return Points(positions[seen], side[seen], ends, noise, half, found.doubt[seen])
 
 
-def _contour(view: View, middle: Array, out: Array, thickness: float) -> _Contour:
+def _contour(view: StripView, middle: Array, out: Array, thickness: float) -> _Contour:
     """Return the contour from middles (n, 2) along unit vectors (n, 2)."""
     offsets = np.arange(thickness + _REACH_M, -thickness - _REACH_M, -_STEP_M)
     strength = view.at(middle[:, None] + offsets[:, None] * out[:, None]).astype(float)
@@ -105,13 +107,13 @@ def _contour(view: View, middle: Array, out: Array, thickness: float) -> _Contou
     spots = (top > _GLARE * usual) | ((top > _SATURATED) & (usual < _BELOW_SATURATED))
     halo = round(_HALO_M / _STATION_M)
     glaring = np.asarray(scipy.ndimage.binary_dilation(spots, iterations=halo), dtype=bool)
-    place = _between(above, offsets, _HALF * top)
+    position = _between(above, offsets, _HALF * top)
     low, high = (_between(above, offsets, share * usual) for share in _FLANK)
     rise = (low - high) / _flank(1.0)[0]
     if glaring.any() and not glaring.all():
-        place[glaring] = _below_glare(low, high, float(np.nanmedian(rise[~glaring])))[glaring]
-    place[top < _DIM * usual] = np.nan
-    return _Contour(place, rise, np.where(glaring, _GLARE_DOUBT, 1.0))
+        position[glaring] = _below_glare(low, high, float(np.nanmedian(rise[~glaring])))[glaring]
+    position[top < _DIM * usual] = np.nan
+    return _Contour(position, rise, np.where(glaring, _GLARE_DOUBT, 1.0))
 
 
 def _below_glare(low: Array, high: Array, blur: float) -> Array:
@@ -149,11 +151,11 @@ def _between(above: Array, offsets: Array, level: Array) -> Array:
     low, high = above[rows, k - 1], above[rows, k]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.clip((level - low) / (high - low), 0, 1)
-    place = offsets[k - 1] + share * (offsets[k] - offsets[k - 1])
-    return np.where(above.max(axis=1) >= level, place, np.nan)
+    position = offsets[k - 1] + share * (offsets[k] - offsets[k - 1])
+    return np.where(above.max(axis=1) >= level, position, np.nan)
 
 
-def _ends(view: View, arcs: Arcs, thickness: float, width: float) -> tuple[Array, Array]:
+def _ends(view: StripView, arcs: Arcs, thickness: float, width: float) -> tuple[Array, Array]:
     """Return root and tip, (2, 2) [m], and how sure they are along the strip, (2,) [m].
 
     An end that faces the point below the camera shows its end face, which makes it uncertain by
@@ -175,7 +177,7 @@ def _ends(view: View, arcs: Arcs, thickness: float, width: float) -> tuple[Array
     return ends + np.where(lost, 0.0, found)[:, None] * out, np.where(lost, 0.01, noise)
 
 
-def _last_seen(view: View, end: Array, way: Array, across: Array) -> float:
+def _last_seen(view: StripView, end: Array, way: Array, across: Array) -> float:
     """Return how far beyond an end the strip ends, on its way from inside out [m]; NaN if unseen.
 
     Args:

@@ -20,7 +20,7 @@ __all__ = ["Points", "StripFit", "fit_strip"]
 
 Array = NDArray[np.float64]
 
-_BEND_PRIOR_RAD = np.radians(20.0)  # about the target: tells only where the strip is not seen
+_BEND_PRIOR_RAD = np.radians(20.0)  # about the target: matters only where the strip is not seen
 _SCALE_PRIOR = 0.1
 _LEAST_NOISE_M = 1e-6
 _LEAST_SLOPE = 0.1  # where most points are doubted
@@ -37,7 +37,7 @@ class Points:
     """What is seen of a strip, in the plane where it lies [m].
 
     Args:
-        places: (n, 2) on its centreline or on one of its contours, in order along it.
+        positions: (n, 2) on its centreline or on one of its contours, in order along it.
         sides: (n,) 1 on the contour to the left of the way from root to tip, -1 to the right, 0 on
             the centreline.
         ends: (2, 2) root and tip.
@@ -46,7 +46,7 @@ class Points:
         doubt: (n,) or one for all: how much less sure than the usual point each is.
     """
 
-    places: Array
+    positions: Array
     sides: Array
     ends: Array
     end_noise: Array
@@ -56,13 +56,15 @@ class Points:
     def mirrored(self) -> Points:
         """Return it seen from the other side, x to -x."""
         flip = np.array([-1.0, 1.0])
-        return replace(self, places=self.places * flip, sides=-self.sides, ends=self.ends * flip)
+        return replace(
+            self, positions=self.positions * flip, sides=-self.sides, ends=self.ends * flip
+        )
 
     def reversed(self) -> Points:
         """Return it with root and tip exchanged."""
         return replace(
             self,
-            places=self.places[::-1],
+            positions=self.positions[::-1],
             sides=-self.sides[::-1],
             doubt=self.doubt[::-1] if isinstance(self.doubt, np.ndarray) else self.doubt,
             ends=self.ends[::-1],
@@ -117,7 +119,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
         target: (15,) bends that it should have [rad], a weak prior.
     """
     problem = _Problem(points, length, target, start)
-    weights = 1 / (_FIRST_NOISE_M * np.broadcast_to(points.doubt, len(points.places)))
+    weights = 1 / (_FIRST_NOISE_M * np.broadcast_to(points.doubt, len(points.positions)))
     numbers = scipy.optimize.least_squares(
         problem.residuals,
         start,
@@ -137,7 +139,7 @@ def fit_strip(points: Points, length: float, start: Array, target: Array) -> Str
         downhill = jacobian.T @ problem.residuals(numbers, weights)
         numbers = numbers - np.linalg.solve(jacobian.T @ jacobian, downhill)
     across = problem.across(numbers) / points.doubt
-    weights = _worth(across, trust, len(numbers)) / points.doubt
+    weights = _weights(across, trust, len(numbers)) / points.doubt
     jacobian = problem.jacobian(numbers, weights)
     covariance = np.linalg.inv(jacobian.T @ jacobian).astype(np.float64)
     influence = covariance @ jacobian[: len(across)].T * weights
@@ -161,7 +163,7 @@ class _Problem:
         self.points, self.length, self.target = points, length, target
         arcs = _arcs(start, length)
         dense = np.linspace(0, arcs.length, 2000)
-        gap = points.places[:, None] - arcs.points_at(dense[::10])[None]
+        gap = points.positions[:, None] - arcs.points_at(dense[::10])[None]
         self.distances = dense[::10][np.argmin(np.sum(gap**2, axis=-1), axis=1)]
 
     def across(self, numbers: Array) -> Array:
@@ -169,10 +171,10 @@ class _Problem:
         arcs = _arcs(numbers, self.length)
         along = self.distances
         for _ in range(_PERPENDICULARS):
-            gap = self.points.places - arcs.points_at(along)
+            gap = self.points.positions - arcs.points_at(along)
             along = along + np.sum(gap * arcs.tangents_at(along), axis=-1)
         self.distances = along
-        gap = self.points.places - arcs.points_at(along)
+        gap = self.points.positions - arcs.points_at(along)
         return np.sum(gap * arcs.normals_at(along), axis=-1) - self.points.sides * numbers[19]
 
     def residuals(self, numbers: Array, weights: Array) -> Array:
@@ -199,7 +201,7 @@ def _arcs(numbers: Array, length: float) -> Arcs:
     return arcs.moved(0.0, numbers[:2])
 
 
-def _worth(across: Array, trust: Array, parameters: int) -> Array:
+def _weights(across: Array, trust: Array, parameters: int) -> Array:
     """Return by what each point counts for the covariance, (n,) [1/m].
 
     Huber's sandwich for Cauchy's weights: the noise of the influence over its mean slope.

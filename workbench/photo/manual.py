@@ -53,8 +53,8 @@ def read_angles(path: Path, target: ShapeFile) -> AsBent:
     errors = [row[1] for row in rows if len(row) == 2]
     if errors and (len(errors) < len(rows) or min(errors) < 0):
         raise InputError(f"{path}: give a standard error, 0 deg or more, on every line or on none")
-    spread = np.diag(np.radians(errors) ** 2) if errors else None
-    return AsBent(np.radians(angles), spread, True, _source("angles", path), {})
+    covariance = np.diag(np.radians(errors) ** 2) if errors else None
+    return AsBent(np.radians(angles), covariance, True, _source("angles", path), {})
 
 
 def read_points(
@@ -80,21 +80,23 @@ def read_points(
             "strip from root to tip"
         )
     way = _axes(forward, up)
-    places = given if way is None else given @ way.T
-    length = float(np.sum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    positions = given if way is None else given @ way.T
+    length = float(np.sum(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
     if not 0.8 * target.length < length < 1.25 * target.length:
         raise InputError(
             f"{path}: the points run over {1000 * length:.0f} mm, the strip is "
             f"{1000 * target.length:.0f} mm long; give x,y in mm, in order from root to tip, both "
             "ends included"
         )
-    points = Points(places, np.zeros(len(places)), places[[0, -1]], np.full(2, _END_NOISE_M))
+    points = Points(
+        positions, np.zeros(len(positions)), positions[[0, -1]], np.full(2, _END_NOISE_M)
+    )
     goal = np.array(target.angles)
     if way is None:
         points, _ = oriented(path.name, points, target.length, goal, None)
-    start = rough_numbers(points.places, target.length, 0.0)
+    start = rough_numbers(points.positions, target.length, 0.0)
     fit = fit_strip(points, target.length, start, goal[1:])
-    notes = {"points": float(len(places)), "noise_mm": 1000 * fit.noise, "scale": fit.scale}
+    notes = {"points": float(len(positions)), "noise_mm": 1000 * fit.noise, "scale": fit.scale}
     foot = None if way is None else _within_half_turn
     return as_bent(fit, fit.covariance, goal, foot, _source("points", path), notes)
 

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 _FEWEST_MARKERS = 12
 _FEWEST_CORNERS = 40
-_LEAST_SPREAD = 0.7  # of the pattern's area, that the corners seen must span
+_LEAST_COVERAGE = 0.7  # of the pattern's area, that the corners seen must span
 _RANSAC_M = 0.004  # on the paper, for a lens that is not straightened yet
 _LEAST_FITTING = 0.7  # of the markers must lie as on the board
 _NEIGHBOURS = 4  # markers that say where a corner is sought
@@ -55,11 +55,11 @@ def find_corners(name: str, grey: NDArray[np.uint8]) -> Corners:
     """
     numbers, seen = _markers(grey)
     board = _recognised(name, grey, numbers)
-    own = (numbers >= board.first_marker) & (numbers < board.first_marker + len(board.marked))
-    numbers, seen = numbers[own] - board.first_marker, seen[own]
+    on_board = (numbers >= board.first_marker) & (numbers < board.first_marker + len(board.marked))
+    numbers, seen = numbers[on_board] - board.first_marker, seen[on_board]
     numbers, seen = _consistent(name, board, numbers, seen)
     corners = _refined(board, grey, numbers, seen)
-    _require_spread(name, corners)
+    _require_coverage(name, corners)
     return corners
 
 
@@ -111,8 +111,8 @@ def _recognised(name: str, grey: NDArray[np.uint8], numbers: NDArray[np.int_]) -
 
 
 def _count(board: Board, numbers: NDArray[np.int_]) -> int:
-    own = (numbers >= board.first_marker) & (numbers < board.first_marker + len(board.marked))
-    return int(own.sum())
+    on_board = (numbers >= board.first_marker) & (numbers < board.first_marker + len(board.marked))
+    return int(on_board.sum())
 
 
 def _blurred(grey: NDArray[np.uint8]) -> bool:
@@ -128,8 +128,10 @@ def _consistent(
 ) -> tuple[NDArray[np.int_], Array]:
     """Return the markers that lie as on the board."""
     cv2 = opencv()
-    places = board.marker_corners()[numbers]
-    _, fits = cv2.findHomography(seen.reshape(-1, 2), places.reshape(-1, 2), cv2.RANSAC, _RANSAC_M)
+    positions = board.marker_corners()[numbers]
+    _, fits = cv2.findHomography(
+        seen.reshape(-1, 2), positions.reshape(-1, 2), cv2.RANSAC, _RANSAC_M
+    )
     kept = np.zeros(len(numbers), dtype=bool)
     if fits is not None:
         kept = fits.reshape(-1, 4).all(axis=1)
@@ -147,11 +149,11 @@ def _refined(
 ) -> Corners:
     """Return the corners with markers nearby, to a fraction of a pixel."""
     cv2 = opencv()
-    places = board.marker_corners()[numbers]
-    away = np.linalg.norm(board.corners[:, None] - places.mean(axis=1)[None], axis=-1)
+    positions = board.marker_corners()[numbers]
+    away = np.linalg.norm(board.corners[:, None] - positions.mean(axis=1)[None], axis=-1)
     near = np.argsort(away, axis=1)[:, :_NEIGHBOURS]
     number = np.flatnonzero(away.min(axis=1) < _NEAR * board.square)
-    guess = np.array([_beside(places[near[k]], seen[near[k]], board.corners[k]) for k in number])
+    guess = np.array([_beside(positions[near[k]], seen[near[k]], board.corners[k]) for k in number])
     side = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1)
     square = float(np.median(side)) * board.square / board.marker
     window = max(2, round(_WINDOW * square))
@@ -167,23 +169,23 @@ def _refined(
     return Corners(board, number[kept], found.reshape(-1, 2)[kept].astype(float))
 
 
-def _beside(places: Array, seen: Array, corner: Array) -> Array:
+def _beside(positions: Array, seen: Array, corner: Array) -> Array:
     """Return where a corner is, (2,) in pixels, by the markers beside it (m, 4, 2)."""
     cv2 = opencv()
-    found, _ = cv2.findHomography(places.reshape(-1, 2), seen.reshape(-1, 2))
+    found, _ = cv2.findHomography(positions.reshape(-1, 2), seen.reshape(-1, 2))
     if found is None:
         return seen.reshape(-1, 2).mean(axis=0)
     mapped = found @ [*corner, 1.0]
     return mapped[:2] / mapped[2]
 
 
-def _require_spread(name: str, corners: Corners) -> None:
+def _require_coverage(name: str, corners: Corners) -> None:
     board = corners.board
     few = len(corners.number) < _FEWEST_CORNERS
     if not few:
-        places = board.corners[corners.number]
-        share = np.prod(np.ptp(places, axis=0)) / np.prod(np.ptp(board.corners, axis=0))
-        few = share < _LEAST_SPREAD
+        positions = board.corners[corners.number]
+        share = np.prod(np.ptp(positions, axis=0)) / np.prod(np.ptp(board.corners, axis=0))
+        few = share < _LEAST_COVERAGE
     if few:
         raise InputError(
             f"{name}: only {len(corners.number)} of the board's {len(board.corners)} corners are "

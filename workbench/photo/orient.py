@@ -19,15 +19,15 @@ _ENOUGH = 400  # points; of more, only some are taken
 _SMOOTHING = 0.5  # of an increment, over which a heading is taken
 
 
-def rough_numbers(places: Array, length: float, half_thickness: float) -> Array:
+def rough_numbers(positions: Array, length: float, half_thickness: float) -> Array:
     """Return numbers of `StripFit` for a rough path, root first.
 
     Args:
-        places: (n, 2) along the centreline [m].
+        positions: (n, 2) along the centreline [m].
         length: of the strip [m].
         half_thickness: as seen [m].
     """
-    sparse = places[:: max(1, len(places) // _ENOUGH)]
+    sparse = positions[:: max(1, len(positions) // _ENOUGH)]
     steps = np.linalg.norm(np.diff(sparse, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     along *= 16 / along[-1]
@@ -39,7 +39,7 @@ def rough_numbers(places: Array, length: float, half_thickness: float) -> Array:
     step = at(middle + _SMOOTHING) - at(middle - _SMOOTHING)
     headings = np.unwrap(np.arctan2(-step[:, 1], step[:, 0]))
     angles = np.diff(headings, prepend=0.0)
-    return np.concatenate([places[0], angles, [0.0, half_thickness]])
+    return np.concatenate([positions[0], angles, [0.0, half_thickness]])
 
 
 def oriented(
@@ -84,7 +84,7 @@ def _misfit(
     foot: Callable[[float], float] | None,
 ) -> float:
     """Return by how much the angles miss the target, rms [rad]."""
-    angles = rough_numbers(points.places, length, 0.0)[2:18].copy()
+    angles = rough_numbers(points.positions, length, 0.0)[2:18].copy()
     first = 0 if foot is not None else 1
     if foot is not None:
         angles[0] = foot(float(angles[0]))

@@ -18,20 +18,20 @@ from workbench.photo.fit import Points, StripFit, fit_strip
 from workbench.photo.markers import find_corners
 from workbench.photo.opencv import opencv
 from workbench.photo.orient import oriented, rough_numbers
-from workbench.photo.strip import TAPES, View, find_path, make_view
+from workbench.photo.strip import TAPES, StripView, find_path, make_view
 from workbench.protocol import ShapeFile
 
-__all__ = ["FOOT_SPREAD_RAD", "AsBent", "as_bent", "read_photo"]
+__all__ = ["FOOT_SIGMA_RAD", "AsBent", "as_bent", "read_photo"]
 
 Array = NDArray[np.float64]
 
-FOOT_SPREAD_RAD = np.radians(1.0)
+FOOT_SIGMA_RAD = np.radians(1.0)
 """How well a strip is set into its foot by hand: alpha_0's, where only the strip is seen."""
 
 _USUAL_THICKNESS_M = 0.002, 0.0007  # where the shape file does not say: guess and its spread
 _USUAL_WIDTH_M = 0.016
-_THICKNESS_SPREAD_M = 0.00015
-_LEAST_SCALE = 1.003  # below, how much larger the strip appears tells no height
+_THICKNESS_SIGMA_M = 0.00015
+_LEAST_SCALE = 1.003  # below, how much larger the strip appears gives no height
 _REFINEMENTS = 3
 _ROUGH_NOISE_M = 0.001
 _ROUGH_POINTS = 400
@@ -43,7 +43,7 @@ class AsBent:
 
     Args:
         angles: (16,) alpha_0 to alpha_15 of the free strip [rad].
-        covariance: (16, 16) [rad^2]; None where nothing tells it.
+        covariance: (16, 16) [rad^2]; None where it is not known.
         foot_seen: whether alpha_0 was measured; else it is the target's.
         source: what it was read from, with its hash.
         notes: what was found on the way: name -> number, units in the names.
@@ -93,7 +93,7 @@ def read_photo(
     rough = _rough(find_path(view, target.length))
     rough, mirrored = oriented(path.name, rough, target.length, goal, foot)
     view = replace(view, side=-1.0 if mirrored else 1.0)
-    start = rough_numbers(rough.places, target.length, 0.0)
+    start = rough_numbers(rough.positions, target.length, 0.0)
     fit = fit_strip(rough, target.length, start, goal[1:])
     view, points, fit = _refined(view, rough, fit, target)
     covariance = fit.covariance + _by_camera(view, points, fit)
@@ -110,8 +110,8 @@ def read_photo(
 
 
 def _refined(
-    view: View, rough: Points, fit: StripFit, target: ShapeFile
-) -> tuple[View, Points, StripFit]:
+    view: StripView, rough: Points, fit: StripFit, target: ShapeFile
+) -> tuple[StripView, Points, StripFit]:
     """Return the view with its height, the contour's points and their fit."""
     points, half = rough, (target.thickness or _USUAL_THICKNESS_M[0]) / 2
     width = target.width or _USUAL_WIDTH_M
@@ -141,14 +141,14 @@ def as_bent(
         source: what was read.
         notes: about it.
     """
-    angles, spread = fit.angles.copy(), covariance[2:18, 2:18].copy()
+    angles, covariance_now = fit.angles.copy(), covariance[2:18, 2:18].copy()
     if foot is not None:
         angles[0] = foot(float(angles[0]))
     else:
         angles[0] = target[0]
-        spread[0] = spread[:, 0] = 0.0
-        spread[0, 0] = FOOT_SPREAD_RAD**2
-    return AsBent(angles, spread, foot is not None, source, notes)
+        covariance_now[0] = covariance_now[:, 0] = 0.0
+        covariance_now[0, 0] = FOOT_SIGMA_RAD**2
+    return AsBent(angles, covariance_now, foot is not None, source, notes)
 
 
 def _load(path: Path) -> tuple[NDArray[np.uint8], str]:
@@ -166,7 +166,7 @@ def _load(path: Path) -> tuple[NDArray[np.uint8], str]:
 
 def _seen(
     name: str, photo: NDArray[np.uint8], tape: str, printed: tuple[float, float]
-) -> tuple[Camera, View]:
+) -> tuple[Camera, StripView]:
     if tape not in TAPES:
         raise InputError(f"tape {tape!r} is not known; it is one of {', '.join(TAPES)}")
     corners = find_corners(name, opencv().cvtColor(photo, opencv().COLOR_BGR2GRAY))
@@ -184,7 +184,7 @@ def _rough(path: Array) -> Points:
 def _apparent_thickness(target: ShapeFile, fit: StripFit) -> tuple[float, float]:
     if target.thickness is None:
         return _USUAL_THICKNESS_M
-    return target.thickness * fit.scale, _THICKNESS_SPREAD_M
+    return target.thickness * fit.scale, _THICKNESS_SIGMA_M
 
 
 def _height(target: ShapeFile, fit: StripFit) -> float | None:
@@ -194,9 +194,9 @@ def _height(target: ShapeFile, fit: StripFit) -> float | None:
     return (target.width or _USUAL_WIDTH_M) * fit.scale / (fit.scale - 1)
 
 
-def _by_camera(view: View, points: Points, fit: StripFit) -> Array:
+def _by_camera(view: StripView, points: Points, fit: StripFit) -> Array:
     """Return what the camera's own uncertainty adds to the covariance, (20, 20)."""
-    across = np.sum(view.shifts(points.places) * fit.normals, axis=-1)
+    across = np.sum(view.shifts(points.positions) * fit.normals, axis=-1)
     change = fit.influence @ across.T
     return change @ view.camera.covariance @ change.T
 

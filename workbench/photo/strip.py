@@ -14,7 +14,7 @@ from workbench.photo.board import Board
 from workbench.photo.camera import Camera
 from workbench.photo.opencv import opencv
 
-__all__ = ["TAPES", "View", "find_path", "make_view"]
+__all__ = ["TAPES", "StripView", "find_path", "make_view"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.float32]
@@ -45,7 +45,7 @@ _LINEAR = np.where(
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class StripView:
     """A photograph as far as the strip is concerned.
 
     Args:
@@ -55,7 +55,7 @@ class View:
         board: on which the strip lies.
         side: -1 where the board's x is turned round, so that a strip that lies on its other edge
             has its drawn shape, else 1.
-        height: of the camera above the board, where something tells it [m].
+        height: of the camera above the board, where it is known [m].
     """
 
     name: str
@@ -65,10 +65,10 @@ class View:
     side: float = 1.0
     height: float | None = None
 
-    def at(self, places: Array) -> Picture:
+    def at(self, positions: Array) -> Picture:
         """Return the strength at points of the board, (n, m, 2) [m] to (n, m)."""
         cv2 = opencv()
-        pixels = self.camera.to_pixels(places * [self.side, 1.0]).astype(np.float32)
+        pixels = self.camera.to_pixels(positions * [self.side, 1.0]).astype(np.float32)
         return cv2.remap(self.strength, pixels[..., 0], pixels[..., 1], cv2.INTER_LINEAR)
 
     def below(self) -> tuple[Array, float]:
@@ -76,9 +76,9 @@ class View:
         viewpoint = self.camera.viewpoint(self.height)
         return viewpoint.below * [self.side, 1.0], viewpoint.height
 
-    def shifts(self, places: Array) -> Array:
+    def shifts(self, positions: Array) -> Array:
         """Return by how much places (n, 2) move with each of the camera's numbers, (p, n, 2)."""
-        pixels = self.camera.to_pixels(places * [self.side, 1.0])
+        pixels = self.camera.to_pixels(positions * [self.side, 1.0])
         steps = 0.1 * np.sqrt(np.diag(self.camera.covariance))
         here = self.camera.to_board(pixels)
         moved = [
@@ -88,7 +88,9 @@ class View:
         return np.array(moved) * [self.side, 1.0]
 
 
-def make_view(name: str, photo: NDArray[np.uint8], camera: Camera, board: Board, tape: str) -> View:
+def make_view(
+    name: str, photo: NDArray[np.uint8], camera: Camera, board: Board, tape: str
+) -> StripView:
     """Return the view of a photograph.
 
     Args:
@@ -108,10 +110,10 @@ def make_view(name: str, photo: NDArray[np.uint8], camera: Camera, board: Board,
     rows, columns = photo.shape[:2]
     if edge.min() < 0 or (edge > [columns - 1, rows - 1]).any():
         raise InputError(f"{name}: part of the free field lies outside; photograph the whole board")
-    return View(name, strength.reshape(rows, columns), camera, board)
+    return StripView(name, strength.reshape(rows, columns), camera, board)
 
 
-def find_path(view: View, length: float) -> Array:
+def find_path(view: StripView, length: float) -> Array:
     """Return the strip's middle from one end to the other, (n, 2) on the board [m], rough.
 
     Args:
@@ -153,14 +155,14 @@ def find_path(view: View, length: float) -> Array:
     return path
 
 
-def _resolution(view: View) -> float:
+def _resolution(view: StripView) -> float:
     """Return the photograph's pixels per metre in the field's middle."""
     middle = view.board.size / 2
     pixels = view.camera.to_pixels(middle + np.array([[0.0, 0.0], [0.01, 0.0]]))
     return float(np.linalg.norm(pixels[1] - pixels[0])) / 0.01
 
 
-def _mask(view: View, field: Picture, fine: float) -> NDArray[np.uint8]:
+def _mask(view: StripView, field: Picture, fine: float) -> NDArray[np.uint8]:
     """Return 255 where the straightened field shows strip."""
     cv2 = opencv()
     smooth = cv2.GaussianBlur(field, (0, 0), max(0.8, 0.0002 * fine))

@@ -5,9 +5,9 @@ here for each schema. Nothing is opened but the file itself, nothing is switched
 the field with its docstring, run `make schemas`, and describe it in docs/reference/files.md.
 """
 
-from workbench.protocol.bench import BenchFile, Cameras, Connection, VirtualSection
+from workbench.protocol.bench import BenchFile, CameraSettings, ConnectionSettings, VirtualSection
 from workbench.protocol.calibration import Calibration, CalibrationFile, MotorLine, calibration_text
-from workbench.protocol.experiment import Mode, Part, Protocol, Role
+from workbench.protocol.experiment import Mode, PartFile, Protocol, Role
 from workbench.protocol.files import Document, load, parse
 from workbench.protocol.identified import Identified, identifications, identified_source
 from workbench.protocol.library import builtin_names, load_model, load_shape, with_calibration
@@ -24,7 +24,7 @@ from workbench.protocol.plan import (
     PlannedRun,
 )
 from workbench.protocol.planner import make_plan
-from workbench.protocol.prompt import Answer, Question
+from workbench.protocol.prompt import Answer, PromptQuestion
 from workbench.protocol.quantity import DIMENSIONS, parse_quantity
 from workbench.protocol.release import PlannedRelease
 from workbench.protocol.rewrite import rounded, write_changed
@@ -48,7 +48,7 @@ from workbench.protocol.stop import StopWhen
 
 SCHEMAS: dict[str, type[Section]] = {
     "protocol": Protocol,
-    "part": Part,
+    "part": PartFile,
     "bench": BenchFile,
     "sheet": Sheet,
     "model": ModelFile,
@@ -66,9 +66,9 @@ __all__ = [
     "BenchFile",
     "Calibration",
     "CalibrationFile",
-    "Cameras",
+    "CameraSettings",
     "ChannelEffect",
-    "Connection",
+    "ConnectionSettings",
     "Document",
     "Identified",
     "InputEffect",
@@ -79,7 +79,7 @@ __all__ = [
     "ModelFile",
     "MotorLine",
     "Named",
-    "Part",
+    "PartFile",
     "Parts",
     "Plan",
     "PlannedDrive",
@@ -87,8 +87,8 @@ __all__ = [
     "PlannedPrompt",
     "PlannedRelease",
     "PlannedRun",
+    "PromptQuestion",
     "Protocol",
-    "Question",
     "RigChannel",
     "RigField",
     "RigFile",

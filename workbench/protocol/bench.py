@@ -9,15 +9,15 @@ from pydantic import Discriminator, Field, SerializeAsAny, Tag, field_validator,
 from workbench.errors import InputError
 from workbench.protocol.calibration import Calibration, MotorLine
 from workbench.protocol.model import UNITS
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 from workbench.protocol.tracking import Bodies, ExportAxes, Limits, Marker
 from workbench.protocol.wording import shortened
 
 __all__ = [
     "BenchFile",
-    "Cameras",
-    "Connection",
+    "CameraSettings",
+    "ConnectionSettings",
     "LiveSection",
     "SupplyLimits",
     "SupplySection",
@@ -34,7 +34,7 @@ CalibrationOrPath = Annotated[
 """Only the kind that was meant is reported on."""
 
 
-class Connection(Section):
+class ConnectionSettings(Section):
     """How the supply is reached."""
 
     kind: Literal["simulated", "serial", "rtu-over-tcp", "tcp"]
@@ -51,15 +51,15 @@ class Connection(Section):
     """Modbus unit id."""
     channel: Annotated[int, Field(ge=1)] = 1
     """Which output the motor hangs on, where a supply has several."""
-    timeout: Annotated[float, Quantity("time", low=0.1, high=5)] = 0.5
+    timeout: Annotated[float, UnitQuantity("time", low=0.1, high=5)] = 0.5
     """How long an answer may take; firmware 1.42 of a Riden needs 0.5 s."""
-    gap: Annotated[float, Quantity("time", low=0, high=2)] | None = None
+    gap: Annotated[float, UnitQuantity("time", low=0, high=2)] | None = None
     """Least time between an answer and the next command; what the family needs when left out."""
     echo: bool = False
     """Whether the adapter sends back what it is sent, as some for RS485 do."""
 
     @model_validator(mode="after")
-    def _complete(self) -> Connection:
+    def _complete(self) -> ConnectionSettings:
         if self.kind in ("tcp", "rtu-over-tcp") and self.address is None:
             raise ValueError(f"kind: {self.kind} needs an address, host:port")
         self._refuse_other_way()
@@ -84,12 +84,12 @@ class Connection(Section):
 class SupplyLimits(Section):
     """What the supply may never exceed here."""
 
-    voltage: Annotated[float, Quantity("voltage", above=0, high=60)] = 5.5
-    current: Annotated[float, Quantity("current", above=0, high=30)] = 1.5
+    voltage: Annotated[float, UnitQuantity("voltage", above=0, high=60)] = 5.5
+    current: Annotated[float, UnitQuantity("current", above=0, high=30)] = 1.5
     """Current limit of the output."""
-    over_voltage: Annotated[float, Quantity("voltage", above=0, high=62)] = 6.0
-    over_current: Annotated[float, Quantity("current", above=0, high=31)] = 1.6
-    slew: Annotated[float, Quantity("voltage_rate", above=0)] = 20.0
+    over_voltage: Annotated[float, UnitQuantity("voltage", above=0, high=62)] = 6.0
+    over_current: Annotated[float, UnitQuantity("current", above=0, high=31)] = 1.6
+    slew: Annotated[float, UnitQuantity("voltage_rate", above=0)] = 20.0
     """Fastest change of the voltage while the output is on."""
 
     @model_validator(mode="after")
@@ -111,17 +111,17 @@ class SupplySection(Section):
     model: str
     """Model name as in `workbench supply models`."""
     family: Literal["riden", "dps", "hanmatek", "korad", "scpi"] | None = None
-    """Which language it speaks; told by the model when left out."""
+    """Which language it speaks; known from the model when left out."""
     serial: int | str | None = None
     """Serial number; when given, another supply on the same port is refused. A number is filled up
     with zeros to eight digits, as a Riden shows it."""
-    connection: Connection
+    connection: ConnectionSettings
     limits: SupplyLimits
 
     @model_validator(mode="after")
     def _findable(self) -> SupplySection:
-        place = self.connection
-        if place.kind == "serial" and place.port is None and self.serial is None:
+        connection = self.connection
+        if connection.kind == "serial" and connection.port is None and self.serial is None:
             raise ValueError(
                 "connection: kind: serial needs a port, or the supply's serial number to find it by"
             )
@@ -129,7 +129,7 @@ class SupplySection(Section):
 
     @property
     def serial_number(self) -> str | None:
-        """The serial number as the supply tells it."""
+        """The serial number as the supply reports it."""
         return f"{self.serial:08d}" if isinstance(self.serial, int) else self.serial
 
 
@@ -149,7 +149,7 @@ class LiveSection(Section):
     """Of a multicast stream."""
 
 
-class Cameras(Section):
+class CameraSettings(Section):
     """The tracking system."""
 
     axes: ExportAxes = ExportAxes()
@@ -163,22 +163,22 @@ class Cameras(Section):
     takes: str | None = None
     """Folder where exports appear: after a run the export is awaited there. Best an absolute path;
     without it the operator is asked for the path of each export."""
-    takes_timeout: Annotated[float, Quantity("time", above=0)] = 1800.0
+    takes_timeout: Annotated[float, UnitQuantity("time", above=0)] = 1800.0
     """Longest wait for an export."""
-    takes_tolerance: Annotated[float, Quantity("time", above=0)] = 60.0
+    takes_tolerance: Annotated[float, UnitQuantity("time", above=0)] = 60.0
     """How far the clocks of this computer and of the tracking PC may lie apart."""
     live: LiveSection | None = None
     """Record this stream during each run; no export is awaited then."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> Cameras:
+    def _one_way(self) -> CameraSettings:
         if self.live is not None and self.takes is not None:
             raise ValueError("takes come from the folder `takes` or from `live`, not from both")
         return self
 
 
 class VirtualSection(Section):
-    """The robot and the cameras that stand in for the real ones; the twin never reads this."""
+    """The robot and the cameras that replace the real ones; the twin never reads this."""
 
     seed: Annotated[int, Field(ge=0)] = 0
     real_time: bool = False
@@ -187,20 +187,20 @@ class VirtualSection(Section):
     parameters: dict[str, float] = {}
     """Where the true robot differs from the model: parameter of the model file -> true value."""
     effects: dict[str, dict[str, Annotated[float, Field(allow_inf_nan=False)]]] = {}
-    """What the true robot has and the model lacks: effect -> quantity -> value, SI."""
-    motor_slope: Annotated[float, Quantity("speed_per_voltage", above=0)] = 4.4
-    motor_offset: Annotated[float, Quantity("speed")] = -2.9
-    motor_lag: Annotated[float, Quantity("time", above=0)] = 0.05
+    """What the true robot has and the model has not: effect -> quantity -> value, SI."""
+    motor_slope: Annotated[float, UnitQuantity("speed_per_voltage", above=0)] = 4.4
+    motor_offset: Annotated[float, UnitQuantity("speed")] = -2.9
+    motor_lag: Annotated[float, UnitQuantity("time", above=0)] = 0.05
     """First-order lag of the motor behind the voltage."""
-    start_angle: Annotated[float, Quantity("angle")] = 1.5707963267948966
-    """Where the rotor stands before the run; 90 deg is straight down."""
+    start_angle: Annotated[float, UnitQuantity("angle")] = 1.5707963267948966
+    """Angle of the rotor before the run; 90 deg is straight down."""
     increments: Annotated[int, Field(ge=4, le=128)] = 16
     """How many the true beam has; the twin's has 16."""
-    noise: Annotated[float, Quantity("length", low=0, high=0.01)] = 0.0002
+    noise: Annotated[float, UnitQuantity("length", low=0, high=0.01)] = 0.0002
     """Standard deviation of a marker's coordinate."""
     gap_share: Probability = 0.0
     """Share of marker samples that are lost."""
-    gap_length: Annotated[float, Quantity("time", above=0)] = 0.04
+    gap_length: Annotated[float, UnitQuantity("time", above=0)] = 0.04
     """Mean length of a gap."""
     export: Literal["row-1.0", "motive-1.23"] = "row-1.0"
 
@@ -225,7 +225,7 @@ class BenchFile(Section):
     supply: SupplySection
     calibration: CalibrationOrPath
     """The speed-voltage line, or the path of a calibration file from this file's folder."""
-    tracking: Cameras = Cameras()
+    tracking: CameraSettings = CameraSettings()
     virtual: VirtualSection | None = None
     """Present only on a bench without hardware."""
 

@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from workbench.errors import InputError
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 
 __all__ = ["Calibration", "CalibrationFile", "MotorLine", "calibration_text"]
 
-Slope = Annotated[float, Quantity("speed_per_voltage")]
-Speed = Annotated[float, Quantity("speed")]
+Slope = Annotated[float, UnitQuantity("speed_per_voltage")]
+Speed = Annotated[float, UnitQuantity("speed")]
 
 
 class MotorLine(Section):
@@ -23,11 +23,11 @@ class MotorLine(Section):
 
     id: Annotated[str, Field(min_length=1)]
     """Name under which bundles refer to it."""
-    slope: Annotated[float, Quantity("speed_per_voltage", above=0)]
+    slope: Annotated[float, UnitQuantity("speed_per_voltage", above=0)]
     offset: Speed
-    lowest: Annotated[float, Quantity("voltage", above=0)]
+    lowest: Annotated[float, UnitQuantity("voltage", above=0)]
     """Lowest voltage that was measured."""
-    highest: Annotated[float, Quantity("voltage", above=0)]
+    highest: Annotated[float, UnitQuantity("voltage", above=0)]
     """Highest voltage that was measured."""
 
     def speed(self, volts: float) -> float:
@@ -66,10 +66,10 @@ class Calibration(MotorLine):
 
     id: Annotated[str, Field(min_length=1)] = "thesis"
     measured_on: Annotated[date | None, Field(alias="date")] = None
-    slope: Annotated[float, Quantity("speed_per_voltage", above=0)] = 4.4
+    slope: Annotated[float, UnitQuantity("speed_per_voltage", above=0)] = 4.4
     offset: Speed = -2.9
-    lowest: Annotated[float, Quantity("voltage", above=0)] = 1.0
-    highest: Annotated[float, Quantity("voltage", above=0)] = 5.5
+    lowest: Annotated[float, UnitQuantity("voltage", above=0)] = 1.0
+    highest: Annotated[float, UnitQuantity("voltage", above=0)] = 5.5
 
 
 class CalibrationFile(MotorLine):
@@ -82,7 +82,7 @@ class CalibrationFile(MotorLine):
     """Holds the true slope with 90 %."""
     offset_interval: tuple[Speed, Speed]
     """Holds the true offset with 90 %."""
-    scatter: Annotated[float, Quantity("speed", low=0)]
+    scatter: Annotated[float, UnitQuantity("speed", low=0)]
     """Standard deviation from run to run about the line."""
     runs: Annotated[tuple[str, ...], Field(min_length=1)]
     """Bundles that the line was fitted to."""

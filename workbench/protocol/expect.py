@@ -16,7 +16,7 @@ from workbench.protocol.quantity import parse_quantity
 from workbench.protocol.section import Section
 from workbench.protocol.wording import found_in_words
 
-__all__ = ["EXPECTED", "Expected", "Range"]
+__all__ = ["EXPECTED", "Expectation", "Range"]
 
 
 class Range(NamedTuple):
@@ -109,7 +109,7 @@ _UNITS = {"ring": 1 / math.tau, "twin_error": 1e3}
 """Key -> unit of its result over SI: results are in Hz and mm there."""
 
 
-class Expected(Section):
+class Expectation(Section):
     """Ranges that results of a run must lie in; outside of one the run fails."""
 
     distance: Length | None = None

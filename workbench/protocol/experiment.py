@@ -8,22 +8,22 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from workbench.modes import DRIVEN, Mode, Role
-from workbench.protocol.expect import Expected
+from workbench.protocol.expect import Expectation
 from workbench.protocol.levels import Heights, Pulls, Speeds, Voltages
 from workbench.protocol.prompt import PromptOrText
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 from workbench.protocol.stop import StopLimit
 
 __all__ = [
-    "Condition",
     "Mode",
-    "Part",
+    "PartFile",
     "Pause",
     "Protocol",
     "ProtocolLimits",
     "Role",
     "Run",
+    "RunFields",
     "Staircase",
     "Step",
     "Sweep",
@@ -31,10 +31,10 @@ __all__ = [
 ]
 
 
-Speed = Annotated[float, Quantity("speed", above=0)]
-Volts = Annotated[float, Quantity("voltage", above=0)]
-Force = Annotated[float, Quantity("force", above=0)]
-Height = Annotated[float, Quantity("length", above=0, high=1)]
+Speed = Annotated[float, UnitQuantity("speed", above=0)]
+Volts = Annotated[float, UnitQuantity("voltage", above=0)]
+Force = Annotated[float, UnitQuantity("force", above=0)]
+Height = Annotated[float, UnitQuantity("length", above=0, high=1)]
 
 _RELEASE_KEYS: dict[str, tuple[Mode, str]] = {
     "pull": ("decay", "0.39 N"),
@@ -54,20 +54,20 @@ def wrong_release(mode: Mode, given: Mapping[str, object]) -> str | None:
     return None
 
 
-class Condition(Section):
+class RunFields(Section):
     """What every run of a step has in common."""
 
     mode: Mode
     shape: str | None = None
     """Beam of these runs, a name or a path; by default the protocol's."""
-    rest: Annotated[float, Quantity("time", low=0.5, high=60)] = 2.0
+    rest: Annotated[float, UnitQuantity("time", low=0.5, high=60)] = 2.0
     """Still time before the motor starts or the robot is let go, in which the cameras see it."""
-    ramp: Annotated[float, Quantity("time", low=0, high=60)] = 0.5
+    ramp: Annotated[float, UnitQuantity("time", low=0, high=60)] = 0.5
     """Time from the lowest voltage to the first one asked for."""
     role: Role = "train"
     """Whether a later diagnosis may fit this run or only test on it."""
     repeats: Annotated[int, Field(ge=1, le=1000)] = 1
-    expect: Expected | None = None
+    expect: Expectation | None = None
     """What these runs should come to: a run outside of a range fails."""
     stop_when: StopLimit | None = None
     """What ends such a run by itself, on a bench whose cameras stream; see `live` of a bench."""
@@ -77,7 +77,7 @@ class Condition(Section):
     """Prompts after each of these runs, with the output off, such as a distance by tape."""
 
     def _require_release(self, *keys: str) -> None:
-        """Refuse a release that the mode does not have or that is not told."""
+        """Refuse a release that the mode does not have or that is not given."""
         given = {key: getattr(self, key) for key in keys}
         wrong = wrong_release(self.mode, given)
         if wrong is not None:
@@ -105,10 +105,10 @@ class Condition(Section):
             raise ValueError(f"mode {self.mode} has no drive; remove {given[0]}")
 
 
-class _Timed(Condition):
+class _Timed(RunFields):
     """A condition of one level."""
 
-    duration: Annotated[float, Quantity("time", above=0, high=3600)] = 10.0
+    duration: Annotated[float, UnitQuantity("time", above=0, high=3600)] = 10.0
     """Time from switching the output on to switching it off, or from the release to the end."""
 
 
@@ -151,14 +151,14 @@ class Sweep(_Timed):
         return self
 
 
-class Staircase(Condition):
+class Staircase(RunFields):
     """One run that goes from level to level without a pause, for example up and down again."""
 
     speeds: Speeds | None = None
     voltages: Voltages | None = None
-    dwell: Annotated[float, Quantity("time", low=0.1, high=3600)]
+    dwell: Annotated[float, UnitQuantity("time", low=0.1, high=3600)]
     """Time at each level, its ramp included."""
-    step_ramp: Annotated[float, Quantity("time", low=0, high=60)] = 0.0
+    step_ramp: Annotated[float, UnitQuantity("time", low=0, high=60)] = 0.0
     """Time from one level to the next; the bench's slew is kept in any case."""
     down: bool = False
     """Go back through the levels afterwards; the last one is not repeated."""
@@ -178,7 +178,7 @@ class Staircase(Condition):
 class Pause(Section):
     """A wait with the output off."""
 
-    time: Annotated[float, Quantity("time", above=0, high=24 * 3600)]
+    time: Annotated[float, UnitQuantity("time", above=0, high=24 * 3600)]
     why: str | None = None
     """Shown while waiting."""
 
@@ -217,7 +217,7 @@ class Step(Section):
 Steps = Annotated[tuple[Step, ...], Field(min_length=1)]
 
 
-class Part(Section):
+class PartFile(Section):
     """Steps that several protocols share."""
 
     schema_: Annotated[Literal["workbench/part-1"], Field(alias="schema")]
@@ -229,7 +229,7 @@ class ProtocolLimits(Section):
 
     voltage: Volts | None = None
     speed: Speed | None = None
-    current: Annotated[float, Quantity("current", above=0)] | None = None
+    current: Annotated[float, UnitQuantity("current", above=0)] | None = None
 
 
 class Protocol(Section):

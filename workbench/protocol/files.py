@@ -31,7 +31,7 @@ S = TypeVar("S", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Document(Generic[S]):
-    """A file as read: its content and where each value stands.
+    """A file as read: its content and the position of each value.
 
     Args:
         path: the file.
@@ -47,7 +47,7 @@ class Document(Generic[S]):
 
     def fault(self, location: Location, text: str) -> FileFault:
         """Return a fault at a value, for checks that need more than this one file."""
-        return _fault(self.path, self.text, _place(self.tree, location), text)
+        return _fault(self.path, self.text, _position(self.tree, location), text)
 
 
 def load(path: Path, schema: type[S]) -> Document[S]:
@@ -65,7 +65,7 @@ def load(path: Path, schema: type[S]) -> Document[S]:
 
 
 def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
-    """Check a text that stands for a file; arguments and errors as for `load`."""
+    """Check a text in place of a file; arguments and errors as for `load`."""
     tree = _parse(path, text)
     if not isinstance(tree, CommentedMap):
         found = "nothing" if tree is None else type(tree).__name__.removeprefix("Commented").lower()
@@ -74,15 +74,15 @@ def parse(path: Path, text: str, schema: type[S]) -> Document[S]:
         raise FileFaults([_fault(path, text, (0, 0), words)])
     if (other := _other(tree.get("schema"), schema)) is not None:
         words = f"this is a {other}, and a {_kind(schema)} is needed here; name another file"
-        raise FileFaults([_fault(path, text, _place(tree, ("schema",)), words)])
+        raise FileFaults([_fault(path, text, _position(tree, ("schema",)), words)])
     if unshown := unshown_in(tree):
-        raise FileFaults([_fault(path, text, _place(tree, at), words) for at, words in unshown])
+        raise FileFaults([_fault(path, text, _position(tree, at), words) for at, words in unshown])
     try:
         content = schema.model_validate(_plain(tree))
     except ValidationError as error:
         found = faults_of(error.errors(include_url=False), schema, tree)
         raise FileFaults(
-            [_fault(path, text, _place(tree, location), words) for location, words in found]
+            [_fault(path, text, _position(tree, location), words) for location, words in found]
         ) from None
     return Document(path, content, text, tree)
 
@@ -113,9 +113,9 @@ def _instead(path: Path) -> str:
         return f"there is no folder {path.parent}"
     names = {near.stem: near.name for near in sorted(path.parent.glob("*.yaml"))}
     if not path.suffix:  # a name alone, as models and shapes have
-        own = {one.stem: one for one in sorted(Path().glob("*/*.yaml"), reverse=True)}
-        if near := difflib.get_close_matches(path.name, list(own), n=1, cutoff=_ALIKE):
-            return f"did you mean {own[near[0]].as_posix()}?"
+        files = {one.stem: one for one in sorted(Path().glob("*/*.yaml"), reverse=True)}
+        if near := difflib.get_close_matches(path.name, list(files), n=1, cutoff=_ALIKE):
+            return f"did you mean {files[near[0]].as_posix()}?"
     if close := difflib.get_close_matches(path.stem, list(names), n=1):
         return f"did you mean {names[close[0]]!r}?"
     some = ", ".join(list(names.values())[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
@@ -181,8 +181,8 @@ def _plain(node: Any) -> Any:
     return str(node)
 
 
-def _fault(path: Path, text: str, place: tuple[int, int], words: str) -> FileFault:
-    line, column = place
+def _fault(path: Path, text: str, position: tuple[int, int], words: str) -> FileFault:
+    line, column = position
     lines = _lines(text)
     source = lines[line] if line < len(lines) else ""
     return FileFault(str(path), line + 1, column + 1, words, source)
@@ -194,12 +194,12 @@ def _lines(text: str) -> tuple[str, ...]:
     return tuple(text.splitlines())
 
 
-def _place(tree: Any, location: Location) -> tuple[int, int]:
+def _position(tree: Any, location: Location) -> tuple[int, int]:
     """Return line and column, from 0, of the key that leads to a location."""
-    place, node = (tree.lc.line, tree.lc.col), tree
+    position, node = (tree.lc.line, tree.lc.col), tree
     for step in location:
         if not holds(node, step):
             break
-        place = node.lc.key(step) if isinstance(node, CommentedMap) else node.lc.item(step)
+        position = node.lc.key(step) if isinstance(node, CommentedMap) else node.lc.item(step)
         node = node[step]
-    return place
+    return position

@@ -36,11 +36,11 @@ def identified_source(
         interval: 90 % interval; None where it only acts together with others.
         was: value and source before.
     """
-    shown = ", ".join(runs[:3]) + (f" and {len(runs) - 3} more" if len(runs) > 3 else "")
+    listed = ", ".join(runs[:3]) + (f" and {len(runs) - 3} more" if len(runs) > 3 else "")
     how = "; only in combination with others, see not_determined"
     if interval is not None:
         how = f", 90 % {interval[0]:.6g} to {interval[1]:.6g}"
-    return f"identified {day.isoformat()} from {len(runs)} run(s) ({shown}){how}; was {was}"
+    return f"identified {day.isoformat()} from {len(runs)} run(s) ({listed}){how}; was {was}"
 
 
 def identifications(folder: Path) -> list[Identified]:
@@ -58,10 +58,10 @@ def identifications(folder: Path) -> list[Identified]:
             continue
         days: dict[date, dict[str, float]] = {}
         for name, parameter in dict(model.parameters).items():
-            told = _SOURCE.match(parameter.source)
-            if told and (name, parameter.source) not in seen:
+            source = _SOURCE.match(parameter.source)
+            if source and (name, parameter.source) not in seen:
                 seen.add((name, parameter.source))
-                days.setdefault(date.fromisoformat(told[1]), {})[name] = parameter.value
+                days.setdefault(date.fromisoformat(source[1]), {})[name] = parameter.value
         if days:
             found.append(Identified(path.stem, max(days), days[max(days)]))
     return sorted(found, key=lambda one: one.day)

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
-from workbench.protocol.quantity import DIMENSIONS, Quantity, parse_quantity
+from workbench.protocol.quantity import DIMENSIONS, UnitQuantity, parse_quantity
 from workbench.protocol.section import Section
 from workbench.protocol.wording import found_in_words
 
@@ -34,7 +34,7 @@ class Even(Section):
     """How many values, in place of step."""
 
 
-def levels(given: object, quantity: Quantity) -> object:
+def levels(given: object, quantity: UnitQuantity) -> object:
     """Return a range as the texts of its values; a list as it is.
 
     Raises:
@@ -47,19 +47,19 @@ def levels(given: object, quantity: Quantity) -> object:
     end, _ = parse_quantity(even.end, quantity.dimension)
     factor = DIMENSIONS[quantity.dimension][unit]
     count = _count(even, end - start, quantity)
-    # written in the unit of the first value, so that bounds are told in it
+    # written in the unit of the first value, so that bounds are given in it
     return [
         f"{float(f'{(start + (end - start) * i / (count - 1)) / factor:.9g}')} {unit}"
         for i in range(count)
     ]
 
 
-def _count(even: Even, span: float, quantity: Quantity) -> int:
+def _count(even: Even, span: float, quantity: UnitQuantity) -> int:
     if (even.step is None) == (even.count is None):
         raise ValueError("a range needs either step or count beside from and to")
     if even.count is not None:
         return even.count
-    step = Quantity(quantity.dimension, above=0).read(even.step)
+    step = UnitQuantity(quantity.dimension, above=0).read(even.step)
     steps = min(abs(span) / step, 1e9)
     if not 1 <= round(steps) < _MOST or not math.isclose(steps, round(steps), abs_tol=_WHOLE):
         raise ValueError(
@@ -75,23 +75,23 @@ def _even(given: dict[str, object]) -> Even:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(step) for step in first["loc"])
-        words = {"missing": f"a range lacks {key!r}", "extra_forbidden": f"a range has no {key!r}"}
-        told = words.get(
+        words = {"missing": f"a range needs {key!r}", "extra_forbidden": f"a range has no {key!r}"}
+        text = words.get(
             first["type"], f"{key} must be {_KINDS[key]}, found {found_in_words(first['input'])}"
         )
-        raise ValueError(f"{told}; write for example {_EXAMPLE}") from None
+        raise ValueError(f"{text}; write for example {_EXAMPLE}") from None
 
 
 @dataclass(frozen=True)
 class _Several:
     """Annotation of a field that holds several values of a quantity, as a list or a range."""
 
-    quantity: Quantity
+    quantity: UnitQuantity
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Check each value by itself, so that a fault is told where it stands in the list."""
+        """Check each value by itself, so that a fault is reported at its position in the list."""
         item = Annotated[float, self.quantity]
         several = Annotated[tuple[item, ...], Field(min_length=1, max_length=_MOST)]
         return core_schema.no_info_before_validator_function(
@@ -101,7 +101,7 @@ class _Several:
         )
 
 
-Speeds = Annotated[tuple[float, ...], _Several(Quantity("speed", above=0))]
-Voltages = Annotated[tuple[float, ...], _Several(Quantity("voltage", above=0))]
-Pulls = Annotated[tuple[float, ...], _Several(Quantity("force", above=0))]
-Heights = Annotated[tuple[float, ...], _Several(Quantity("length", above=0, high=1))]
+Speeds = Annotated[tuple[float, ...], _Several(UnitQuantity("speed", above=0))]
+Voltages = Annotated[tuple[float, ...], _Several(UnitQuantity("voltage", above=0))]
+Pulls = Annotated[tuple[float, ...], _Several(UnitQuantity("force", above=0))]
+Heights = Annotated[tuple[float, ...], _Several(UnitQuantity("length", above=0, high=1))]

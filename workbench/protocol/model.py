@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from workbench.protocol.section import Section
 
-__all__ = ["UNITS", "Effect", "ModelFile", "Parameter", "Parameters", "value_fault"]
+__all__ = ["UNITS", "EffectEntry", "ModelFile", "ModelParameter", "Parameters", "value_fault"]
 
 UNITS: dict[str, str] = {
     "foot_mass": "kg",
@@ -52,7 +52,7 @@ def value_fault(name: str, value: float) -> str | None:
     return "at least 0" if name in _MAY_BE_ZERO else "above 0"
 
 
-class Parameter(Section):
+class ModelParameter(Section):
     """One number of the robot."""
 
     value: Annotated[float, Field(allow_inf_nan=False)]
@@ -66,51 +66,51 @@ class Parameter(Section):
 class Parameters(Section):
     """Every parameter of the thesis' Appendix B, under its name here."""
 
-    foot_mass: Parameter
+    foot_mass: ModelParameter
     """M_B, foot without beam."""
-    foot_length: Parameter
+    foot_length: ModelParameter
     """L_B, stance in the hopping direction."""
-    foot_width: Parameter
+    foot_width: ModelParameter
     """B_B, stance across."""
-    beam_root: Parameter
+    beam_root: ModelParameter
     """L_Orig, where the beam starts, forward of the foot's centre."""
-    beam_mass: Parameter
+    beam_mass: ModelParameter
     """Mass of the whole beam, shared equally by its increments."""
-    hinge_stiffness: Parameter
+    hinge_stiffness: ModelParameter
     """k_Leg, between two increments of a beam of 16."""
-    hinge_damping: Parameter
+    hinge_damping: ModelParameter
     """d_Leg, between two increments of a beam of 16."""
-    root_stiffness: Parameter
+    root_stiffness: ModelParameter
     """k_T, between the foot and the first increment."""
-    root_damping: Parameter
+    root_damping: ModelParameter
     """d_T, between the foot and the first increment."""
-    top_mass: Parameter
+    top_mass: ModelParameter
     """M_T, gearbox, motor and battery at the point T."""
-    rotor_mass: Parameter
+    rotor_mass: ModelParameter
     """M_R, the eccentric mass."""
-    rotor_arm_mass: Parameter
+    rotor_arm_mass: ModelParameter
     """M_R_arm, a slender rod from T to the eccentric mass."""
-    rotor_radius: Parameter
+    rotor_radius: ModelParameter
     """L_R, from T to the eccentric mass."""
-    friction_slide: Parameter
+    friction_slide: ModelParameter
     """mu_slide."""
-    friction_stick: Parameter
+    friction_stick: ModelParameter
     """mu_stick."""
-    friction_threshold: Parameter
+    friction_threshold: ModelParameter
     """v_th, the speed below which a sliding corner locks."""
-    ground_stiffness: Parameter
+    ground_stiffness: ModelParameter
     """k_z at each corner, eq. 3.1."""
-    ground_damping: Parameter
+    ground_damping: ModelParameter
     """d_z at each corner, eq. 3.1."""
-    ground_stiffness_y: Parameter
+    ground_stiffness_y: ModelParameter
     """k_y at each corner, eq. 3.3."""
-    ground_damping_y: Parameter
+    ground_damping_y: ModelParameter
     """d_y at each corner, eq. 3.3."""
-    gravity: Parameter
+    gravity: ModelParameter
 
     @field_validator("*", mode="after")
     @classmethod
-    def _check(cls, parameter: Parameter, info: ValidationInfo) -> Parameter:
+    def _check(cls, parameter: ModelParameter, info: ValidationInfo) -> ModelParameter:
         name = str(info.field_name)
         if parameter.unit != UNITS[name]:
             raise ValueError(f"unit is {parameter.unit!r}; it must be {UNITS[name]!r}")
@@ -122,7 +122,7 @@ class Parameters(Section):
         return parameter
 
 
-class Effect(Section):
+class EffectEntry(Section):
     """A named cause that extends the model."""
 
     name: str
@@ -141,7 +141,7 @@ class ModelFile(Section):
     parameters: Parameters
     increments: Annotated[int, Field(ge=4, le=128)] = 16
     """Of the simulated beam; the values above stay those of a chain of 16."""
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[EffectEntry, ...] = ()
 
     def values(self) -> dict[str, float]:
         """Return the plain values by name, SI."""

@@ -7,15 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from workbench.errors import FileFault, FileFaults, did_you_mean
-from workbench.protocol.experiment import Part, Protocol, Step
+from workbench.protocol.experiment import PartFile, Protocol, Step
 from workbench.protocol.files import Document, load
-from workbench.protocol.prompt import Prompt
+from workbench.protocol.prompt import OperatorPrompt
 from workbench.protocol.wording import Location
 
 __all__ = ["Parts", "load_protocol", "part_of"]
 
-Parts = Mapping[Path, Document[Part]]
-"""Resolved path -> what stands there."""
+Parts = Mapping[Path, Document[PartFile]]
+"""Resolved path -> what is there."""
 
 _DEEPEST = 20  # parts inside each other
 
@@ -29,33 +29,33 @@ def load_protocol(path: Path) -> tuple[Document[Protocol], Parts]:
             missing, and a part that includes itself, is a fault of the line that names it.
     """
     protocol = load(path, Protocol)
-    parts: dict[Path, Document[Part]] = {}
+    parts: dict[Path, Document[PartFile]] = {}
     _collect(protocol, (path.resolve(),), parts)
     return protocol, parts
 
 
-def part_of(document: Document[Protocol] | Document[Part], name: str) -> Path:
+def part_of(document: Document[Protocol] | Document[PartFile], name: str) -> Path:
     """Return where a part is that a file includes."""
     return (document.path.parent / name).resolve()
 
 
-def _missing_pictures(document: Document[Protocol] | Document[Part]) -> Iterator[FileFault]:
+def _missing_pictures(document: Document[Protocol] | Document[PartFile]) -> Iterator[FileFault]:
     """Yield a fault for each prompt whose picture is not there, or is no file."""
     for location, prompt in _prompts(document.content.steps):
         if prompt.picture is None:
             continue
-        place = document.path.parent / prompt.picture
-        if not os.path.isfile(place):  # a name may be too long for `Path.is_file`
-            wrong = "a folder, no picture" if os.path.isdir(place) else "no such picture"
-            folder = place.parent
+        picture = document.path.parent / prompt.picture
+        if not os.path.isfile(picture):  # a name may be too long for `Path.is_file`
+            wrong = "a folder, no picture" if os.path.isdir(picture) else "no such picture"
+            folder = picture.parent
             near = os.listdir(folder) if os.path.isdir(folder) else []
-            near = [name for name in near if Path(name).suffix == place.suffix]
-            hint = did_you_mean(place.name, near)
-            yield document.fault((*location, "picture"), f"{wrong}: {place}{hint}")
+            near = [name for name in near if Path(name).suffix == picture.suffix]
+            hint = did_you_mean(picture.name, near)
+            yield document.fault((*location, "picture"), f"{wrong}: {picture}{hint}")
 
 
-def _prompts(steps: Sequence[Step]) -> Iterator[tuple[Location, Prompt]]:
-    """Yield each prompt of some steps, and where it stands."""
+def _prompts(steps: Sequence[Step]) -> Iterator[tuple[Location, OperatorPrompt]]:
+    """Yield each prompt of some steps, and its position."""
     for i, step in enumerate(steps):
         if step.prompt is not None:
             yield ("steps", i, "prompt"), step.prompt
@@ -67,29 +67,29 @@ def _prompts(steps: Sequence[Step]) -> Iterator[tuple[Location, Prompt]]:
 
 
 def _collect(
-    document: Document[Protocol] | Document[Part],
+    document: Document[Protocol] | Document[PartFile],
     above: tuple[Path, ...],
-    parts: dict[Path, Document[Part]],
+    parts: dict[Path, Document[PartFile]],
 ) -> None:
     faults = list(_missing_pictures(document))
     for i, step in enumerate(document.content.steps):
         if step.include is None:
             continue
-        place = part_of(document, step.include)
+        path = part_of(document, step.include)
         location = ("steps", i, "include")
-        if place in above:
-            way = " -> ".join(p.name for p in (*above[above.index(place) :], place))
+        if path in above:
+            way = " -> ".join(p.name for p in (*above[above.index(path) :], path))
             faults.append(document.fault(location, f"a part that includes itself: {way}"))
             continue
-        if place in parts:
+        if path in parts:
             continue
         if len(above) > _DEEPEST:
             faults.append(document.fault(location, f"more than {_DEEPEST} parts inside each other"))
             continue
-        if not os.path.isfile(place):
-            faults.append(document.fault(location, f"no such file: {place}"))
+        if not os.path.isfile(path):
+            faults.append(document.fault(location, f"no such file: {path}"))
             continue
-        parts[place] = load(place, Part)
-        _collect(parts[place], (*above, place), parts)
+        parts[path] = load(path, PartFile)
+        _collect(parts[path], (*above, path), parts)
     if faults:
         raise FileFaults(faults)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from workbench.protocol.expect import Range
 from workbench.protocol.experiment import Mode, Role
-from workbench.protocol.prompt import Question
+from workbench.protocol.prompt import PromptQuestion
 from workbench.protocol.release import PlannedRelease
 from workbench.protocol.stop import StopWhen
 
@@ -38,7 +38,7 @@ class PlannedPrompt:
 
     text: str
     picture: Path | None = None
-    question: Question | None = None
+    question: PromptQuestion | None = None
 
 
 @dataclass(frozen=True)

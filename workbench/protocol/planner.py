@@ -1,4 +1,4 @@
-"""From a protocol and a bench to the plan; every fault is told where it stands."""
+"""From a protocol and a bench to the plan; every fault is reported with its position."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
-from workbench.protocol.experiment import Condition, Part, Protocol, Run, Staircase, Step, Sweep
+from workbench.protocol.experiment import PartFile, Protocol, Run, RunFields, Staircase, Step, Sweep
 from workbench.protocol.files import Document
 from workbench.protocol.parts import Parts, part_of
 from workbench.protocol.plan import (
@@ -24,7 +24,7 @@ from workbench.protocol.plan import (
     PlannedPrompt,
     PlannedRun,
 )
-from workbench.protocol.prompt import Prompt
+from workbench.protocol.prompt import OperatorPrompt
 from workbench.protocol.ramps import RAMP_STEP_S, Ramps
 from workbench.protocol.release import PlannedRelease, drop, pull
 from workbench.protocol.wording import Location
@@ -92,14 +92,14 @@ def _numbered(items: Sequence[Item]) -> Iterator[Item]:
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where something stands: a file, and the way to it from the top."""
+class _Position:
+    """Position of something: a file, and the way to it from the top."""
 
-    document: Document[Protocol] | Document[Part]
+    document: Document[Protocol] | Document[PartFile]
     location: Location
 
-    def to(self, *further: str | int) -> _Place:
-        return _Place(self.document, (*self.location, *further))
+    def to(self, *further: str | int) -> _Position:
+        return _Position(self.document, (*self.location, *further))
 
     def fault(self, text: str) -> FileFault:
         return self.document.fault(self.location, text)
@@ -113,17 +113,17 @@ class _Planner:
         self.ramps = Ramps(bench.line.lowest, voltage_step, bench.supply.limits.slew)
         self.voltage_step = voltage_step
         self.faults: list[FileFault] = []
-        self._told: set[FileFault] = set()
+        self._reported: set[FileFault] = set()
         self._steps = self._runs = 0
         self._seconds = 0.0
-        self._asked: dict[int, _Place] = {}  # id of a planned prompt -> where it stands
+        self._asked: dict[int, _Position] = {}  # id of a planned prompt -> its position
 
-    def lay_out(self, document: Document[Protocol] | Document[Part]) -> list[Item]:
+    def lay_out(self, document: Document[Protocol] | Document[PartFile]) -> list[Item]:
         """Return what the steps of a file come to, its parts included."""
         return [
             item
             for i, step in enumerate(document.content.steps)
-            for item in self._step(step, _Place(document, ("steps", i)))
+            for item in self._step(step, _Position(document, ("steps", i)))
         ]
 
     def current_limit(self) -> float:
@@ -132,7 +132,7 @@ class _Planner:
             text = (
                 f"current {asked:g} A is above the limit of bench {self.bench.name!r}, {bench:g} A"
             )
-            self._fault(_Place(self.protocol, ("limits", "current")), text)
+            self._fault(_Position(self.protocol, ("limits", "current")), text)
         return bench if asked is None else asked
 
     def require_calibration(self) -> None:
@@ -140,23 +140,23 @@ class _Planner:
         asked, line = self.protocol.content.calibration, self.bench.line
         if asked is not None and asked != line.id:
             text = f"bench {self.bench.name!r} has calibration {line.id!r}, not {asked!r}"
-            self._fault(_Place(self.protocol, ("calibration",)), text)
+            self._fault(_Position(self.protocol, ("calibration",)), text)
 
     def require_limits(self) -> None:
         """Refuse limits of the protocol that are looser than the bench's: they would limit nothing.
 
         A bench has no limit of the speed of its own, but one of the voltage that gives it.
         """
-        own, bench, line = self.protocol.content.limits, self.bench, self.bench.line
+        limits, bench, line = self.protocol.content.limits, self.bench, self.bench.line
         volts = bench.supply.limits.voltage
         fastest = line.slope * min(volts, line.highest) + line.offset
         for key, asked, limit, unit in (
-            ("voltage", own.voltage, volts, "V"),
-            ("speed", own.speed, fastest, "rad/s"),
+            ("voltage", limits.voltage, volts, "V"),
+            ("speed", limits.speed, fastest, "rad/s"),
         ):
             if asked is not None and asked > limit + _ROUNDING:
                 self._fault(
-                    _Place(self.protocol, ("limits", key)),
+                    _Position(self.protocol, ("limits", key)),
                     f"{key} {asked:g} {unit} is above the limit of bench {bench.name!r}, "
                     f"{limit:g} {unit}; limits of a protocol may only be tighter",
                 )
@@ -170,9 +170,9 @@ class _Planner:
                 prompts = (*item.before, *item.after)
             for prompt in prompts:
                 name = "" if prompt.question is None else prompt.question.name
-                if name in names and (place := self._asked.get(id(prompt))) is not None:
+                if name in names and (at := self._asked.get(id(prompt))) is not None:
                     self._fault(
-                        place.to("value", "name"),
+                        at.to("value", "name"),
                         f"name: {name!r} is asked for twice at one run; each value of a run needs "
                         "a name of its own",
                     )
@@ -194,7 +194,7 @@ class _Planner:
                 yield str(self._asked[id(item)].fault(text))
 
     def _grow(
-        self, place: _Place, runs: int = 0, seconds: float = 0.0, condition: Condition | None = None
+        self, at: _Position, runs: int = 0, seconds: float = 0.0, condition: RunFields | None = None
     ) -> None:
         """Count what a step comes to, before it is laid out, and give up where that is too much."""
         self._runs, self._seconds = self._runs + runs, self._seconds + seconds
@@ -206,75 +206,75 @@ class _Planner:
         ):
             if count > most:
                 self._give_up(
-                    place,
+                    at,
                     f"{count} {what} up to here, and a protocol may have at most {most}; use fewer "
                     "values or repeats, or make several protocols of it",
                 )
         if self._seconds > MOST_S:
             self._give_up(
-                place,
+                at,
                 f"{self._seconds / 3600:.0f} h on the bench up to here, and a protocol may take at "
                 f"most {MOST_S / 3600:.0f} h; use fewer repeats or shorter times, or make several "
                 "protocols of it",
             )
 
-    def _give_up(self, place: _Place, text: str) -> NoReturn:
-        self._fault(place, text)
+    def _give_up(self, at: _Position, text: str) -> NoReturn:
+        self._fault(at, text)
         raise FileFaults(self.faults)
 
-    def _prompt(self, prompt: Prompt, place: _Place) -> PlannedPrompt:
-        folder = place.document.path.parent
+    def _prompt(self, prompt: OperatorPrompt, at: _Position) -> PlannedPrompt:
+        folder = at.document.path.parent
         picture = None if prompt.picture is None else folder / prompt.picture
         planned = PlannedPrompt(prompt.text, picture, prompt.value)
-        self._asked[id(planned)] = place
+        self._asked[id(planned)] = at
         return planned
 
-    def _step(self, step: Step, place: _Place) -> list[Item]:
+    def _step(self, step: Step, at: _Position) -> list[Item]:
         self._steps += 1
-        self._grow(place, seconds=0.0 if step.pause is None else step.pause.time)
+        self._grow(at, seconds=0.0 if step.pause is None else step.pause.time)
         if step.prompt is not None:
-            return [self._prompt(step.prompt, place.to("prompt"))]
+            return [self._prompt(step.prompt, at.to("prompt"))]
         if step.pause is not None:
             return [PlannedPause(step.pause.time, step.pause.why or "pause")]
         if step.run is not None:
-            return list(self._run(step.run, place.to("run")))
+            return list(self._run(step.run, at.to("run")))
         if step.sweep is not None:
-            return list(self._sweep(step.sweep, place.to("sweep")))
+            return list(self._sweep(step.sweep, at.to("sweep")))
         if step.staircase is not None:
-            return list(self._staircase(step.staircase, place.to("staircase")))
-        return self.lay_out(self.parts[part_of(place.document, step.include or "")])
+            return list(self._staircase(step.staircase, at.to("staircase")))
+        return self.lay_out(self.parts[part_of(at.document, step.include or "")])
 
-    def _run(self, run: Run, place: _Place) -> list[PlannedRun]:
-        self._grow(place, run.repeats, run.repeats * (run.rest + run.duration), run)
-        action = self._action(run, place)
+    def _run(self, run: Run, at: _Position) -> list[PlannedRun]:
+        self._grow(at, run.repeats, run.repeats * (run.rest + run.duration), run)
+        action = self._action(run, at)
         if action is None:
             return []
         return [
-            self._planned(run, action, run.duration, repeat, place)
+            self._planned(run, action, run.duration, repeat, at)
             for repeat in range(1, run.repeats + 1)
         ]
 
-    def _action(self, run: Run, place: _Place) -> PlannedDrive | PlannedRelease | None:
+    def _action(self, run: Run, at: _Position) -> PlannedDrive | PlannedRelease | None:
         """Return what follows the rest, or note the fault."""
         if run.pull is not None:
             return pull(run.pull)
         if run.height is not None:
             return drop(run.height)
         key = "speed" if run.speed is not None else "voltage"
-        level = self._level(run.speed, run.voltage, place.to(key))
-        return self._drive(run, run.duration, level, place)
+        level = self._level(run.speed, run.voltage, at.to(key))
+        return self._drive(run, run.duration, level, at)
 
-    def _sweep(self, sweep: Sweep, place: _Place) -> list[PlannedRun]:
+    def _sweep(self, sweep: Sweep, at: _Position) -> list[PlannedRun]:
         several = (sweep.speeds, sweep.voltages, sweep.pulls, sweep.heights)
         runs = sweep.repeats * sum(len(values) for values in several if values is not None)
-        self._grow(place, runs, runs * (sweep.rest + sweep.duration), sweep)
+        self._grow(at, runs, runs * (sweep.rest + sweep.duration), sweep)
         actions: list[PlannedDrive | PlannedRelease | None] = [
-            self._drive(sweep, sweep.duration, level, place) for level in self._levels(sweep, place)
+            self._drive(sweep, sweep.duration, level, at) for level in self._levels(sweep, at)
         ]
         actions += [pull(force) for force in sweep.pulls or ()]
         actions += [drop(height) for height in sweep.heights or ()]
         planned = [
-            self._planned(sweep, action, sweep.duration, repeat, place)
+            self._planned(sweep, action, sweep.duration, repeat, at)
             for repeat in range(1, sweep.repeats + 1)
             for action in actions
             if action is not None
@@ -283,39 +283,39 @@ class _Planner:
             random.Random(sweep.seed).shuffle(planned)
         return planned
 
-    def _staircase(self, stairs: Staircase, place: _Place) -> list[PlannedRun]:
+    def _staircase(self, stairs: Staircase, at: _Position) -> list[PlannedRun]:
         count = len(stairs.speeds or stairs.voltages or ())
         count += count - 1 if stairs.down else 0
         seconds = stairs.repeats * (stairs.rest + stairs.dwell * count)
-        self._grow(place, stairs.repeats, seconds, stairs)
+        self._grow(at, stairs.repeats, seconds, stairs)
         voltages = round(count * stairs.step_ramp / RAMP_STEP_S)
         if voltages > _MOST_VOLTAGES:
             self._give_up(
-                place,
+                at,
                 f"ramps of {voltages} voltages in one run, and there may be at most "
                 f"{_MOST_VOLTAGES}; use fewer levels or a shorter step_ramp",
             )
-        found = [level for level in self._levels(stairs, place) if level is not None]
+        found = [level for level in self._levels(stairs, at) if level is not None]
         found += found[-2::-1] if stairs.down else []
-        self._require_ramp(stairs, stairs.dwell, "dwell", place)
+        self._require_ramp(stairs, stairs.dwell, "dwell", at)
         if not found:
             return []
         levels = tuple(level._replace(since=i * stairs.dwell) for i, level in enumerate(found))
         drive = PlannedDrive(levels, self.ramps.through(levels, stairs.ramp, stairs.step_ramp))
         duration = stairs.dwell * len(levels)
         return [
-            self._planned(stairs, drive, duration, repeat, place)
+            self._planned(stairs, drive, duration, repeat, at)
             for repeat in range(1, stairs.repeats + 1)
         ]
 
-    def _levels(self, several: Sweep | Staircase, place: _Place) -> list[Level | None]:
+    def _levels(self, several: Sweep | Staircase, at: _Position) -> list[Level | None]:
         speeds, voltages = several.speeds or (), several.voltages or ()
         return [
-            *(self._level(s, None, place.to("speeds", i)) for i, s in enumerate(speeds)),
-            *(self._level(None, v, place.to("voltages", i)) for i, v in enumerate(voltages)),
+            *(self._level(s, None, at.to("speeds", i)) for i, s in enumerate(speeds)),
+            *(self._level(None, v, at.to("voltages", i)) for i, v in enumerate(voltages)),
         ]
 
-    def _level(self, speed: float | None, volts: float | None, place: _Place) -> Level | None:
+    def _level(self, speed: float | None, volts: float | None, at: _Position) -> Level | None:
         """Return what the supply can set and the speed it gives, or note the fault."""
         calibration = self.bench.line
         try:
@@ -323,55 +323,55 @@ class _Planner:
             rounded = Decimal(repr(exact)).quantize(self.voltage_step, ROUND_HALF_EVEN)
             level = Level(0.0, rounded, calibration.speed(float(rounded)))
         except InputError as error:
-            self._fault(place, str(error))
+            self._fault(at, str(error))
             return None
         beyond = self._beyond(level)
         if beyond is not None:
-            self._fault(place, beyond)
+            self._fault(at, beyond)
             return None
         return level
 
     def _beyond(self, level: Level) -> str | None:
         """Return which limit a level is above, or None."""
-        own, bench = self.protocol.content.limits, f"bench {self.bench.name!r}"
+        limits, bench = self.protocol.content.limits, f"bench {self.bench.name!r}"
         volts, speed = float(level.voltage), level.speed
-        for told, value, owner, limit, unit in (
+        for name, value, owner, limit, unit in (
             (f"{level.voltage}", volts, bench, self.bench.supply.limits.voltage, "V"),
-            (f"{level.voltage}", volts, "this protocol", own.voltage, "V"),
-            (f"{speed:.2f}", speed, "this protocol", own.speed, "rad/s"),
+            (f"{level.voltage}", volts, "this protocol", limits.voltage, "V"),
+            (f"{speed:.2f}", speed, "this protocol", limits.speed, "rad/s"),
         ):
             if limit is not None and value > limit:
-                return f"{told} {unit} is above the limit of {owner}, {limit:g} {unit}"
+                return f"{name} {unit} is above the limit of {owner}, {limit:g} {unit}"
         return None
 
     def _drive(
-        self, condition: Condition, duration: float, level: Level | None, place: _Place
+        self, condition: RunFields, duration: float, level: Level | None, at: _Position
     ) -> PlannedDrive | None:
         if level is None:
             return None
-        self._require_ramp(condition, duration, "duration", place)
+        self._require_ramp(condition, duration, "duration", at)
         return PlannedDrive((level,), self.ramps.through((level,), condition.ramp, 0.0))
 
-    def _require_ramp(self, condition: Condition, whole: float, name: str, place: _Place) -> None:
+    def _require_ramp(self, condition: RunFields, whole: float, name: str, at: _Position) -> None:
         if condition.ramp >= whole:
             text = f"ramp {condition.ramp:g} s is not shorter than {name} {whole:g} s"
-            self._fault(place.to("ramp"), text)
+            self._fault(at.to("ramp"), text)
 
     def _planned(
         self,
-        condition: Condition,
+        condition: RunFields,
         action: PlannedDrive | PlannedRelease,
         duration: float,
         repeat: int,
-        place: _Place,
+        at: _Position,
     ) -> PlannedRun:
         if condition.stop_when is not None and self.bench.tracking.live is None:
             text = (
                 f"stop_when needs cameras that stream, and bench {self.bench.name!r} has no "
                 "`tracking: live:`; name the stream there, or remove stop_when"
             )
-            self._fault(place.to("stop_when"), text)
-        beside = place.document.path.parent
+            self._fault(at.to("stop_when"), text)
+        beside = at.document.path.parent
         before = enumerate(condition.before)
         after = enumerate(condition.after)
         return PlannedRun(
@@ -384,13 +384,13 @@ class _Planner:
             repeat=repeat,
             shape=None if condition.shape is None else Named(condition.shape, beside),
             expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
-            before=tuple(self._prompt(one, place.to("before", i)) for i, one in before),
-            after=tuple(self._prompt(one, place.to("after", i)) for i, one in after),
+            before=tuple(self._prompt(one, at.to("before", i)) for i, one in before),
+            after=tuple(self._prompt(one, at.to("after", i)) for i, one in after),
             stop_when=condition.stop_when,
         )
 
-    def _fault(self, place: _Place, text: str) -> None:
-        fault = place.fault(text)
-        if fault not in self._told:
-            self._told.add(fault)
+    def _fault(self, at: _Position, text: str) -> None:
+        fault = at.fault(text)
+        if fault not in self._reported:
+            self._reported.add(fault)
             self.faults.append(fault)

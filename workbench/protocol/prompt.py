@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from workbench.errors import did_you_mean
-from workbench.protocol.quantity import DIMENSIONS, Quantity
+from workbench.protocol.quantity import DIMENSIONS, UnitQuantity
 from workbench.protocol.section import Section
 from workbench.protocol.wording import found_in_words
 
-__all__ = ["Answer", "Prompt", "PromptOrText", "Question"]
+__all__ = ["Answer", "OperatorPrompt", "PromptOrText", "PromptQuestion"]
 
 Answer = float | str
 """What was typed: a number in SI, or text."""
@@ -31,7 +31,7 @@ def _bound(given: object) -> object:
 Bound = Annotated[str, BeforeValidator(_bound, json_schema_input_type=str)]
 
 
-class Question(Section):
+class PromptQuestion(Section):
     """A value that the operator types in; it is kept with the run."""
 
     name: Name
@@ -46,7 +46,7 @@ class Question(Section):
     """The only answers that are taken."""
 
     @model_validator(mode="after")
-    def _consistent(self) -> Question:
+    def _consistent(self) -> PromptQuestion:
         if self.quantity is not None and self.one_of is not None:
             raise ValueError("a value is either a quantity or one_of some words, not both")
         if self.quantity is None and (self.low is not None or self.high is not None):
@@ -65,7 +65,9 @@ class Question(Section):
         """
         if self.quantity is not None:
             bounds = [self._bound(end) for end in (self.low, self.high)]
-            return Quantity(self.quantity, low=bounds[0], high=bounds[1]).read(typed, typed=True)
+            return UnitQuantity(self.quantity, low=bounds[0], high=bounds[1]).read(
+                typed, typed=True
+            )
         if not typed:
             raise ValueError("nothing was typed")
         if self.one_of is not None and typed not in self.one_of:
@@ -84,7 +86,7 @@ class Question(Section):
         return " ".join([f"{self.quantity} in {' or '.join(DIMENSIONS[self.quantity])}", *ends])
 
     def _bound(self, end: str | None) -> float | None:
-        return None if end is None else Quantity(self.quantity or "").read(end)
+        return None if end is None else UnitQuantity(self.quantity or "").read(end)
 
     def _checked(self, name: str, end: str | None) -> float | None:
         try:
@@ -93,13 +95,13 @@ class Question(Section):
             raise ValueError(f"{name}: {error}") from None
 
 
-class Prompt(Section):
+class OperatorPrompt(Section):
     """A text for the operator, who confirms it or types a value in."""
 
     text: Annotated[str, Field(min_length=1)]
     picture: str | None = None
     """Path of a picture from this file's folder; its path is shown, the panel shows it itself."""
-    value: Question | None = None
+    value: PromptQuestion | None = None
     """Value to type in; without it the operator only confirms."""
 
 
@@ -112,5 +114,7 @@ def _prompt(given: object) -> object:
     return {"text": given} if isinstance(given, str) else given
 
 
-PromptOrText = Annotated[Prompt, BeforeValidator(_prompt, json_schema_input_type=str | Prompt)]
+PromptOrText = Annotated[
+    OperatorPrompt, BeforeValidator(_prompt, json_schema_input_type=str | OperatorPrompt)
+]
 """A prompt, or its text alone."""

@@ -1,7 +1,7 @@
 """Quantities as text with a unit, `17 rad/s`, read into SI floats.
 
 A field of a file schema is annotated `Annotated[float, Quantity("speed", low=0)]`; bounds are in SI
-and told in the unit the user wrote.
+and reported in the unit the user wrote.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 from workbench.errors import did_you_mean
 from workbench.protocol.wording import found_in_words
 
-__all__ = ["DIMENSIONS", "Quantity", "parse_quantity"]
+__all__ = ["DIMENSIONS", "UnitQuantity", "parse_quantity"]
 
 DIMENSIONS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
@@ -123,7 +123,7 @@ def _with_point(text: str, dimension: str, typed: bool) -> str | None:
     None where it is neither.
 
     Raises:
-        ValueError: where it could mean two things, or stands in a file; says how to write it.
+        ValueError: where it could mean two things, or is in a file; says how to write it.
     """
     if dimension == "time" and (clock := _CLOCK.fullmatch(text)):
         first, second, third = clock.groups()
@@ -171,7 +171,7 @@ def _meant(unit: str, dimension: str) -> str | None:
 
 
 def _hint(number: str, unit: str, dimension: str) -> str:
-    """Return which unit was perhaps meant, of those that may stand there and of no others."""
+    """Return which unit was perhaps meant, of those that are allowed there and of no others."""
     if dimension == "force" and unit in DIMENSIONS["mass"]:
         weight = float(number) * DIMENSIONS["mass"][unit] * _GRAVITY
         return f"; {number} {unit} weigh {weight:.3g} N"
@@ -185,7 +185,7 @@ def _hint(number: str, unit: str, dimension: str) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class UnitQuantity:
     """Annotation of a float field that is written with a unit.
 
     Args:

@@ -16,8 +16,8 @@ class PlannedRelease:
     Args:
         asked: what is asked for, in words.
         name: short name for folders, `0.39N`.
-        ready: tells the operator what to hold and how, before the cameras start.
-        now: tells the operator to let go, after the rest.
+        ready: prompts the operator what to hold and how, before the cameras start.
+        now: prompts the operator to let go, after the rest.
         pull: force on T, in mode decay [N].
         height: of the foot above the floor, in mode drop [m].
     """

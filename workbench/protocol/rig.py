@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from workbench.protocol.experiment import Role
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 
 __all__ = [
@@ -172,12 +172,12 @@ class RigRun(Section):
     mode: Name = "run"
     """What was done; runs of one mode are compared with each other."""
     role: Role = "train"
-    begins: Annotated[float, Quantity("time")] | None = None
+    begins: Annotated[float, UnitQuantity("time")] | None = None
     """Stamp at which the simulation begins; before it all is at rest. First sample if absent."""
-    late: Annotated[float, Quantity("time")] | None = None
+    late: Annotated[float, UnitQuantity("time")] | None = None
     """How far `begins` may be off: the fit finds it. Exact if absent."""
     start: dict[str, Number | Literal["held", "free"] | RigStart] = {}
-    """Joint -> where it stands then [rad, m]. `held`: at rest where the data say; `free`: place and
+    """Joint -> its position then [rad, m]. `held`: at rest where the data say; `free`: place and
     speed as the data say; `{position, tolerance, speed, speed_tolerance}`: near that; a joint that
     is not named is at rest where the MJCF file has it."""
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 
 __all__ = ["ShapeFile"]
@@ -21,11 +21,11 @@ class ShapeFile(Section):
     name: str
     angles: Annotated[tuple[Angle, ...], Field(min_length=16, max_length=16)]
     """alpha_0 to alpha_15 [rad], rotation about +y of each increment against the one before."""
-    length: Annotated[float, Quantity("length", above=0, high=2.0)]
+    length: Annotated[float, UnitQuantity("length", above=0, high=2.0)]
     """Length of the whole beam along its centreline."""
-    thickness: Annotated[float, Quantity("length", above=0, high=0.01)] | None = None
+    thickness: Annotated[float, UnitQuantity("length", above=0, high=0.01)] | None = None
     """Thickness of the strip; templates need it."""
-    width: Annotated[float, Quantity("length", above=0, high=0.2)] | None = None
+    width: Annotated[float, UnitQuantity("length", above=0, high=0.2)] | None = None
     convention: Literal["polyline"] = "polyline"
     """Straight increments of equal length joined at the angles, as the thesis models it."""
     state: Literal["unloaded", "loaded"]

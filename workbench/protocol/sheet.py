@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from workbench.modes import DRIVEN
 from workbench.protocol.calibration import Calibration
 from workbench.protocol.experiment import Mode, Role, wrong_release
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 from workbench.protocol.tracking import Bodies, Exchanged, ExportAxes, Limits, Marker
 
@@ -24,9 +24,9 @@ def _two(forces: tuple[float, ...]) -> tuple[float, ...]:
     return forces
 
 
-_Force = Annotated[float, Quantity("force")]
+_Force = Annotated[float, UnitQuantity("force")]
 Pull = Annotated[
-    Annotated[float, Quantity("force", above=0), Tag("forward")]
+    Annotated[float, UnitQuantity("force", above=0), Tag("forward")]
     | Annotated[tuple[_Force, ...], AfterValidator(_two), Tag("pull")],
     Discriminator(lambda given: "pull" if isinstance(given, (list, tuple)) else "forward"),
 ]
@@ -38,19 +38,19 @@ class SheetRun(Section):
     take: str
     """Path of the export, from the sheet's folder."""
     mode: Mode
-    omega: Annotated[float, Quantity("speed", above=0)] | None = None
+    omega: Annotated[float, UnitQuantity("speed", above=0)] | None = None
     """Commanded rotor speed."""
-    voltage: Annotated[float, Quantity("voltage", above=0)] | None = None
+    voltage: Annotated[float, UnitQuantity("voltage", above=0)] | None = None
     """Supply voltage; the calibration turns it into a speed."""
     pull: Pull | None = None
     """Force on T before the release, in mode decay: forward, or `[0.3 N, -0.2 N]` forward and up;
     found in the data if absent."""
-    height: Annotated[float, Quantity("length", above=0, high=1)] | None = None
+    height: Annotated[float, UnitQuantity("length", above=0, high=1)] | None = None
     """Height of the fall, in mode drop; found in the data if absent."""
-    rest: Annotated[float, Quantity("time", low=0)] | None = None
+    rest: Annotated[float, UnitQuantity("time", low=0)] | None = None
     """Still time before the motor starts or the tip is released; found in the data if absent."""
-    ramp: Annotated[float, Quantity("time", low=0)] | None = None
-    duration: Annotated[float, Quantity("time", above=0)] | None = None
+    ramp: Annotated[float, UnitQuantity("time", low=0)] | None = None
+    duration: Annotated[float, UnitQuantity("time", above=0)] | None = None
     """Driven time, or time after the release; to the end of the take if absent."""
     role: Role = "train"
     exchanged: tuple[Exchanged, ...] = ()

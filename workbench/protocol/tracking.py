@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from workbench.protocol.quantity import Quantity
+from workbench.protocol.quantity import UnitQuantity
 from workbench.protocol.section import Section
 
 __all__ = ["Bodies", "Exchanged", "ExportAxes", "Limits", "Marker"]
 
 Direction = Literal["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"]
 Marker = Annotated[tuple[float, float, float], Field(description="forward, left, up in mm")]
-Limits = dict[str, Annotated[float, Quantity("length", above=0)]]
+Limits = dict[str, Annotated[float, UnitQuantity("length", above=0)]]
 
 
 class ExportAxes(Section):
@@ -26,7 +26,7 @@ class ExportAxes(Section):
     """The export's axis that points up."""
     forward: Direction = "-z"
     """The export's axis that points in the hopping direction."""
-    rate: Annotated[float, Quantity("rate", above=0, high=2000)] | None = None
+    rate: Annotated[float, UnitQuantity("rate", above=0, high=2000)] | None = None
     """The cameras' rate; by default the one that the export states."""
     unit: Literal["m", "cm", "mm", "in"] | None = None
     """The export's unit of length; by default the one that it states."""

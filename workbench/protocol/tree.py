@@ -1,7 +1,7 @@
 """A text in YAML as a tree of keys and values, within bounds that no file of ours comes near.
 
-A few lines of YAML can stand for billions of values, by aliases of aliases. So values are counted
-while the tree is made, each alias for as many as it stands for, and it is given up at once.
+A few lines of YAML can mean billions of values, by aliases of aliases. So values are counted
+while the tree is made, each alias for as many as it means, and it is given up at once.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def tree_of(text: str) -> Any:
 
 
 class _Counting(Composer):
-    """Counts values, with those that aliases stand for."""
+    """Counts values, with those that aliases mean."""
 
     def __init__(self, loader: Any = None) -> None:
         super().__init__(loader)
@@ -58,7 +58,7 @@ class _Counting(Composer):
         anchor, before = event.anchor, self._count
         if isinstance(event, AliasEvent):
             if anchor in self.anchors and anchor not in self._sizes:
-                raise _beyond(event.start_mark, f"*{anchor} stands inside itself; write it out")
+                raise _beyond(event.start_mark, f"*{anchor} is inside itself; write it out")
             self._count += self._sizes.get(anchor, 1)
         else:
             # a long text counts for many, as an alias of it is a copy
@@ -69,7 +69,7 @@ class _Counting(Composer):
             text = f"lists and mappings inside each other, more than {MOST_DEPTH} deep"
             raise _beyond(event.start_mark, f"{text}; see that it is the file you mean")
         if self._count > MOST_VALUES:
-            text = f"more than {MOST_VALUES} values up to here, with those that aliases stand for"
+            text = f"more than {MOST_VALUES} values up to here, with those that aliases mean"
             raise _beyond(event.start_mark, f"{text}; give values as a range, or split the file")
         node = super().compose_node(parent, index)
         if not isinstance(event, AliasEvent):
@@ -80,7 +80,7 @@ class _Counting(Composer):
 
 
 class _Placing(RoundTripConstructor):
-    """Says where a value stands that its tag does not fit, such as a 13th month."""
+    """Says where a value is that its tag does not fit, such as a 13th month."""
 
     def construct_object(self, node: Any, deep: bool = False) -> Any:
         try:

@@ -54,40 +54,42 @@ _AFTER_COMMA = re.compile(r"\d+(\s*[^\s\d].*)?")
 def faults_of(
     details: Sequence[ErrorDetails], schema: type[BaseModel], tree: Any
 ) -> list[tuple[Location, str]]:
-    """Return each fault of a file: where it stands, and what is wrong and what is allowed there.
+    """Return each fault of a file: its position, and what is wrong and what is allowed there.
 
     Args:
         details: what pydantic found.
         schema: of the file.
         tree: of the file, with line and column marks.
     """
-    told: list[tuple[Location, str]] = []
+    faults: list[tuple[Location, str]] = []
     cut: set[tuple[str, ...]] = set()
     around: set[tuple[str, ...]] = set()
     for above, key, rest, words in _decimal_commas(tree, ()):
-        told.append(((*above, key), words))
+        faults.append(((*above, key), words))
         cut |= {_spelt((*above, key)), _spelt((*above, rest))}
         around.add(_spelt(above))
     groups: dict[Location, list[ErrorDetails]] = {}
     for detail in _without_echoes(details[:_MOST]):
-        place = _spelt(detail["loc"])
-        follows = detail["type"] == "value_error" and place in around
-        if not follows and not any(place[: len(one)] == one for one in cut):
+        location = _spelt(detail["loc"])
+        follows = detail["type"] == "value_error" and location in around
+        if not follows and not any(location[: len(one)] == one for one in cut):
             groups.setdefault(_key_of(detail, tree), []).append(detail)
-    for place, group in groups.items():
-        inner = any(len(other) > len(place) and other[: len(place)] == place for other in groups)
+    for location, group in groups.items():
+        inner = any(
+            len(other) > len(location) and other[: len(location)] == location for other in groups
+        )
         branches = [detail for detail in group if _is_branch(detail, tree)]
         if branches and inner:
             continue  # of the forms that a value may have, the one that was meant is reported on
         if len(branches) > 1:
-            told.append((_known(tree, branches[0]["loc"]), _either(branches, tree)))
+            faults.append((_known(tree, branches[0]["loc"]), _either(branches, tree)))
             continue
-        told += [(_known(tree, d["loc"]), _words(d, schema, tree)) for d in group]
-    return told
+        faults += [(_known(tree, d["loc"]), _words(d, schema, tree)) for d in group]
+    return faults
 
 
 def holds(node: Any, step: str | int) -> bool:
-    """Tell whether a step of a location leads on from a node of the tree."""
+    """Return whether a step of a location leads on from a node of the tree."""
     if isinstance(node, CommentedMap):
         return step in node
     return isinstance(node, CommentedSeq) and isinstance(step, int) and step < len(node)
@@ -112,7 +114,7 @@ def unshown_in(node: Any, above: Location = ()) -> list[tuple[Location, str]]:
 
 
 def found_in_words(value: object) -> str:
-    """Return what stands in a file, in words where it is long or has parts."""
+    """Return what is in a file, in words where it is long or has parts."""
     match value:
         case None:
             return "nothing"
@@ -154,7 +156,7 @@ def _key_of(detail: ErrorDetails, tree: Any) -> Location:
 
 
 def _is_branch(detail: ErrorDetails, tree: Any) -> bool:
-    """Tell whether a fault is that of one of several forms which a value may have."""
+    """Return whether a fault is that of one of several forms which a value may have."""
     location = detail["loc"]
     return (
         detail["type"] not in ("missing", "extra_forbidden", "value_error")
@@ -169,16 +171,16 @@ def _without_echoes(details: Sequence[ErrorDetails]) -> list[ErrorDetails]:
     """Drop faults that only repeat another: a list short of its faulty items, a misspelt key."""
     inner = {d["loc"][:i] for d in details for i in range(len(d["loc"]))}
     details = [d for d in details if d["type"] != "too_short" or d["loc"] not in inner]
-    lacking: dict[Location, list[str]] = {}
+    missing: dict[Location, list[str]] = {}
     for d in details:
         if d["type"] == "missing":
-            lacking.setdefault(d["loc"][:-1], []).append(str(d["loc"][-1]))
+            missing.setdefault(d["loc"][:-1], []).append(str(d["loc"][-1]))
     misspelt = {
         (d["loc"][:-1], close)
         for d in details
         if d["type"] == "extra_forbidden"
         for close in difflib.get_close_matches(
-            str(d["loc"][-1]), lacking.get(d["loc"][:-1], []), n=1
+            str(d["loc"][-1]), missing.get(d["loc"][:-1], []), n=1
         )
     }
     items: set[Location] = set()
@@ -187,7 +189,7 @@ def _without_echoes(details: Sequence[ErrorDetails]) -> list[ErrorDetails]:
         if d["type"] == "missing":
             if (d["loc"][:-1], str(d["loc"][-1])) in misspelt:
                 continue
-            if isinstance(d["loc"][-1], int):  # a list that is short is told of once
+            if isinstance(d["loc"][-1], int):  # a list that is short is reported once
                 if d["loc"][:-1] in items:
                     continue
                 items.add(d["loc"][:-1])
@@ -201,7 +203,7 @@ def _decimal_commas(
     """Yield each number that a decimal comma cut in two, as in `{voltage: 4,5 V}`.
 
     Yields:
-        where its mapping stands, its key, the rest of it that became a key, and what is to be said.
+        position of its mapping, its key, the rest of it that became a key, and what is to be said.
     """
     if isinstance(node, CommentedMap):
         items = list(node.items())
@@ -216,8 +218,8 @@ def _decimal_commas(
         for key, value in items:
             yield from _decimal_commas(value, (*above, key))
     elif isinstance(node, CommentedSeq):
-        for place, value in enumerate(node):
-            yield from _decimal_commas(value, (*above, place))
+        for location, value in enumerate(node):
+            yield from _decimal_commas(value, (*above, location))
 
 
 def _spelt(location: Location) -> tuple[str, ...]:
@@ -251,8 +253,8 @@ def _words(detail: ErrorDetails, schema: type[BaseModel], tree: Any) -> str:
     if kind in ("too_short", "too_long"):
         least, most = context.get("min_length"), context.get("max_length")
         bound = f"at least {least}" if kind == "too_short" else f"at most {most}"
-        told = f"{head}{context['actual_length']} values, {bound} are needed"
-        return told + (_comma_hint(value) if kind == "too_long" else "")
+        text = f"{head}{context['actual_length']} values, {bound} are needed"
+        return text + (_comma_hint(value) if kind == "too_long" else "")
     if kind == "string_too_short":
         return f"{head}is empty; write a text"
     if kind == "string_too_long":
@@ -260,12 +262,12 @@ def _words(detail: ErrorDetails, schema: type[BaseModel], tree: Any) -> str:
         return f"{head}{len(value)} characters, and there may be at most {most}"
     if kind == "string_pattern_mismatch":
         allowed = _PATTERNS.get(context["pattern"], "other characters")
-        shown = shortened(str(location[-2] if "[key]" in location else value))
-        return f"{head}{shown!r} is not allowed; it must be {allowed}"
+        text = shortened(str(location[-2] if "[key]" in location else value))
+        return f"{head}{text!r} is not allowed; it must be {allowed}"
     if kind in _BOUNDS:
         bound, word = _BOUNDS[kind]
-        shown = found_in_words(value)
-        return f"{head}{shown} is not allowed; it must be {word} {context[bound]:g}"
+        text = found_in_words(value)
+        return f"{head}{text} is not allowed; it must be {word} {context[bound]:g}"
     wanted = _wanted(detail)
     if wanted is None:
         return f"{head}{found_in_words(value)} is not allowed here"
@@ -289,7 +291,7 @@ def _wanted(detail: ErrorDetails) -> str | None:
 
 
 def _help(wanted: str, value: object) -> str:
-    """Return how to write what was meant, where that can be told."""
+    """Return how to write what was meant, where that can be guessed."""
     if wanted == "a text" and isinstance(value, (int, float, bool)):
         return f"; put it in quotes, '{found_in_words(value)}'"
     if wanted == "a list":

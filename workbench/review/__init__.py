@@ -19,9 +19,9 @@ from workbench.review.comparison import (
     Extended,
     Figure,
     Phase,
-    Predicted,
-    Proof,
+    PredictionError,
     Replayed,
+    ValidationReplay,
 )
 from workbench.review.experiment_page import ExperimentPage, write_experiment_page
 from workbench.review.report import write_report
@@ -41,9 +41,9 @@ __all__ = [
     "HeadlessViewer",
     "LiveViewer",
     "Phase",
-    "Predicted",
-    "Proof",
+    "PredictionError",
     "Replayed",
+    "ValidationReplay",
     "as_jpeg",
     "open_viewer",
     "picture_recording",

@@ -21,7 +21,7 @@ def send_seen(
 ) -> None:
     """Send a row for every time: the next of `columns` where seen, nothing elsewhere.
 
-    An empty row makes the viewer show nothing; without it the last value would stand on, and a
+    An empty row makes the viewer show nothing; without it the last value would remain, and a
     curve would bridge the gap.
 
     Args:

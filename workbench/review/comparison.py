@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.bundle import Judgement
-from workbench.clamped import Swing
+from workbench.clamped import ClampedResponse
 from workbench.motion import (
     DRIVEN,
     FOOT,
@@ -34,9 +34,9 @@ __all__ = [
     "Figure",
     "Largest",
     "Phase",
-    "Predicted",
-    "Proof",
+    "PredictionError",
     "Replayed",
+    "ValidationReplay",
 ]
 
 NOISE_WIDTH = 2.0
@@ -69,7 +69,7 @@ class Phase(NamedTuple):
     name: str
 
 
-class Predicted(NamedTuple):
+class PredictionError(NamedTuple):
     """How far a model is off [mm], so long after the state that was estimated [s].
 
     An infinite time is that of a free simulation, driven and released as was measured.
@@ -118,7 +118,7 @@ class Replayed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Proof:
+class ValidationReplay:
     """Base and extended model as a diagnosis compares them.
 
     Args:
@@ -161,7 +161,7 @@ class Extended:
 
     model: str
     motion: TimeSeries
-    summary: Summary | Swing | RingDown
+    summary: Summary | ClampedResponse | RingDown
     misfit: Misfit
 
 
@@ -188,14 +188,14 @@ class Comparison:
         extended: a third robot, the twin of an extended model.
         noise: channel -> standard deviation of what the cameras make of a robot at rest, in the
             channel's unit; empty where it is not known.
-        label: what tells the run from others of its protocol: condition, beam, repeat.
+        label: what distinguishes the run from others of its protocol: condition, beam, repeat.
         protocol: the protocol's, or the sheet's, own text.
         estimate: the whole pose of the real robot as the observer has it, channels as the twin's;
             None where it was not estimated.
         predictions: errors of predictions from the estimated state, in order of time.
         judged: results beside what the protocol expects of them.
         sources: what the twin's error comes from; None where it was not found out.
-        proof: base and extended model as a diagnosis compares them; None without one.
+        validation: base and extended model as a diagnosis compares them; None without one.
         unestimated: why the real robot's pose was not estimated; empty where it was.
         mark: why this is not to be taken for a whole run, None where it is one.
         facts: rows of the report: protocol, model, shape, hashes, versions.
@@ -211,8 +211,8 @@ class Comparison:
     duration_s: float
     phases: tuple[Phase, ...]
     figure: Figure
-    real_summary: Summary | Swing | RingDown
-    twin_summary: Summary | Swing | RingDown
+    real_summary: Summary | ClampedResponse | RingDown
+    twin_summary: Summary | ClampedResponse | RingDown
     misfit: Misfit
     supply: TimeSeries | None
     facts: Mapping[str, str]
@@ -225,10 +225,10 @@ class Comparison:
     protocol: str = ""
     mark: str | None = None
     estimate: TimeSeries | None = None
-    predictions: tuple[Predicted, ...] = ()
+    predictions: tuple[PredictionError, ...] = ()
     judged: tuple[Judgement, ...] = ()
     sources: ErrorSources | None = None
-    proof: Proof | None = None
+    validation: ValidationReplay | None = None
     unestimated: str = ""
 
     @property
@@ -253,7 +253,7 @@ class Comparison:
 
     @property
     def mover(self) -> tuple[str, str, str]:
-        """Return the point whose path tells most: the foot where it hops, else T."""
+        """Return the point whose path shows most: the foot where it hops, else T."""
         return FOOT if self.mode == "hop" else TOP
 
     @property
@@ -275,13 +275,13 @@ class Comparison:
 
     def largest_error(self) -> dict[str, Largest]:
         """Return the greatest plotted distance of foot and T, and when; without one never seen."""
-        error, told = self.error(), {}
+        error, largest = self.error(), {}
         for name, column in (("foot", FOOT_ERROR), ("T", TOP_ERROR)):
             seen = np.where(error.validity(column), error[column], np.nan)
             if np.isfinite(seen).any():
                 at = int(np.nanargmax(seen))
-                told[name] = Largest(float(seen[at]), float(error.times[at]))
-        return told
+                largest[name] = Largest(float(seen[at]), float(error.times[at]))
+        return largest
 
     def error_noise(self) -> dict[str, float]:
         """Return the root mean square distance that noise alone makes of foot and T [mm]."""

@@ -16,7 +16,7 @@ from workbench.review.geometry import MISSING
 from workbench.review.palette import rgb
 from workbench.timeseries import TimeSeries
 
-__all__ = ["TRACES", "Robot", "plot_run", "robots"]
+__all__ = ["TRACES", "DrawnRobot", "plot_run", "robots"]
 
 TRACES = {
     "foot_x": FOOT[0],
@@ -36,7 +36,7 @@ _THIN = 1.0
 _THICK = 1.5
 
 
-class Robot(NamedTuple):
+class DrawnRobot(NamedTuple):
     """One of the robots of a comparison.
 
     Args:
@@ -52,16 +52,16 @@ class Robot(NamedTuple):
     motion: TimeSeries
 
 
-def robots(comparison: Comparison) -> list[Robot]:
+def robots(comparison: Comparison) -> list[DrawnRobot]:
     """Return the robot, its twin and, where there is one, the extended twin."""
-    told = [
-        Robot("real", "real", palette.REAL, comparison.real),
-        Robot("twin", "twin", palette.TWIN, comparison.twin),
+    texts = [
+        DrawnRobot("real", "real", palette.REAL, comparison.real),
+        DrawnRobot("twin", "twin", palette.TWIN, comparison.twin),
     ]
     if comparison.extended is not None:
         motion = comparison.extended.motion
-        told.append(Robot("extended", "extended twin", palette.EXTENDED, motion))
-    return told
+        texts.append(DrawnRobot("extended", "extended twin", palette.EXTENDED, motion))
+    return texts
 
 
 def plot_run(stream: rr.RecordingStream, comparison: Comparison, root: str = "") -> None:
@@ -79,7 +79,7 @@ def plot_run(stream: rr.RecordingStream, comparison: Comparison, root: str = "")
         style = _line("twin ahead of real", palette.TWIN)
         _send(stream, f"{root}plots/rotor_lag/twin", comparison.rotor_lag(), "lag_deg", style)
     _send_errors(stream, comparison, root)
-    _send_proof(stream, comparison, root)
+    _send_validation(stream, comparison, root)
     _send_missing(stream, comparison, root)
     for column, (name, color) in _SUPPLY.items() if comparison.supply is not None else ():
         path = f"{root}plots/supply/{column}"
@@ -110,19 +110,21 @@ def _send_errors(stream: rr.RecordingStream, comparison: Comparison, root: str) 
             _send(stream, f"{root}plots/{plot}/noise", level, "noise_mm", style)
 
 
-def _send_proof(stream: rr.RecordingStream, comparison: Comparison, root: str) -> None:
+def _send_validation(stream: rr.RecordingStream, comparison: Comparison, root: str) -> None:
     """Send the errors of base and extended model as compared, on one plot, with the noise."""
-    proof, columns = comparison.proof, {FOOT_ERROR: "foot", TOP_ERROR: "T"}
-    if proof is None:
+    validation, columns = comparison.validation, {FOOT_ERROR: "foot", TOP_ERROR: "T"}
+    if validation is None:
         return
     inks = {"base": palette.TWIN, "extended": palette.EXTENDED}
-    for name, one in proof.both:
+    for name, one in validation.both:
         for column in one.error.names:
             style = _line(f"{columns[column]}, {name}", inks[name])
             path = f"{root}plots/compared/{columns[column].lower()}_mm/{name}"
             _send(stream, path, one.error, column, style)
-    for column in proof.base.error.names:
-        level = TimeSeries.of(proof.base.error.times[[0, -1]], {"noise_mm": [proof.noise_mm] * 2})
+    for column in validation.base.error.names:
+        level = TimeSeries.of(
+            validation.base.error.times[[0, -1]], {"noise_mm": [validation.noise_mm] * 2}
+        )
         path = f"{root}plots/compared/{columns[column].lower()}_mm/noise"
         _send(stream, path, level, "noise_mm", _line("noise", palette.SHADES["noise"]))
 

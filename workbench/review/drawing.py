@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["as_svg", "drawn", "legend"]
 
-_INK = "#010203"  # stands for the page's ink until the SVG is written
+_INK = "#010203"  # replaces the page's ink until the SVG is written
 _WIDTH_IN = 7.6
 _COLORED = dict.fromkeys(
     ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.motion import FOOT, TOP, TOP_ERROR, position
 from workbench.review import palette
-from workbench.review.comparison import NOISE_WIDTH, Comparison, Proof
+from workbench.review.comparison import NOISE_WIDTH, Comparison, ValidationReplay
 from workbench.review.drawing import as_svg, drawn, legend
 from workbench.review.geometry import MISSING, beam_points, beam_root, certainty, foot_corners
 from workbench.review.plots import seen
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_errors", "missing_plot", "pose_plot", "pose_times", "proof_plot"]
+__all__ = ["draw_errors", "missing_plot", "pose_plot", "pose_times", "validation_plot"]
 
 _SMOOTH_S = 0.25
 _INSTANTS = 4
@@ -28,14 +28,14 @@ _BAND = 0.35  # opacity of a noise band
 _MILLI = 1000.0
 
 
-def proof_plot(proof: Proof) -> str:
+def validation_plot(validation: ValidationReplay) -> str:
     """Draw the errors of base and extended model over time, with the noise."""
 
     def draw(figure: Figure) -> None:
         ax = figure.subplots()
-        errors = {"base": (proof.base.error, palette.TWIN),
-                  "extended": (proof.extended.error, palette.EXTENDED)}  # fmt: skip
-        draw_errors(ax, errors, proof.noise_mm, "mm")
+        errors = {"base": (validation.base.error, palette.TWIN),
+                  "extended": (validation.extended.error, palette.EXTENDED)}  # fmt: skip
+        draw_errors(ax, errors, validation.noise_mm, "mm")
         ax.set_xlabel("time [s]")
         legend(ax)
 

@@ -9,17 +9,17 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from workbench.quantities import QUANTITIES, Quantity
+from workbench.quantities import QUANTITIES, DisplayedQuantity
 from workbench.review.comparison import Comparison
 from workbench.review.notes import labels
 from workbench.review.page import code, figure, picture, table, warning_list, write_page
-from workbench.review.repeats import CONFIDENCE, Condition, Spread, conditions
+from workbench.review.repeats import CONFIDENCE, MeanInterval, RepeatedRuns, conditions
 from workbench.review.together_plots import bars, paths, thumbnail
 
 __all__ = ["ExperimentPage", "write_experiment_page"]
 
 
-_SHOWN = QUANTITIES | {"distance_m": Quantity("Distance", "mm", 1e3, 1)}
+_QUANTITIES = QUANTITIES | {"distance_m": DisplayedQuantity("Distance", "mm", 1e3, 1)}
 """Several runs differ by millimetres."""
 
 
@@ -48,7 +48,7 @@ def write_experiment_page(page: ExperimentPage, path: Path) -> None:
     """Write the page to `path`; the same runs give the same bytes.
 
     Args:
-        page: what it tells.
+        page: what it contains.
         path: the `.html` file; one that is there is replaced.
     """
     grouped = conditions(page.runs)
@@ -63,20 +63,20 @@ def write_experiment_page(page: ExperimentPage, path: Path) -> None:
     write_page(path, page.title, page.about, _verdict(page.runs, grouped), sections)
 
 
-def _verdict(runs: Sequence[Comparison], grouped: Sequence[Condition]) -> str:
+def _verdict(runs: Sequence[Comparison], grouped: Sequence[RepeatedRuns]) -> str:
     whole = [run for run in runs if run.mark is None]
-    told = f"{_counted(len(runs), 'run')} of {_counted(len(grouped), 'condition')}"
+    text = f"{_counted(len(runs), 'run')} of {_counted(len(grouped), 'condition')}"
     if len(whole) < len(runs):
-        told += f", {len(runs) - len(whole)} of them not whole and left out of the numbers"
+        text += f", {len(runs) - len(whole)} of them not whole and left out of the numbers"
     errors = [run.misfit.both_mm for run in whole if math.isfinite(run.misfit.both_mm)]
     if errors:
-        told += f". Robot and twin were {min(errors):.1f} to {max(errors):.1f} mm apart"
-        told += " (root mean square of foot and T)"
-    return f"{told}."
+        text += f". Robot and twin were {min(errors):.1f} to {max(errors):.1f} mm apart"
+        text += " (root mean square of foot and T)"
+    return f"{text}."
 
 
 def _warnings(runs: Sequence[Comparison]) -> list[str]:
-    """Return marks and warnings, each with the runs that it is told of."""
+    """Return marks and warnings, each with the runs that it is about."""
     by_text: dict[str, list[int]] = {}
     for number, run in enumerate(runs, start=1):
         for text in (*([run.mark] if run.mark else ()), *run.warnings):
@@ -87,53 +87,54 @@ def _warnings(runs: Sequence[Comparison]) -> list[str]:
     ]
 
 
-def _results(grouped: Sequence[Condition]) -> Markup:
+def _results(grouped: Sequence[RepeatedRuns]) -> Markup:
     """Return mean and interval of every number of robot and twin, and the figure of the first."""
     names = dict.fromkeys(
         name for one in grouped for run in one.runs for name in run.real_summary.as_json()
     )
-    told = [name for name in QUANTITIES if name in names]
+    kept = [name for name in QUANTITIES if name in names]
     rows = [
-        (condition.name if name == told[0] else "", _named(name), *_compared(condition, name))
+        (condition.name if name == kept[0] else "", _named(name), *_compared(condition, name))
         for condition in grouped
-        for name in told
+        for name in kept
     ]
     heads = ("Condition", "Quantity", "Runs", "Real", "Twin", "Twin - real")
     percent = f"{100 * CONFIDENCE:.0f} %"
     about = f"Bars: mean of the repeats; whiskers: its {percent} interval; points: the runs."
     return table(rows, heads, css="numbers spreads") + figure(
-        bars(grouped, told[0], _SHOWN[told[0]]), about
+        bars(grouped, kept[0], _QUANTITIES[kept[0]]), about
     )
 
 
-def _compared(condition: Condition, name: str) -> tuple[str, str, str, str]:
-    """Return how many runs tell, then robot, twin and their difference, each with its interval."""
-    shown = _SHOWN[name]
+def _compared(condition: RepeatedRuns, name: str) -> tuple[str, str, str, str]:
+    """Return how many runs count, then robot, twin and their difference, each with its interval."""
+    quantity = _QUANTITIES[name]
 
     def si(who: str, run: Comparison) -> float:
         summary = run.real_summary if who == "real" else run.twin_summary
         return summary.as_json().get(name, math.nan)
 
-    real = condition.spread(lambda run: shown.factor * si("real", run))
-    twin = condition.spread(lambda run: shown.factor * si("twin", run))
-    apart = condition.spread(lambda run: shown.apart(si("real", run), si("twin", run)))
-    return str(real.known), _told(real, shown), _told(twin, shown), _told(apart, shown, sign="+")
+    real = condition.interval(lambda run: quantity.factor * si("real", run))
+    twin = condition.interval(lambda run: quantity.factor * si("twin", run))
+    apart = condition.interval(lambda run: quantity.apart(si("real", run), si("twin", run)))
+    shown = _text(real, quantity), _text(twin, quantity), _text(apart, quantity, sign="+")
+    return str(real.known), *shown
 
 
-def _told(found: Spread, shown: Quantity, sign: str = "") -> str:
+def _text(found: MeanInterval, quantity: DisplayedQuantity, sign: str = "") -> str:
     if not math.isfinite(found.mean):
         return "not measured"
-    mean = f"{found.mean:{sign}.{shown.digits}f}"
-    half = f" \N{PLUS-MINUS SIGN} {found.half:.{shown.digits}f}" if found.known > 1 else ""
+    mean = f"{found.mean:{sign}.{quantity.digits}f}"
+    half = f" \N{PLUS-MINUS SIGN} {found.half:.{quantity.digits}f}" if found.known > 1 else ""
     return mean + half
 
 
 def _named(name: str) -> str:
-    shown = _SHOWN[name]
-    return f"{shown.name} [{shown.unit}]" if shown.unit else shown.name
+    quantity = _QUANTITIES[name]
+    return f"{quantity.name} [{quantity.unit}]" if quantity.unit else quantity.name
 
 
-def _paths(grouped: Sequence[Condition]) -> Markup:
+def _paths(grouped: Sequence[RepeatedRuns]) -> Markup:
     moving = [one for one in grouped if any(len(run.real) or len(run.twin) for run in one.runs)]
     if not moving:
         return Markup()
@@ -147,12 +148,12 @@ def _paths(grouped: Sequence[Condition]) -> Markup:
 def _runs(page: ExperimentPage) -> Markup:
     """Return a row for each run: its number, picture, condition, numbers and report."""
     name = next(iter(page.runs[0].real_summary.as_json()))
-    told = labels(page.runs)
+    titles = labels(page.runs)
     rows = [
         (
             f"{number}",
             Markup(thumbnail(run)),
-            told[number - 1] or run.title,
+            titles[number - 1] or run.title,
             _number(run.real_summary.as_json(), name),
             _number(run.twin_summary.as_json(), name),
             f"{run.misfit.both_mm:.1f} mm" if math.isfinite(run.misfit.both_mm) else "-",
@@ -166,10 +167,10 @@ def _runs(page: ExperimentPage) -> Markup:
 
 
 def _number(summary: dict[str, float], name: str) -> str:
-    shown, value = _SHOWN[name], summary.get(name, math.nan)
+    quantity, value = _QUANTITIES[name], summary.get(name, math.nan)
     if not math.isfinite(value):
         return "-"
-    return shown.text(value)
+    return quantity.text(value)
 
 
 def _link(run: Comparison, report: str) -> Markup:
@@ -181,9 +182,9 @@ def _link(run: Comparison, report: str) -> Markup:
 
 
 def _recording(page: ExperimentPage) -> Markup:
-    shown = picture(page.picture, "The recording of all runs in the viewer.")
+    drawn = picture(page.picture, "The recording of all runs in the viewer.")
     words = "<p>All robots start together, each pair in a lane and under a tab. Open it with</p>"
-    return shown + Markup(words) + code(page.command)
+    return drawn + Markup(words) + code(page.command)
 
 
 def _protocol(runs: Sequence[Comparison]) -> Markup:

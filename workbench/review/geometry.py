@@ -33,7 +33,7 @@ MISSING = {
     "top": ("missing_top_x_N", "missing_top_z_N"),
     "foot": ("missing_foot_x_N", "missing_foot_z_N"),
 }
-"""Point -> channels of an estimated state with the force forward and up that the model lacks."""
+"""Point -> channels of an estimated state with the force forward and up that the model misses."""
 
 _SURE_M, _UNSURE_M, _LEAST = 3e-4, 5e-3, 0.15
 _LONGEST_M, _USUAL = 0.1, 95.0  # of an arrow, and which percentile of the forces it belongs to
@@ -112,7 +112,7 @@ def ground_forces(
 def missing_force(
     estimate: TimeSeries, point: str
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the force that the model lacks at a point, (n, 3) [N], and where it is no noise, (n,).
+    """Return the force missing at a point, (n, 3) [N], and where it is no noise, (n,).
 
     Args:
         estimate: the estimated state.
@@ -144,14 +144,14 @@ def missing_scale(estimate: TimeSeries) -> float:
     return float(power * max(step for step in (1, 2, 5) if step * power * largest <= _LONGEST_M))
 
 
-def foot_corners(motion: TimeSeries, places: ArrayLike) -> NDArray[np.float64]:
+def foot_corners(motion: TimeSeries, corners: ArrayLike) -> NDArray[np.float64]:
     """Return where places on the foot are, (n, k, 3) [m], NaN where it was not seen.
 
     Args:
         motion: of the foot.
-        places: (k, 2), forward and left of the foot's centre [m].
+        corners: (k, 2), forward and left of the foot's centre [m].
     """
-    forward, left = np.asarray(places, dtype=float).T
+    forward, left = np.asarray(corners, dtype=float).T
     along = forward[:, None] * _directions(foot_pitch(motion))[:, None, :]
     across = np.column_stack([np.zeros_like(left), left, np.zeros_like(left)])
     return position(motion, FOOT)[:, None, :] + along + across

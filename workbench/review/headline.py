@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from workbench.clamped import Swing
+from workbench.clamped import ClampedResponse
 from workbench.motion import Misfit, Summary
-from workbench.quantities import QUANTITIES, Quantity
+from workbench.quantities import QUANTITIES, DisplayedQuantity
 from workbench.review.comparison import Comparison
 from workbench.ringdown import RingDown
 
@@ -19,15 +19,15 @@ __all__ = [
     "millimetres",
     "misfit_rows",
     "prediction_rows",
-    "proof_rows",
     "source_rows",
     "source_sentence",
+    "validation_rows",
     "verdict",
 ]
 
 HEADINGS = ("", "Real", "Twin", "Difference")
 _UNKNOWN = "not measured"
-_DOUBTFUL = 1.5  # times the noise: an error below tells next to nothing of the model
+_DOUBTFUL = 1.5  # times the noise: an error below says next to nothing about the model
 
 
 class HeadlineRow(NamedTuple):
@@ -59,7 +59,7 @@ def misfit_rows(misfit: Misfit) -> list[tuple[str, str]]:
 def prediction_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Return how far the model is off so long after the estimated state, last freely."""
     measured = "turned as measured" if comparison.driven else "released as measured"
-    told = [
+    rows = [
         (
             f"{seconds:g} s ahead, from the estimated state"
             if math.isfinite(seconds)
@@ -72,10 +72,10 @@ def prediction_rows(comparison: Comparison) -> list[tuple[str, str]]:
         foot = comparison.mode in ("hop", "drop")
         free = comparison.misfit.both_mm if foot else comparison.misfit.top_mm
         asked = "turned as commanded" if comparison.driven else "the twin's release"
-        told.append((f"Free simulation, {asked}", _quantity(free, "mm", 1)))
-    if told and comparison.sources is not None:
-        told.append(("Noise alone", millimetres(comparison.sources.noise)))
-    return told
+        rows.append((f"Free simulation, {asked}", _quantity(free, "mm", 1)))
+    if rows and comparison.sources is not None:
+        rows.append(("Noise alone", millimetres(comparison.sources.noise)))
+    return rows
 
 
 def source_rows(comparison: Comparison) -> list[tuple[str, str, str]]:
@@ -106,29 +106,29 @@ def source_sentence(comparison: Comparison) -> str:
     when = f" over the first {found.until_s:.1f} s" if comparison.mode == "hop" else ""
     turned = found.commanded if found.turned is None else found.turned
     parts = [("drive", found.commanded - turned), ("start", turned - found.started)]
-    told = [
+    rows = [
         f"{millimetres(mm)} are the {name}'s" if mm >= 0 else
         f"as measured, the {name} makes it {millimetres(-mm)} more"
         for name, mm in parts[0 if found.turned is not None else 1:]
     ]  # fmt: skip
     return (
-        f"Of the {millimetres(found.commanded)} at {point}{when}, {', '.join(told)}, and "
+        f"Of the {millimetres(found.commanded)} at {point}{when}, {', '.join(rows)}, and "
         f"{millimetres(found.started)} the model's; noise alone makes {millimetres(found.noise)}."
     )
 
 
-def proof_rows(comparison: Comparison) -> list[tuple[str, ...]]:
+def validation_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     """Return the errors of base and extended model as compared, freely and some time ahead."""
-    proof = comparison.proof
-    if proof is None:
+    validation = comparison.validation
+    if validation is None:
         return []
-    free = f"Free simulation, {proof.until_s:.1f} s"
-    rows = [(free, *(millimetres(one.rms_mm) for _, one in proof.both))]
-    for seconds in proof.base.ahead:
-        told = (one.ahead.get(seconds) for _, one in proof.both)
+    free = f"Free simulation, {validation.until_s:.1f} s"
+    rows = [(free, *(millimetres(one.rms_mm) for _, one in validation.both))]
+    for seconds in validation.base.ahead:
+        values = (one.ahead.get(seconds) for _, one in validation.both)
         rows.append((f"{seconds} s ahead", *("-" if mm is None else millimetres(mm)
-                                              for mm in told)))  # fmt: skip
-    return [*rows, ("Noise alone", *[millimetres(proof.noise_mm)] * 2)]
+                                              for mm in values)))  # fmt: skip
+    return [*rows, ("Noise alone", *[millimetres(validation.noise_mm)] * 2)]
 
 
 def _part(name: str, before: float, after: float) -> str:
@@ -150,14 +150,14 @@ def verdict(comparison: Comparison) -> str:
     """Say in one sentence what the robot and its twin did and how far apart they were."""
     match comparison.real_summary, comparison.twin_summary:
         case (Summary(distance_m=real), Summary(distance_m=twin)):
-            told = f"In {comparison.duration_s:g} s the robot travelled {_quantity(real, 'm', 3)} "
-            told += f"and its twin {_quantity(twin, 'm', 3)}"
-        case (Swing(amplitude_m=real), Swing(amplitude_m=twin)):
-            told = f"T of the robot swung by {_quantity(1e3 * real, 'mm', 1)} "
-            told += f"and that of its twin by {_quantity(1e3 * twin, 'mm', 1)}"
+            rows = f"In {comparison.duration_s:g} s the robot travelled {_quantity(real, 'm', 3)} "
+            rows += f"and its twin {_quantity(twin, 'm', 3)}"
+        case (ClampedResponse(amplitude_m=real), ClampedResponse(amplitude_m=twin)):
+            rows = f"T of the robot swung by {_quantity(1e3 * real, 'mm', 1)} "
+            rows += f"and that of its twin by {_quantity(1e3 * twin, 'mm', 1)}"
         case (RingDown(ring_hz=real), RingDown(ring_hz=twin)):
-            told = f"Let go, the robot rang at {_quantity(real, 'Hz', 3)} "
-            told += f"and its twin at {_quantity(twin, 'Hz', 3)}"
+            rows = f"Let go, the robot rang at {_quantity(real, 'Hz', 3)} "
+            rows += f"and its twin at {_quantity(twin, 'Hz', 3)}"
         case _:
             raise TypeError("robot and twin are summarized in different ways")
     if comparison.mark is not None:
@@ -165,8 +165,8 @@ def verdict(comparison: Comparison) -> str:
     if not math.isfinite(real + twin + comparison.misfit.both_mm):
         return "Too little of the run was seen to compare the robot with its twin."
     apart = _quantity(comparison.misfit.both_mm, "mm", 1)
-    told = f"{told}; over that time they were {apart} apart (root mean square of foot and T)."
-    return f"{told} {source_sentence(comparison)}".strip()
+    rows = f"{rows}; over that time they were {apart} apart (root mean square of foot and T)."
+    return f"{rows} {source_sentence(comparison)}".strip()
 
 
 def millimetres(value: float) -> str:
@@ -174,7 +174,7 @@ def millimetres(value: float) -> str:
     return _quantity(value, "mm", 1 if abs(value) >= 10 else 2)
 
 
-def _row(quantity: Quantity, real: float, twin: float) -> HeadlineRow:
+def _row(quantity: DisplayedQuantity, real: float, twin: float) -> HeadlineRow:
     name, unit, factor, digits = quantity
     gap = quantity.apart(real, twin)
     comparable = math.isfinite(gap) and real != 0 and unit != "deg"

@@ -28,7 +28,7 @@ _LEAST_M = 0.5
 
 
 def lanes(comparisons: Sequence[Comparison]) -> rrb.Blueprint:
-    """Return a tab with all runs and one for each run; the tree of entities stands beside them."""
+    """Return a tab with all runs and one for each run; the tree of entities is beside them."""
     tabs = [
         run_views(comparison, f"/runs/{number}", name)
         for number, (comparison, name) in enumerate(
@@ -52,8 +52,8 @@ def draw_lanes(stream: rr.RecordingStream, comparisons: Sequence[Comparison]) ->
     start, end = _reach(comparisons)
     for number, comparison in enumerate(comparisons, start=1):
         row, lane = divmod(number - 1, _IN_A_ROW)
-        root, place = f"runs/{number}", [row * (end - start), -lane * _WIDTH_M, 0]
-        stream.log(root, rr.Transform3D(translation=place), static=True)
+        root, offset = f"runs/{number}", [row * (end - start), -lane * _WIDTH_M, 0]
+        stream.log(root, rr.Transform3D(translation=offset), static=True)
         sign = rr.Points3D(
             [[-_SIGN_M, 0.0, floor_height(comparison)]],
             labels=[f"{number}"],
@@ -132,7 +132,7 @@ def _names(comparisons: Sequence[Comparison]) -> list[str]:
 def _overlaid(
     name: str, plot: str, comparisons: Sequence[Comparison], span: tuple[float, float] | None = None
 ) -> rrb.TimeSeriesView:
-    """Return one curve of every run, told apart by the colours of the runs."""
+    """Return one curve of every run, distinguished by the colours of the runs."""
     styles: Overrides = {
         f"/runs/{number}/plots/{plot}": rr.SeriesLines(
             names=name, colors=rgb(palette.run_color(number)), widths=_LINE

@@ -17,7 +17,7 @@ from workbench.review.comparison import Comparison
 from workbench.review.geometry import MISSING
 from workbench.review.palette import rgb
 from workbench.review.scene import floor_height
-from workbench.review.story import journal_lines
+from workbench.review.texts import journal_lines
 
 __all__ = ["Overrides", "curves", "layout", "run_views", "scene", "time_panel"]
 
@@ -39,7 +39,7 @@ def layout(comparison: Comparison) -> rrb.Blueprint:
 
 
 def time_panel() -> rrb.TimePanel:
-    """Return the panel of the timeline, which stands still until somebody starts it."""
+    """Return the panel of the timeline, which is stopped until somebody starts it."""
     return rrb.TimePanel(timeline=TIMELINE, play_state="paused", state="collapsed")
 
 
@@ -51,7 +51,7 @@ def run_views(comparison: Comparison, root: str = "", name: str | None = None) -
         root: entity that holds it; empty when it is the whole recording.
         name: of the container, for its tab.
     """
-    if comparison.proof is None:
+    if comparison.validation is None:
         return _commanded(comparison, root, name)
     compared = rrb.Vertical(
         rrb.Horizontal(*_compared_scenes(comparison, root), name="Robots"),
@@ -71,10 +71,10 @@ def _commanded(comparison: Comparison, root: str, name: str | None) -> rrb.Conta
         "evidence": _evidence(comparison, root),
         "phases": _phases(comparison, root),
     }
-    shown = {row: views for row, views in rows.items() if views}
+    kept = {row: views for row, views in rows.items() if views}
     return rrb.Vertical(
-        *(rrb.Horizontal(*views, name=row.capitalize()) for row, views in shown.items()),
-        row_shares=[_SHARES[row] for row in shown],
+        *(rrb.Horizontal(*views, name=row.capitalize()) for row, views in kept.items()),
+        row_shares=[_SHARES[row] for row in kept],
         name=name,
     )
 
@@ -93,8 +93,8 @@ def _compared_scenes(comparison: Comparison, root: str) -> list[rrb.Spatial3DVie
 
 def _compared_errors(comparison: Comparison, root: str) -> list[rrb.TimeSeriesView]:
     """Return the errors of base and extended model over time, all on one axis."""
-    assert comparison.proof is not None
-    every = [one.error.values[one.error.valid] for _, one in comparison.proof.both]
+    assert comparison.validation is not None
+    every = [one.error.values[one.error.valid] for _, one in comparison.validation.both]
     top = _AIR * max((float(part.max()) for part in every if part.size), default=1.0)
     named = {FOOT_ERROR: "Foot", TOP_ERROR: "T"}
     return [
@@ -103,7 +103,7 @@ def _compared_errors(comparison: Comparison, root: str) -> list[rrb.TimeSeriesVi
             f"{named[column]} error [mm]",
             span=(0.0, top),
         )
-        for column in comparison.proof.base.error.names
+        for column in comparison.validation.base.error.names
     ]
 
 
@@ -170,7 +170,7 @@ def scene(
 def _eye(comparison: Comparison) -> rrb.EyeControls3D:
     """Look from the right and a little above, so that forward is to the right of the picture.
 
-    The eye stands still and sees the whole way of all robots: hops are seen against the floor.
+    The eye does not move and sees the whole way of all robots: hops are seen against the floor.
     """
     start, end = comparison.reach()
     room = 0.6 * comparison.figure.beam_length

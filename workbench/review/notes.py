@@ -13,8 +13,8 @@ from workbench.review.headline import (
     headline,
     largest_rows,
     misfit_rows,
-    proof_rows,
     source_rows,
+    validation_rows,
 )
 
 __all__ = ["labels", "notes", "overview"]
@@ -44,7 +44,7 @@ def notes(comparison: Comparison) -> str:
     parts = [
         f"**{comparison.title}**",
         f"**{comparison.mark}**" if comparison.mark else "",
-        _proof(comparison),
+        _validation(comparison),
         _numbers(comparison, HEADINGS),
         _sources(comparison),
         _extended(comparison),
@@ -67,18 +67,18 @@ def _beam(comparison: Comparison) -> str:
         return _ESTIMATED
     newton = 1000 * missing_scale(estimate)
     return (
-        f"{_ESTIMATED}\n\nViolet arrows at T, and at a free foot: the force that the model lacks, "
+        f"{_ESTIMATED}\n\nViolet arrows at T, and at a free foot: the force that the model misses, "
         f"{newton:g} mm for each newton, where it is more than noise."
     )
 
 
-def _proof(comparison: Comparison) -> str:
+def _validation(comparison: Comparison) -> str:
     """Return base and extended model as compared."""
-    if comparison.proof is None:
+    if comparison.validation is None:
         return ""
     heads = ("As compared", *(f"{name.capitalize()}: {one.name}" for name, one in
-                              comparison.proof.both))  # fmt: skip
-    return f"{_table(heads, proof_rows(comparison))}\n\n{comparison.proof.about}"
+                              comparison.validation.both))  # fmt: skip
+    return f"{_table(heads, validation_rows(comparison))}\n\n{comparison.validation.about}"
 
 
 def _sources(comparison: Comparison) -> str:
@@ -106,7 +106,7 @@ def overview(title: str, comparisons: Sequence[Comparison]) -> str:
 
 
 def labels(comparisons: Sequence[Comparison]) -> list[str]:
-    """Return what tells each run from the others; what is the same of all is left out."""
+    """Return what distinguishes each run from the others; what is the same of all is left out."""
     every = [comparison.label for comparison in comparisons]
     same = set.intersection(*map(set, every)) if len(every) > 1 else set()
     short = [", ".join(part for part in label if part not in same) for label in every]
@@ -114,12 +114,12 @@ def labels(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def _noise(comparison: Comparison) -> str:
-    told = [f"{name} {rms:.2f} mm" for name, rms in comparison.error_noise().items()]
-    if not told:
+    texts = [f"{name} {rms:.2f} mm" for name, rms in comparison.error_noise().items()]
+    if not texts:
         return ""
     return (
         f"Thin grey lines: the measured curve and twice its noise at rest to either side. Noise "
-        f"alone puts real and twin apart by {' and '.join(told)} (root mean square)."
+        f"alone puts real and twin apart by {' and '.join(texts)} (root mean square)."
     )
 
 

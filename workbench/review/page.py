@@ -51,8 +51,10 @@ def _coded(text: str) -> Markup:
     parts = text.split("`")
     if len(parts) % 2 == 0:
         return Markup("{}").format(text)
-    shown = ("<code>{}</code>" if k % 2 else "{}" for k in range(len(parts)))
-    return Markup().join(Markup(form).format(part) for form, part in zip(shown, parts, strict=True))
+    marked = ("<code>{}</code>" if k % 2 else "{}" for k in range(len(parts)))
+    return Markup().join(
+        Markup(form).format(part) for form, part in zip(marked, parts, strict=True)
+    )
 
 
 def figure(svg: str, caption: str) -> Markup:

@@ -9,7 +9,7 @@ from workbench.review.comparison import Phase
 
 __all__ = ["phases", "with_prompts"]
 
-_HOLD_S = 0.3  # a speed that stands longer is held; ramps step every tenth of a second
+_HOLD_S = 0.3  # a speed that is constant for longer is held; ramps step every tenth of a second
 _RELEASED = {"decay": "ring-down", "drop": "drop"}
 
 
@@ -32,14 +32,14 @@ def phases(
     ends = [time for time, _ in steps[1:]]
     driven = list(zip(steps[:-1], ends, strict=True))
     levels = sum(end - since > _HOLD_S for (since, _), end in driven)
-    told = [Phase(begin, "rest")]
+    phases = [Phase(begin, "rest")]
     for (since, speed), end in driven:
         name = "ramp"
         if end - since > _HOLD_S:
             name = f"hold {speed:.2f} rad/s" if levels > 1 else "hold"
-        if told[-1].name != name:
-            told.append(Phase(max(since, 0.0), name))
-    return (*told, Phase(duration, "off"))
+        if phases[-1].name != name:
+            phases.append(Phase(max(since, 0.0), name))
+    return (*phases, Phase(duration, "off"))
 
 
 def with_prompts(
@@ -51,11 +51,11 @@ def with_prompts(
         states: of `phases`.
         prompts: (asked, answered) [s] in order of time; one that took no time is left out.
     """
-    told = list(states)
+    phases_now = list(states)
     for asked, answered in prompts:
-        if answered <= asked or not told or answered <= told[0].time_s:
+        if answered <= asked or not phases_now or answered <= phases_now[0].time_s:
             continue
-        after = [state for state in told if state.time_s <= answered][-1]
-        kept = [state for state in told if not asked <= state.time_s <= answered]
-        told = sorted([*kept, Phase(asked, "prompt"), Phase(answered, after.name)])
-    return tuple(told)
+        after = [state for state in phases_now if state.time_s <= answered][-1]
+        kept = [state for state in phases_now if not asked <= state.time_s <= answered]
+        phases_now = sorted([*kept, Phase(asked, "prompt"), Phase(answered, after.name)])
+    return tuple(phases_now)

@@ -24,7 +24,7 @@ def picture_recording(
 
     Args:
         recording: the `.rrd` file.
-        moment_s: where the time cursor stands [s].
+        moment_s: position of the time cursor [s].
         size: width and height of the window [px].
 
     Raises:

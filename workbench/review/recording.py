@@ -7,7 +7,7 @@ started and turned as was measured, in a tab of their own; `/plots/**` the curve
 first motion or the release. Every entity is sent as whole columns, styles once.
 
 Of several runs each has all that below `/runs/<number>/`, on the same timeline, so that all robots
-start together; each run stands in a lane of its own. A tab shows one pair of robot and twin, the
+start together; each run has a lane of its own. A tab shows one pair of robot and twin, the
 first tab all of them, where the eye beside `/runs/<number>/real` or `twin` shows or hides a robot:
 any two of them make a pair.
 
@@ -31,7 +31,7 @@ from workbench.review.lanes import draw_lanes, lanes
 from workbench.review.layout import layout
 from workbench.review.notes import overview
 from workbench.review.scene import draw_floor, draw_real, draw_simulated
-from workbench.review.story import tell_run
+from workbench.review.texts import send_events
 
 __all__ = ["APPLICATION", "write_recording", "write_together"]
 
@@ -93,16 +93,16 @@ def _send_run(stream: rr.RecordingStream, comparison: Comparison, root: str) -> 
         draw_simulated(stream, f"{root}twin", comparison.twin, figure, palette.TWIN)
     if extended is not None:
         draw_simulated(stream, f"{root}extended", extended.motion, figure, palette.EXTENDED)
-    if comparison.proof is not None:
+    if comparison.validation is not None:
         inks = {"base": palette.TWIN, "extended": palette.EXTENDED}
-        for name, one in comparison.proof.both:
+        for name, one in comparison.validation.both:
             draw_simulated(stream, f"{root}compared/{name}", one.motion, figure, inks[name])
     plot_run(stream, comparison, root)
-    tell_run(stream, comparison, root)
+    send_events(stream, comparison, root)
 
 
 def _properties(comparison: Comparison) -> dict[str, Any]:
-    """Return what the catalogue of a viewer tells of the run."""
+    """Return what the catalogue of a viewer shows of the run."""
     summaries = {"real": comparison.real_summary, "twin": comparison.twin_summary}
     extended = comparison.extended
     if extended is not None:
@@ -114,8 +114,8 @@ def _properties(comparison: Comparison) -> dict[str, Any]:
     }
     if extended is not None:
         numbers |= {"extended_model": extended.model, "extended_misfit_mm": extended.misfit.both_mm}
-    if comparison.proof is not None:
-        numbers |= {f"compared_{name}_mm": one.rms_mm for name, one in comparison.proof.both}
+    if comparison.validation is not None:
+        numbers |= {f"compared_{name}_mm": one.rms_mm for name, one in comparison.validation.both}
     if comparison.mark is not None:
         numbers["mark"] = comparison.mark
     largest = comparison.largest_error()

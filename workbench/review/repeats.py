@@ -12,12 +12,12 @@ import scipy
 
 from workbench.review.comparison import Comparison
 
-__all__ = ["CONFIDENCE", "Condition", "Spread", "conditions", "spread"]
+__all__ = ["CONFIDENCE", "MeanInterval", "RepeatedRuns", "conditions", "mean_interval"]
 
 CONFIDENCE = 0.90
 
 
-class Spread(NamedTuple):
+class MeanInterval(NamedTuple):
     """The mean of repeats.
 
     Args:
@@ -31,7 +31,7 @@ class Spread(NamedTuple):
     known: int
 
 
-class Condition(NamedTuple):
+class RepeatedRuns(NamedTuple):
     """Runs that differ in their repeat only.
 
     Args:
@@ -42,21 +42,21 @@ class Condition(NamedTuple):
     name: str
     runs: tuple[Comparison, ...]
 
-    def spread(self, value: Callable[[Comparison], float]) -> Spread:
+    def interval(self, value: Callable[[Comparison], float]) -> MeanInterval:
         """Return the spread of a number over the whole runs; marked ones do not count."""
-        return spread([value(run) for run in self.runs if run.mark is None])
+        return mean_interval([value(run) for run in self.runs if run.mark is None])
 
 
-def conditions(comparisons: Sequence[Comparison]) -> list[Condition]:
+def conditions(comparisons: Sequence[Comparison]) -> list[RepeatedRuns]:
     """Return the conditions, sorted by their labels, numbers in them by their size."""
     found: dict[tuple[str, ...], list[Comparison]] = {}
     for run in comparisons:
-        told = tuple(part for part in run.label if not part.startswith("repeat "))
-        found.setdefault(told or (run.title,), []).append(run)
+        label = tuple(part for part in run.label if not part.startswith("repeat "))
+        found.setdefault(label or (run.title,), []).append(run)
     same = set.intersection(*map(set, found)) if len(found) > 1 else set()
     return [
-        Condition(", ".join(part for part in told if part not in same), tuple(found[told]))
-        for told in sorted(found, key=_order)
+        RepeatedRuns(", ".join(part for part in common if part not in same), tuple(found[common]))
+        for common in sorted(found, key=_order)
     ]
 
 
@@ -66,11 +66,11 @@ def _order(label: Sequence[str]) -> list[tuple[str, float, str]]:
     return [(m[2], float(m[1].strip(".") or 0), m[0]) for m in parts if m is not None]
 
 
-def spread(values: Sequence[float]) -> Spread:
+def mean_interval(values: Sequence[float]) -> MeanInterval:
     """Return mean and interval of repeats, by Student's t; what is not finite does not count."""
     known = [value for value in values if math.isfinite(value)]
     if len(known) < 2:
-        return Spread(known[0] if known else math.nan, math.nan, len(known))
+        return MeanInterval(known[0] if known else math.nan, math.nan, len(known))
     factor = float(scipy.stats.t.ppf((1 + CONFIDENCE) / 2, len(known) - 1))
     half = factor * float(np.std(known, ddof=1)) / math.sqrt(len(known))
-    return Spread(float(np.mean(known)), half, len(known))
+    return MeanInterval(float(np.mean(known)), half, len(known))

@@ -112,13 +112,13 @@ def _draw_estimate(
 
 
 def _draw_missing(stream: rr.RecordingStream, root: str, estimate: TimeSeries) -> None:
-    """Draw the force that the model lacks at T, and at a free foot, where it is more than noise."""
+    """Draw the force missing at T, and at a free foot, where it is more than noise."""
     reach = missing_scale(estimate)
-    for point, place in (("top", TOP), ("foot", FOOT)):
+    for point, columns in (("top", TOP), ("foot", FOOT)):
         if MISSING[point][0] not in estimate:
             continue
         force, sure = missing_force(estimate, point)
-        origins = position(estimate, place)
+        origins = position(estimate, columns)
         seen = sure & _seen(origins)
         arrows = rr.Arrows3D.columns(origins=origins[seen], vectors=reach * force[seen])
         path = f"{root}/missing/{point}"
@@ -152,12 +152,12 @@ def _draw_forces(stream: rr.RecordingStream, path: str, motion: TimeSeries, figu
     pushed = ground_forces(motion, figure)
     if pushed is None:
         return
-    places, forces = pushed
-    seen = (forces != 0).any(axis=(1, 2)) & _seen(places)
+    points, forces = pushed
+    seen = (forces != 0).any(axis=(1, 2)) & _seen(points)
     arrows = rr.Arrows3D.columns(
-        origins=places[seen].reshape(-1, 3), vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3)
+        origins=points[seen].reshape(-1, 3), vectors=FORCE_M_PER_N * forces[seen].reshape(-1, 3)
     )
-    send_seen(stream, path, motion.times, seen, arrows, each=places.shape[1])
+    send_seen(stream, path, motion.times, seen, arrows, each=points.shape[1])
     look = rr.Arrows3D.from_fields(radii=_LINE_RADIUS, colors=rgb(palette.SHADES["force"]))
     stream.log(path, look, rr.AnyValues(metres_per_newton=FORCE_M_PER_N), static=True)
 
@@ -184,26 +184,26 @@ def _draw_parts(
 
 def _send_foot(stream: rr.RecordingStream, path: str, motion: TimeSeries, figure: Figure) -> None:
     """Send the pose where seen and the box's size at every row, empty where not seen."""
-    place = position(motion, FOOT)
-    seen = _seen(place)
+    centre = position(motion, FOOT)
+    seen = _seen(centre)
     size = [figure.foot_length / 2, figure.foot_width / 2, _FOOT_THICKNESS / 2]
     if seen.any():
         stream.send_columns(
             path,
             [rr.TimeColumn(TIMELINE, duration=motion.times[seen])],
             rr.Transform3D.columns(
-                translation=place[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
+                translation=centre[seen], quaternion=pitch_quaternions(foot_pitch(motion)[seen])
             ),
         )
-    boxes = rr.Boxes3D.columns(half_sizes=np.tile(size, (len(place[seen]), 1)))
+    boxes = rr.Boxes3D.columns(half_sizes=np.tile(size, (len(centre[seen]), 1)))
     send_seen(stream, path, motion.times, seen, boxes)
 
 
 def _send_points(
-    stream: rr.RecordingStream, path: str, times: NDArray[np.float64], places: NDArray[np.float64]
+    stream: rr.RecordingStream, path: str, times: NDArray[np.float64], points: NDArray[np.float64]
 ) -> None:
-    seen = _seen(places)
-    send_seen(stream, path, times, seen, rr.Points3D.columns(positions=places[seen]))
+    seen = _seen(points)
+    send_seen(stream, path, times, seen, rr.Points3D.columns(positions=points[seen]))
 
 
 def _send_strips(
@@ -216,5 +216,5 @@ def _send_strips(
     )
 
 
-def _seen(places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(places).all(axis=tuple(range(1, places.ndim))))
+def _seen(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(points).all(axis=tuple(range(1, points.ndim))))

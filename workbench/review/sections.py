@@ -13,15 +13,15 @@ from markupsafe import Markup
 
 from workbench.motion import FOOT
 from workbench.review.comparison import Comparison
-from workbench.review.evidence_plots import missing_plot, pose_plot, pose_times, proof_plot
+from workbench.review.evidence_plots import missing_plot, pose_plot, pose_times, validation_plot
 from workbench.review.geometry import MISSING
 from workbench.review.headline import (
     HEADINGS,
     headline,
     misfit_rows,
     prediction_rows,
-    proof_rows,
     source_rows,
+    validation_rows,
 )
 from workbench.review.page import code, figure, folded, table, warning_list
 from workbench.review.plots import (
@@ -33,10 +33,10 @@ from workbench.review.plots import (
     trajectory_plot,
 )
 
-__all__ = ["RECORDING", "RESULT", "SECTIONS", "Section"]
+__all__ = ["RECORDING", "RESULT", "SECTIONS", "ReportSection"]
 
 
-class Section(NamedTuple):
+class ReportSection(NamedTuple):
     """A part of the report.
 
     Args:
@@ -77,12 +77,12 @@ def _misfit(comparison: Comparison) -> Markup:
         )
         for name, rms in misfit_rows(comparison.misfit)
     ]
-    shown = figure(
+    picture = figure(
         error_plot(comparison),
         "Distance between robot and twin in the hopping plane, on a logarithmic scale. Gaps: the "
         "cameras saw nothing. Grey: up to twice what noise alone would make.",
     )
-    return shown + table(rows, ("", "Root mean square", "Largest", "Of noise alone"))
+    return picture + table(rows, ("", "Root mean square", "Largest", "Of noise alone"))
 
 
 def _sources(comparison: Comparison) -> Markup:
@@ -105,17 +105,17 @@ def _sources(comparison: Comparison) -> Markup:
     return words + table(rows, ("", "Error", "Change"), css="numbers worded")
 
 
-def _proof(comparison: Comparison) -> Markup:
-    proof = comparison.proof
-    if proof is None:
+def _validation(comparison: Comparison) -> Markup:
+    validation = comparison.validation
+    if validation is None:
         return Markup()
-    names = (f"Base: {proof.base.name}", f"Extended: {proof.extended.name}")
-    words = Markup("<p>{}</p>").format(proof.about)
+    names = (f"Base: {validation.base.name}", f"Extended: {validation.extended.name}")
+    words = Markup("<p>{}</p>").format(validation.about)
     return words + figure(
-        proof_plot(proof),
+        validation_plot(validation),
         "Distance from where the cameras saw foot and T (T of a clamped foot), root mean square "
         "over 0.25 s, logarithmic. Grey: noise alone.",
-    ) + table(proof_rows(comparison), ("Root mean square", *names))  # fmt: skip
+    ) + table(validation_rows(comparison), ("Root mean square", *names))  # fmt: skip
 
 
 def _prediction(comparison: Comparison) -> Markup:
@@ -162,7 +162,7 @@ def _missing(comparison: Comparison) -> Markup:
         return Markup()
     return figure(
         missing_plot(comparison.estimate, comparison.time_zero),
-        "The force that the model lacks at T, mean over 0.05 s: what it would need in addition to "
+        "The force that the model misses at T, mean over 0.05 s: what it would need in addition to "
         "do as the robot did. Grey: two standard deviations; what lies within may be noise.",
     )
 
@@ -229,24 +229,24 @@ _GLOSSARY = (
     ("estimated state", "the pose that a model has which is corrected towards each picture"),
 )
 
-RECORDING = Section("Recording", _recording)
-RESULT = Section("Result", _headline)
+RECORDING = ReportSection("Recording", _recording)
+RESULT = ReportSection("Result", _headline)
 SECTIONS = (
-    Section("Warnings", _warnings),
-    Section("Pass or fail", _judged),
-    Section("Base and extended model as compared", _proof),
+    ReportSection("Warnings", _warnings),
+    ReportSection("Pass or fail", _judged),
+    ReportSection("Base and extended model as compared", _validation),
     RESULT,
-    Section("Error of the twin", _misfit),
-    Section("How much of it is drive, start and model", _sources),
-    Section("Prediction", _prediction),
-    Section("Pose", _pose),
-    Section("Path", _trajectory),
-    Section("Motion over time", _motion),
-    Section("Missing force", _missing),
-    Section("Rotor speed", _speed),
-    Section("Supply", _supply),
+    ReportSection("Error of the twin", _misfit),
+    ReportSection("How much of it is drive, start and model", _sources),
+    ReportSection("Prediction", _prediction),
+    ReportSection("Pose", _pose),
+    ReportSection("Path", _trajectory),
+    ReportSection("Motion over time", _motion),
+    ReportSection("Missing force", _missing),
+    ReportSection("Rotor speed", _speed),
+    ReportSection("Supply", _supply),
     RECORDING,
-    Section("Journal", _journal),
-    Section("Facts", _facts),
-    Section("Words", _words),
+    ReportSection("Journal", _journal),
+    ReportSection("Facts", _facts),
+    ReportSection("Words", _words),
 )

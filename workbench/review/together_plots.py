@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.quantities import Quantity
+from workbench.quantities import DisplayedQuantity
 from workbench.review import palette
 from workbench.review.comparison import Comparison
 from workbench.review.drawing import as_svg, drawn, legend
 from workbench.review.plots import seen
-from workbench.review.repeats import Condition
+from workbench.review.repeats import RepeatedRuns
 from workbench.timeseries import TimeSeries
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _SIZE = (180, 48)  # of a thumbnail, in units of its own
 _INSET = 3.0
 
 
-def paths(conditions: Sequence[Condition]) -> str:
+def paths(conditions: Sequence[RepeatedRuns]) -> str:
     """Draw the paths of all repeats in x-z, a row a condition, simulated left and real right."""
 
     def draw(figure: Figure) -> None:
@@ -51,9 +51,9 @@ def paths(conditions: Sequence[Condition]) -> str:
     return as_svg(drawn(draw, 0.4 + _PANEL_IN * len(conditions)), "paths")
 
 
-def bars(conditions: Sequence[Condition], quantity: str, shown: Quantity) -> str:
+def bars(conditions: Sequence[RepeatedRuns], quantity: str, display: DisplayedQuantity) -> str:
     """Draw the mean of a summary's number, robot beside twin, with intervals and every run."""
-    name, unit, factor, _ = shown
+    name, unit, factor, _ = display
     sides = {
         "real": (-0.2, palette.REAL, lambda run: run.real_summary),
         "twin": (0.2, palette.TWIN, lambda run: run.twin_summary),
@@ -67,11 +67,11 @@ def bars(conditions: Sequence[Condition], quantity: str, shown: Quantity) -> str
             def value(run: Comparison, of: Callable[[Comparison], object] = summary) -> float:
                 return factor * float(getattr(of(run), quantity, np.nan))
 
-            spreads = [condition.spread(value) for condition in conditions]
-            means = np.nan_to_num([one.mean for one in spreads])
+            intervals = [condition.interval(value) for condition in conditions]
+            means = np.nan_to_num([one.mean for one in intervals])
             ax.bar(at + shift, means, 0.36, color=color, alpha=_FADED, label=label)
             ax.errorbar(
-                at + shift, means, [one.half for one in spreads], fmt="none", ecolor="#010203",
+                at + shift, means, [one.half for one in intervals], fmt="none", ecolor="#010203",
                 capsize=3, elinewidth=1,
             )  # fmt: skip
             for x, condition in zip(at + shift, conditions, strict=True):
@@ -111,7 +111,7 @@ def _path(ax: Axes, run: Comparison, motion: TimeSeries, color: str) -> None:
 
 
 def _way(run: Comparison, motion: TimeSeries) -> NDArray[np.float64]:
-    """Return x and z of the point that tells most, (n, 2) [m], NaN where it was not seen."""
+    """Return x and z of the point that shows most, (n, 2) [m], NaN where it was not seen."""
     x, _, z = run.mover
     moving = motion.between(0.0, run.duration_s)
     return np.column_stack([seen(moving, x), seen(moving, z)])

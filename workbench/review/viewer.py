@@ -153,7 +153,7 @@ class HeadlessViewer:
         return next((line for line in lines if "panicked" in line), " ".join(lines[-1:]))
 
 
-def open_viewer(path: Path, web: bool = False, tell: Progress = lambda text: None) -> None:
+def open_viewer(path: Path, web: bool = False, progress: Progress = lambda text: None) -> None:
     """Show a recording until the user closes the viewer, or ends the web page's server by Ctrl-C.
 
     The recording stays on this computer either way. rerun's web page asks Google for a font, which
@@ -162,14 +162,14 @@ def open_viewer(path: Path, web: bool = False, tell: Progress = lambda text: Non
     Args:
         path: the `.rrd` file.
         web: show it in the browser instead of a window.
-        tell: is told the address of the web page.
+        progress: receives the address of the web page.
 
     Raises:
         InputError: when there is no such recording.
         WorkbenchError: when the viewer ends with an error, or has no display for its window.
     """
     _existing(path)
-    process = _start([str(path), *_window(web, tell)[1]])
+    process = _start([str(path), *_window(web, progress)[1]])
     try:
         code = process.wait()
     except KeyboardInterrupt:
@@ -191,7 +191,7 @@ def start_viewer() -> str:
     return port
 
 
-def _window(web: bool, tell: Progress) -> tuple[str, list[str]]:
+def _window(web: bool, progress: Progress) -> tuple[str, list[str]]:
     """Return the port of a new viewer and the options that open its window, or page."""
     if not web and sys.platform == "linux" and not any(map(os.environ.get, _DISPLAYS)):
         raise WorkbenchError(f"there is no display here to open a window on; {_OTHERWISE}")
@@ -202,7 +202,7 @@ def _window(web: bool, tell: Progress) -> tuple[str, list[str]]:
         page = _free_port()
         options += ["--web-viewer", "--web-viewer-port", page]
         source = quote(f"rerun+http://{_LOCAL}:{port}/proxy", safe="")
-        tell(f"in the browser: http://{_LOCAL}:{page}/?url={source}\nCtrl-C ends it")
+        progress(f"in the browser: http://{_LOCAL}:{page}/?url={source}\nCtrl-C ends it")
     return port, options
 
 
@@ -269,8 +269,8 @@ def viewer_version() -> str:
 
 def _program() -> Path:
     folder = Path(rerun_cli.__file__).parent
-    places = ("rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun")
-    found = [folder / place for place in places if (folder / place).is_file()]
+    locations = ("rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun")
+    found = [folder / location for location in locations if (folder / location).is_file()]
     if not found:
         raise WorkbenchError(f"rerun-sdk has no viewer in {folder}; reinstall rerun-sdk")
     return found[0]

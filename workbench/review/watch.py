@@ -25,7 +25,7 @@ class LiveViewer:
 
     Attributes:
         port: on loopback, where shown states are sent.
-        shown: how many were drawn.
+        frames: how many were drawn.
         latency_ms: median, 99th percentile and greatest, from a frame's arrival until it was drawn;
             None before the end of the block, or where none was drawn.
 
@@ -38,12 +38,12 @@ class LiveViewer:
         self._process = subprocess.Popen(
             [*_COMMAND, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
-        said = self._heard()
+        said = self._received()
         if "port" not in said:
             self._process.wait()
             raise WorkbenchError(said.get("failed", "the live twin cannot be drawn"))
         self.port: int = said["port"]
-        self.shown = 0
+        self.frames = 0
         self.latency_ms: tuple[float, float, float] | None = None
 
     def __enter__(self) -> Self:
@@ -60,9 +60,9 @@ class LiveViewer:
         assert self._process.stdin is not None
         with suppress(OSError):
             self._process.stdin.close()
-        said = self._heard()
+        said = self._received()
         if "shown" in said:
-            self.shown, (p50, p99, most) = said["shown"], said["latency_ms"]
+            self.frames, (p50, p99, most) = said["shown"], said["latency_ms"]
             self.latency_ms = p50, p99, most
         try:
             self._process.wait(_END_S)
@@ -72,7 +72,7 @@ class LiveViewer:
         assert self._process.stdout is not None
         self._process.stdout.close()
 
-    def _heard(self) -> dict[str, Any]:
+    def _received(self) -> dict[str, Any]:
         assert self._process.stdout is not None
         with suppress(ValueError):
             return dict(json.loads(self._process.stdout.readline()))

@@ -88,7 +88,7 @@ class Arcs:
         Args:
             distance: (...,) along the line [m], as for `points_at`.
         """
-        piece, along, rate = self._place(distance)
+        piece, along, rate = self._locate(distance)
         return self.headings[piece] + rate * along
 
     def points_at(self, distance: ArrayLike) -> Array:
@@ -98,7 +98,7 @@ class Arcs:
             distance: (...,) from its start [m]; before the start and beyond the end the first and
                 the last piece go on.
         """
-        piece, along, rate = self._place(distance)
+        piece, along, rate = self._locate(distance)
         return self.knot_points[piece] + _chord(self.headings[piece], rate * along, along)
 
     def tangents_at(self, distance: ArrayLike) -> Array:
@@ -172,7 +172,7 @@ class Arcs:
         every = np.concatenate(points)
         return Box(every.min(axis=0), every.max(axis=0))
 
-    def _place(self, distance: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
+    def _locate(self, distance: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
         """Return piece, distance within it and its curvature [1/m]."""
         asked = np.asarray(distance, dtype=float)
         knots = self.knots

@@ -67,7 +67,7 @@ def clearance(points: Points) -> float:
 
 
 def _cross(a: Points, b: Points, c: Points, d: Points) -> NDArray[np.bool_]:
-    """Tell which segments a-b and c-d, (n, 2) each, pass through one another."""
+    """Return which segments a-b and c-d, (n, 2) each, pass through one another."""
     return (_side(a, b, c) * _side(a, b, d) < 0) & (_side(c, d, a) * _side(c, d, b) < 0)
 
 

@@ -9,19 +9,19 @@ who answer (`operators`).
 To add a check: one function in `belonging.py` that returns a reason, and one test.
 """
 
-from workbench.takes.belonging import CameraTime, Verdict, judge
+from workbench.takes.belonging import CameraTime, TakeVerdict, judge
 from workbench.takes.collect import Collector
 from workbench.takes.folder import TakeFolder
-from workbench.takes.operator import Operator, Place
+from workbench.takes.operator import AnsweredAt, Operator
 from workbench.takes.stream import write_stream
 
 __all__ = [
+    "AnsweredAt",
     "CameraTime",
     "Collector",
     "Operator",
-    "Place",
     "TakeFolder",
-    "Verdict",
+    "TakeVerdict",
     "judge",
     "write_stream",
 ]

@@ -14,7 +14,7 @@ from workbench.errors import TakeError
 if TYPE_CHECKING:
     from workbench.tracking import Take
 
-__all__ = ["TOLERANCE_S", "CameraTime", "Verdict", "judge"]
+__all__ = ["TOLERANCE_S", "CameraTime", "TakeVerdict", "judge"]
 
 TOLERANCE_S = 60.0
 """How far the clocks of the bench and of the tracking PC may lie apart [s]."""
@@ -40,7 +40,7 @@ class CameraTime:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class TakeVerdict:
     """What was found out about an export.
 
     Args:
@@ -48,7 +48,7 @@ class Verdict:
         notes: what a user should know of a take that belongs.
         readable: False when it cannot be used at all, whoever insists.
         recording: the same for every export of one recording: its start, or the file's hash where
-            the export tells none.
+            the export states none.
     """
 
     reasons: tuple[str, ...]
@@ -58,11 +58,11 @@ class Verdict:
 
     @property
     def belongs(self) -> bool:
-        """Tell whether it is the take that is wanted."""
+        """Return whether it is the take that is wanted."""
         return not self.reasons
 
 
-def judge(path: Path, wanted: CameraTime, tolerance: float = TOLERANCE_S) -> Verdict:
+def judge(path: Path, wanted: CameraTime, tolerance: float = TOLERANCE_S) -> TakeVerdict:
     """Read an export and find out whether it is whole and of this run.
 
     Args:
@@ -76,14 +76,14 @@ def judge(path: Path, wanted: CameraTime, tolerance: float = TOLERANCE_S) -> Ver
         take = read_take(path)
         tail = _tail(path) if take.format in _TEXT_FORMATS else b"\n"
     except TakeError as error:
-        return Verdict((str(error),), readable=False)
+        return TakeVerdict((str(error),), readable=False)
     except OSError as error:
-        return Verdict((f"{path}: cannot be read ({error})",), readable=False)
+        return TakeVerdict((f"{path}: cannot be read ({error})",), readable=False)
     reasons = [f"{path}: {reason}" for reason in _cut_short(take, tail)]
     reasons += [f"{path}: {reason}" for reason in _of_another_run(take, wanted, tolerance)]
     recording = take.began[0].isoformat() if take.began else take.sha256
     notes = () if reasons else tuple(_notes(take, wanted))
-    return Verdict(tuple(reasons), notes, recording=recording)
+    return TakeVerdict(tuple(reasons), notes, recording=recording)
 
 
 def _cut_short(take: Take, tail: bytes) -> Iterator[str]:
@@ -95,7 +95,7 @@ def _cut_short(take: Take, tail: bytes) -> Iterator[str]:
     stated = next((take.header[key] for key in _STATED_FRAMES if key in take.header), "")
     if stated.isascii() and stated.isdigit() and int(stated) > len(take):
         yield (
-            f"the header tells {stated} frames, the file has {len(take)}; "
+            f"the header states {stated} frames, the file has {len(take)}; "
             "the export is not finished or was cut"
         )
 

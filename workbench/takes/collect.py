@@ -8,7 +8,7 @@ from pathlib import Path
 from workbench.bundle import Bundle, Event, Measured, events
 from workbench.errors import HardwareError
 from workbench.hw import Clock
-from workbench.takes.belonging import CameraTime, Verdict, judge
+from workbench.takes.belonging import CameraTime, TakeVerdict, judge
 from workbench.takes.folder import TakeFolder
 from workbench.takes.operator import Operator
 
@@ -62,7 +62,7 @@ class Collector:
         """
         self._journal(events.TakeWanted(folder=str(folder.path)))
         while True:
-            self._operator.tell(self._request(folder))
+            self._operator.show_text(self._request(folder))
             try:
                 return self._watch(folder, timeout)
             except KeyboardInterrupt as stop:
@@ -111,13 +111,13 @@ class Collector:
                 finished, trouble = folder.finished(), ""
             except HardwareError as error:
                 if str(error) != trouble:
-                    self._operator.tell(f"{error}. Still trying.")
+                    self._operator.show_text(f"{error}. Still trying.")
                 finished, trouble = [], str(error)
             for path in finished:
                 verdict = self._judged(path)
                 if verdict.belongs:
                     return path
-                self._operator.tell("\n".join(verdict.reasons) + "\nStill waiting.")
+                self._operator.show_text("\n".join(verdict.reasons) + "\nStill waiting.")
                 others += 1
             self._clock.sleep(_POLL_S)
         refused = f", {others} that did not belong" if others else ""
@@ -141,7 +141,7 @@ class Collector:
             question = "\n".join([*verdict.reasons, f"Another path{insist}"])
         return None
 
-    def _judged(self, path: Path) -> Verdict:
+    def _judged(self, path: Path) -> TakeVerdict:
         verdict = judge(path, self._wanted, self._tolerance)
         if verdict.belongs and verdict.recording in self._used:
             reason = f"{path}: this recording shows run {self._used[verdict.recording]} already"
@@ -150,12 +150,12 @@ class Collector:
             self._used[verdict.recording] = self._bundle.path.name
             self._journal(events.TakeAccepted(file=str(path), notes=tuple(verdict.notes)))
             for note in verdict.notes:
-                self._operator.tell(note)
+                self._operator.show_text(note)
         else:
             self._journal(events.TakeRefused(file=str(path), reasons=tuple(verdict.reasons)))
         return verdict
 
-    def _forced(self, path: Path, verdict: Verdict) -> Path:
+    def _forced(self, path: Path, verdict: TakeVerdict) -> Path:
         self._journal(events.TakeForced(file=str(path)))
         self._bundle.record.note(Measured(take_forced=tuple(verdict.reasons)))
         return path

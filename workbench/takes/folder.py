@@ -31,9 +31,9 @@ class _Pending(NamedTuple):
 
 
 class TakeFolder:
-    """Tells of each export that appears or changes, once it is finished.
+    """Returns each export that appears or changes, once it is finished.
 
-    Finished: size and time of change have stood still for one second, and the file can be read to
+    Finished: size and time of change were constant for one second, and the file can be read to
     its end. The folder is polled, which works on every system and on network drives. What lies in
     it from the beginning is left alone until it changes; clocks of file servers do not matter.
 
@@ -47,24 +47,26 @@ class TakeFolder:
 
     def __init__(self, path: Path, clock: Clock) -> None:
         self.path, self._clock = path, clock
-        self._told = self._states()
+        self._seen_states = self._states()
         self._pending: dict[Path, _Pending] = {}
 
     def finished(self) -> list[Path]:
-        """Return the exports that are finished now and were not told in this state before.
+        """Return the exports that are finished now and were not returned in this state before.
 
         Raises:
             HardwareError: when the folder cannot be listed now.
         """
         now, found = self._clock.now(), self._states()
-        fresh = {file: state for file, state in found.items() if self._told.get(file) != state}
+        fresh = {
+            file: state for file, state in found.items() if self._seen_states.get(file) != state
+        }
         ready = [file for file, state in fresh.items() if self._has_settled(file, state, now)]
         self._pending = {
             file: self._pending_since(file, state, now)
             for file, state in fresh.items()
             if file not in ready
         }
-        self._told.update((file, fresh[file]) for file in ready)
+        self._seen_states.update((file, fresh[file]) for file in ready)
         return sorted(ready)
 
     def _has_settled(self, file: Path, state: _State, now: float) -> bool:
@@ -102,7 +104,7 @@ def _state(file: Path) -> _State | None:
 
 
 def _readable_to_its_end(file: Path, size: int) -> bool:
-    """Tell whether all bytes are there; a file that another program locks cannot be opened."""
+    """Return whether all bytes are there; a file that another program locks cannot be opened."""
     try:
         with file.open("rb") as content:
             read = 0

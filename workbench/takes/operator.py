@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, Protocol
 
-__all__ = ["Operator", "Place"]
+__all__ = ["AnsweredAt", "Operator"]
 
-Place = Literal["terminal", "panel", "nobody"]
+AnsweredAt = Literal["terminal", "panel", "nobody"]
 """Where a prompt was answered; on a bench without an operator it answers itself."""
 
 
@@ -21,11 +21,11 @@ class Operator(Protocol):
         ...
 
     @property
-    def answered_at(self) -> Place:
+    def answered_at(self) -> AnsweredAt:
         """Where the last prompt was answered."""
         ...
 
-    def tell(self, text: str) -> None:
+    def show_text(self, text: str) -> None:
         """Show a text and go on."""
         ...
 

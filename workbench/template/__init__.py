@@ -10,7 +10,7 @@ the sheet is a path of `drawing`, with its layer; a new paper is a row in `paper
 """
 
 from workbench.template.canvas import NO_COMPENSATION, Compensation
-from workbench.template.confirm import AT_SCALE_MM, REFUSED_MM, Confirmed, confirm_template
+from workbench.template.confirm import AT_SCALE_MM, REFUSED_MM, ConfirmedPrint, confirm_template
 from workbench.template.dxf import dxf_drawing
 from workbench.template.files import FORMATS, formats_named, write_template
 from workbench.template.free import free_angles, free_shape
@@ -18,7 +18,7 @@ from workbench.template.metal import Metal, metal_of
 from workbench.template.overbend import held_radius, overbends
 from workbench.template.pages import pdf_pages
 from workbench.template.paper import PAPERS, Paper, paper_named
-from workbench.template.sheet import Sheet, make_sheet
+from workbench.template.sheet import TemplatePages, make_sheet
 from workbench.template.strip import LEAST_RADIUS, Strip, make_strip
 from workbench.template.svg import svg_drawing
 
@@ -30,11 +30,11 @@ __all__ = [
     "PAPERS",
     "REFUSED_MM",
     "Compensation",
-    "Confirmed",
+    "ConfirmedPrint",
     "Metal",
     "Paper",
-    "Sheet",
     "Strip",
+    "TemplatePages",
     "confirm_template",
     "dxf_drawing",
     "formats_named",

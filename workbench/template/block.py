@@ -10,7 +10,7 @@ from workbench.shape import bend_radii
 from workbench.template.canvas import BLACK, FRAME, NO_COMPENSATION, Pen, set_pen, write_text
 from workbench.template.figure import Layer
 from workbench.template.paper import BAR_MM, MARGIN_MM
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 from workbench.template.strip import Strip
 
 __all__ = ["draw_block", "qr_text"]
@@ -25,12 +25,12 @@ _TITLE_SIZE_MM, _TEXT_SIZE_MM = 3.6, 2.2
 _FILLED = Pen(0.12, (0.82, 0.82, 0.82))
 
 
-def qr_text(sheet: Sheet) -> str:
+def qr_text(sheet: TemplatePages) -> str:
     """Return what the QR code says: the shape and the hash of its file."""
     return f"{sheet.strip.name} {sheet.strip.short_hash}"
 
 
-def draw_block(canvas: Canvas, sheet: Sheet, number: int) -> None:
+def draw_block(canvas: Canvas, sheet: TemplatePages, number: int) -> None:
     """Draw QR code, title block and page map of a page, which has a number from 1."""
     _draw_qr(canvas, qr_text(sheet), MARGIN_MM, MARGIN_MM)
     paper = sheet.layout.paper
@@ -54,7 +54,7 @@ def _draw_qr(canvas: Canvas, text: str, x: float, y: float) -> None:
             canvas.rect(left, top - (k + 1) * size, width, size, stroke=0, fill=1)
 
 
-def _write_title(canvas: Canvas, sheet: Sheet, number: int, x: float, room: float) -> None:
+def _write_title(canvas: Canvas, sheet: TemplatePages, number: int, x: float, room: float) -> None:
     set_pen(canvas, BLACK)
     y = MARGIN_MM + _QR_MM - _TITLE_SIZE_MM
     page = f"page {number} of {sheet.pages}"
@@ -65,7 +65,7 @@ def _write_title(canvas: Canvas, sheet: Sheet, number: int, x: float, room: floa
         write_text(canvas, x, y, text, _TEXT_SIZE_MM, room=room)
 
 
-def _lines(sheet: Sheet) -> list[str]:
+def _lines(sheet: TemplatePages) -> list[str]:
     """Return what the title block says below the name."""
     strip, layout = sheet.strip, sheet.layout
     radius = float(bend_radii(strip.angles, strip.length).min())
@@ -90,7 +90,7 @@ def _state(strip: Strip) -> str:
     return f"the file lists the standing robot (loaded), freed by model {strip.model}"
 
 
-def _compensation(sheet: Sheet) -> str:
+def _compensation(sheet: TemplatePages) -> str:
     if sheet.compensation == NO_COMPENSATION:
         return "print compensation: none"
     return (
@@ -99,7 +99,7 @@ def _compensation(sheet: Sheet) -> str:
     )
 
 
-def _draw_map(canvas: Canvas, sheet: Sheet, number: int, x: float, y: float) -> None:
+def _draw_map(canvas: Canvas, sheet: TemplatePages, number: int, x: float, y: float) -> None:
     """Draw all pages small, this one filled, with the strip across them."""
     tiles = sheet.layout.tiles
     low = np.min([t.low for t in tiles], axis=0)
@@ -122,7 +122,7 @@ def _draw_map(canvas: Canvas, sheet: Sheet, number: int, x: float, y: float) -> 
     canvas.restoreState()
 
 
-def _draw_strip_small(canvas: Canvas, sheet: Sheet, low: np.ndarray, scale: float) -> None:
+def _draw_strip_small(canvas: Canvas, sheet: TemplatePages, low: np.ndarray, scale: float) -> None:
     set_pen(canvas, Pen(0.3, (0.75, 0.0, 0.0)))
     course = canvas.beginPath()
     (path,) = sheet.layout.drawing.layer(Layer.CENTRELINE)

@@ -154,12 +154,12 @@ def draw_check_bars(canvas: Canvas, paper: Paper) -> None:
     """Draw a bar along each axis of the page, with the words to measure it and what to do then."""
     words = f"measure this bar: it must be {BAR_MM:g} mm"
     left, up = paper.corner
-    x, y, told = _horizontal_place(paper)
+    x, y, cell = _cell_of(paper)
     set_pen(canvas, _BAR)
     _bar(canvas, x, y)
     write_text(canvas, x, y + 3.2, f"H: {words}", bold=True)
     for k, text in enumerate(_THEN):
-        write_text(canvas, told[0], told[1] - 3.4 * k, text)
+        write_text(canvas, cell[0], cell[1] - 3.4 * k, text)
     canvas.saveState()
     canvas.translate(left - 4.0, up + 4.0)
     canvas.rotate(90)
@@ -168,7 +168,7 @@ def draw_check_bars(canvas: Canvas, paper: Paper) -> None:
     write_text(canvas, left - 7.2, up + 4.0, f"V: {words}", bold=True, turned=True)
 
 
-def _horizontal_place(paper: Paper) -> tuple[float, float, tuple[float, float]]:
+def _cell_of(paper: Paper) -> tuple[float, float, tuple[float, float]]:
     """Return where the horizontal bar begins, and where the words beside or below it do [mm]."""
     if paper.wide:
         x, y = paper.width - MARGIN_MM - BAR_MM - 1.0, MARGIN_MM + 13.0

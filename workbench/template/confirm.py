@@ -14,24 +14,24 @@ from workbench.template.files import write_template
 from workbench.template.paper import BAR_MM
 from workbench.template.record import (
     Confirmations,
-    Measured,
+    MeasuredBars,
     confirmations_path,
     keep,
     sheet_of,
     unchanged_record,
 )
 
-__all__ = ["AT_SCALE_MM", "REFUSED_MM", "Confirmed", "confirm_template"]
+__all__ = ["AT_SCALE_MM", "REFUSED_MM", "ConfirmedPrint", "confirm_template"]
 
 AT_SCALE_MM = 0.1
-"""How far a bar may be off for a print at 1:1: what a steel rule can tell."""
+"""How far a bar may be off for a print at 1:1: what a steel rule can measure."""
 REFUSED_MM = 0.5
 """Beyond this it is not the printer's error but a wrong setting, such as fit to page."""
 
 _SLACK_MM = 1e-9  # of binary fractions
 
 
-class Confirmed(NamedTuple):
+class ConfirmedPrint(NamedTuple):
     """What became of a print.
 
     Args:
@@ -40,12 +40,12 @@ class Confirmed(NamedTuple):
         files: the compensated template's, where one was written.
     """
 
-    measured: Measured
+    measured: MeasuredBars
     kept: Path
     files: tuple[Path, ...]
 
 
-def confirm_template(pdf: Path, horizontal: float, vertical: float, day: date) -> Confirmed:
+def confirm_template(pdf: Path, horizontal: float, vertical: float, day: date) -> ConfirmedPrint:
     """Take the measured check bars of a print, and write a compensated template where needed.
 
     A compensated template is itself confirmed by its own print.
@@ -71,17 +71,17 @@ def confirm_template(pdf: Path, horizontal: float, vertical: float, day: date) -
     if max(abs(horizontal - BAR_MM), abs(vertical - BAR_MM)) > AT_SCALE_MM + _SLACK_MM:
         again = replace(sheet, compensation=stretch)
         files = tuple(write_template(again, pdf.parent, Path(record.shape_file)))
-    measured = Measured(
+    measured = MeasuredBars(
         day=day,
         horizontal_mm=horizontal,
         vertical_mm=vertical,
         verdict="compensated" if files else "confirmed",
         compensated=files[0].name if files else None,
     )
-    return Confirmed(measured, _add(pdf, record.pdf_sha256, measured), files)
+    return ConfirmedPrint(measured, _add(pdf, record.pdf_sha256, measured), files)
 
 
-def _add(pdf: Path, pdf_sha256: str, measured: Measured) -> Path:
+def _add(pdf: Path, pdf_sha256: str, measured: MeasuredBars) -> Path:
     """Add a measurement to those of the template and return where they are kept."""
     kept = confirmations_path(pdf)
     before = load(kept, Confirmations).content.measured if kept.exists() else ()

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from workbench.shape import Arcs, curve
 from workbench.template.figure import Drawing, Layer, Path, circle, follow, line
-from workbench.template.labels import Wanted, place_labels
+from workbench.template.labels import LabelRequest, place_labels
 from workbench.template.strip import Strip
 
 __all__ = ["TICK_MM", "Placement", "draw_lines", "draw_strip"]
@@ -130,7 +130,7 @@ def _tip(course: Arcs) -> list[Path]:
     ]
 
 
-def _wanted(strip: Strip, placement: Placement) -> list[Wanted]:
+def _wanted(strip: Strip, placement: Placement) -> list[LabelRequest]:
     """Return the texts with the places that they belong to."""
     course = placement.course(strip.centreline)
     at = _stations(course, strip)
@@ -138,24 +138,24 @@ def _wanted(strip: Strip, placement: Placement) -> list[Wanted]:
     clear = 1000 * strip.thickness / 2 + TICK_MM
     bends = -course.bends[1:-1]  # counter-clockwise, as they lie on the paper
     inner = np.where(bends >= 0, 1.0, -1.0)[:, None] * normal[1:]
-    texts = [_told(k, strip) for k in range(len(strip.angles))]
+    texts = [_bend_text(k, strip) for k in range(len(strip.angles))]
     wanted = [
-        Wanted(Layer.STATIONS, text, point, towards, clear)
+        LabelRequest(Layer.STATIONS, text, point, towards, clear)
         for text, point, towards in zip(texts[1:], middle[1:], inner, strict=True)
     ]
-    half = strip.angles[0] / 2  # the label of alpha_0 stands on the middle of its dial
+    half = strip.angles[0] / 2  # the label of alpha_0 is on the middle of its dial
     between = (np.cos(half), -np.sin(half))
     ahead, forward, outward = placement.points([(_FOOT_MM, 0), (1, 0), between])
     tip = course.tangents_at(course.length)
     return [
         *wanted,
-        Wanted(Layer.STATIONS, texts[0], middle[0], outward, _DIAL_MM),
-        Wanted(Layer.FOOT, "foot, forward", ahead, forward, 0.0),
-        Wanted(Layer.TIP, "T", course.knot_points[-1], tip, 1.6 * _TIP_MM),
+        LabelRequest(Layer.STATIONS, texts[0], middle[0], outward, _DIAL_MM),
+        LabelRequest(Layer.FOOT, "foot, forward", ahead, forward, 0.0),
+        LabelRequest(Layer.TIP, "T", course.knot_points[-1], tip, 1.6 * _TIP_MM),
     ]
 
 
-def _told(k: int, strip: Strip) -> str:
+def _bend_text(k: int, strip: Strip) -> str:
     degrees = np.degrees(strip.angles[k])
     if k == 0:
         return f"0  root  {degrees:+.1f}°"

@@ -11,7 +11,7 @@ from ezdxf.enums import TextEntityAlignment
 
 from workbench.template.drawing import Placement, draw_strip
 from workbench.template.figure import Anchor, Label, Layer, Path
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 
 if TYPE_CHECKING:
     from ezdxf.layouts.layout import Modelspace
@@ -35,7 +35,7 @@ _ALIGNMENTS: dict[Anchor, TextEntityAlignment] = {
 }
 
 
-def dxf_drawing(sheet: Sheet) -> str:
+def dxf_drawing(sheet: TemplatePages) -> str:
     """Return the DXF: the beam's root at the origin; not turned and not compensated."""
     document = filemanagement.new("R2010", setup=["linetypes"], units=units.MM)
     for layer in Layer:

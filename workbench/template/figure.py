@@ -18,7 +18,7 @@ Anchor = Literal["start", "middle", "end"]
 
 CHARACTER = 0.62  # width of a character over the height of its font, on the wide side
 _STRAIGHT = 1e-9  # a piece with a smaller bulge is straight
-_SAMPLE_MM = 1.0  # between the points that stand for a path
+_SAMPLE_MM = 1.0  # between the points that sample a path
 
 
 class Layer(StrEnum):
@@ -104,7 +104,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Label:
-    """A text that stands upright on the paper.
+    """A text that is upright on the paper.
 
     Args:
         layer: what it belongs to.
@@ -141,7 +141,7 @@ class Drawing:
         return tuple(path for path in self.paths if path.layer is layer)
 
     def samples(self) -> Array:
-        """Return points that stand for all that must be on the paper, (n, 2) [mm]."""
+        """Return points that sample all that must be on the paper, (n, 2) [mm]."""
         return np.concatenate(
             [path.samples() for path in self.paths] + [label.corners for label in self.labels]
         )

@@ -9,12 +9,12 @@ from workbench.errors import InputError
 from workbench.template.dxf import dxf_drawing
 from workbench.template.pages import pdf_pages
 from workbench.template.record import confirmations_path, keep, record_of, record_path
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 from workbench.template.svg import svg_drawing
 
 __all__ = ["FORMATS", "formats_named", "write_template"]
 
-_WRITERS: dict[str, Callable[[Sheet], bytes]] = {
+_WRITERS: dict[str, Callable[[TemplatePages], bytes]] = {
     "pdf": pdf_pages,
     "svg": lambda sheet: svg_drawing(sheet).encode("utf-8"),
     "dxf": lambda sheet: dxf_drawing(sheet).encode("utf-8"),
@@ -36,7 +36,7 @@ def formats_named(text: str) -> tuple[str, ...]:
 
 
 def write_template(
-    sheet: Sheet, folder: Path, shape_file: Path, formats: Sequence[str] = ("pdf",)
+    sheet: TemplatePages, folder: Path, shape_file: Path, formats: Sequence[str] = ("pdf",)
 ) -> list[Path]:
     """Write a template and return its files; beside the PDF lies its record.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.template.figure import Anchor, Label, Layer
 
-__all__ = ["Wanted", "place_labels"]
+__all__ = ["LabelRequest", "place_labels"]
 
 Array = NDArray[np.float64]
 
@@ -23,14 +23,14 @@ _SIDEWAYS = 0.38  # least share of a direction along x that puts a label beside,
 
 
 @dataclass(frozen=True)
-class Wanted:
+class LabelRequest:
     """A label without its place.
 
     Args:
         layer: what it belongs to.
         text: one line.
         point: (2,) what it labels [mm].
-        towards: (2,) unit vector to where it should stand; else it goes to the other side.
+        towards: (2,) unit vector to where it should be; else it goes to the other side.
         clear: how far from the point it begins [mm].
     """
 
@@ -41,7 +41,7 @@ class Wanted:
     clear: float
 
 
-def place_labels(wanted: Sequence[Wanted], obstacles: Array) -> tuple[Label, ...]:
+def place_labels(wanted: Sequence[LabelRequest], obstacles: Array) -> tuple[Label, ...]:
     """Return the labels where they hide nothing, as far as there is such a place.
 
     Args:
@@ -56,13 +56,13 @@ def place_labels(wanted: Sequence[Wanted], obstacles: Array) -> tuple[Label, ...
     return tuple(placed)
 
 
-def _choices(want: Wanted) -> Iterator[Label]:
+def _choices(want: LabelRequest) -> Iterator[Label]:
     for sign, further in _TRIES:
         side = sign * want.towards
         yield _label(want, want.point + (want.clear + _GAP_MM + further) * side, side)
 
 
-def _label(want: Wanted, point: Array, side: Array) -> Label:
+def _label(want: LabelRequest, point: Array, side: Array) -> Label:
     anchor: Anchor = "middle"
     if abs(side[0]) > _SIDEWAYS:
         anchor = "start" if side[0] > 0 else "end"

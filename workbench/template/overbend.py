@@ -20,7 +20,7 @@ from reportlab.pdfgen.canvas import Canvas
 from workbench.template.canvas import BLACK, FRAME, set_pen, write_text
 from workbench.template.figure import Anchor
 from workbench.template.metal import Metal
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 from workbench.template.strip import Strip
 
 __all__ = ["OverBend", "draw_overbend", "held_radius", "overbends"]
@@ -88,7 +88,7 @@ def overbends(strip: Strip, metal: Metal) -> list[OverBend]:
     return found
 
 
-def draw_overbend(canvas: Canvas, sheet: Sheet, metal: Metal) -> None:
+def draw_overbend(canvas: Canvas, sheet: TemplatePages, metal: Metal) -> None:
     """Draw the table of radii into the window of an open page."""
     paper, strip = sheet.layout.paper, sheet.strip
     left, low = paper.corner

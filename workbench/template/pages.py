@@ -19,7 +19,7 @@ from workbench.template.canvas import (
 from workbench.template.figure import Label, Layer, Path, arc
 from workbench.template.overbend import draw_overbend
 from workbench.template.paper import OVERLAP_MM
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 from workbench.template.tiles import Mark, Tile
 
 __all__ = ["PENS", "pdf_pages"]
@@ -39,7 +39,7 @@ _BENEATH = Pen(0.12, (0.45, 0.45, 0.45), (0.6, 1.2))
 _MARK_MM, _CROSS_MM = 2.5, 4.5  # radius of a registration mark, reach of its cross
 
 
-def pdf_pages(sheet: Sheet) -> bytes:
+def pdf_pages(sheet: TemplatePages) -> bytes:
     """Return the PDF, the same bytes for the same sheet."""
     strip = sheet.strip
     canvas, stream = new_canvas(f"{strip.name} {strip.short_hash}")
@@ -60,13 +60,13 @@ def pdf_pages(sheet: Sheet) -> bytes:
     return stream.getvalue()
 
 
-def _to_window(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
+def _to_window(canvas: Canvas, sheet: TemplatePages, tile: Tile) -> None:
     """Move the origin to the drawing's as it lies on this page."""
     x, y = np.array(sheet.layout.paper.corner) - tile.low
     canvas.translate(float(x), float(y))
 
 
-def _draw_part(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
+def _draw_part(canvas: Canvas, sheet: TemplatePages, tile: Tile) -> None:
     """Draw what lies in a page's window."""
     canvas.saveState()
     _to_window(canvas, sheet, tile)
@@ -104,7 +104,7 @@ def _draw_label(canvas: Canvas, label: Label) -> None:
     write_text(canvas, x, y, label.text, label.height, anchor=label.anchor)
 
 
-def _draw_edges(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
+def _draw_edges(canvas: Canvas, sheet: TemplatePages, tile: Tile) -> None:
     """Draw the window, where to cut, where the neighbours' edges come, and the marks."""
     canvas.saveState()
     _to_window(canvas, sheet, tile)
@@ -119,11 +119,11 @@ def _draw_edges(canvas: Canvas, sheet: Sheet, tile: Tile) -> None:
         before = numbers.get((column - step[0], row - step[1]))
         if beyond is not None:
             _edge(canvas, tile, axis, float(tile.high[axis]), _CUT)
-            _tell_edge(canvas, tile, axis, f"cut here, lay over page {beyond}")
+            _label_edge(canvas, tile, axis, f"cut here, lay over page {beyond}")
         if before is not None:
             at = float(tile.low[axis]) + OVERLAP_MM
             _edge(canvas, tile, axis, at, _BENEATH)
-            _tell_neighbour(canvas, tile, axis, at, f"page {before} comes to here")
+            _label_neighbour(canvas, tile, axis, at, f"page {before} comes to here")
     for mark in sheet.layout.marks:
         if tile.number in mark.pages:
             _draw_mark(canvas, mark)
@@ -138,7 +138,7 @@ def _edge(canvas: Canvas, tile: Tile, axis: int, at: float, pen: Pen) -> None:
     canvas.line(*ends[0].tolist(), *ends[1].tolist())
 
 
-def _tell_edge(canvas: Canvas, tile: Tile, axis: int, words: str) -> None:
+def _label_edge(canvas: Canvas, tile: Tile, axis: int, words: str) -> None:
     """Write along the upper or the right edge of the window, outside of it."""
     set_pen(canvas, BLACK)
     x, y = ((tile.low + tile.high) / 2).tolist()
@@ -148,7 +148,7 @@ def _tell_edge(canvas: Canvas, tile: Tile, axis: int, words: str) -> None:
         write_text(canvas, x, float(tile.high[1]) + 1.2, words, anchor="middle")
 
 
-def _tell_neighbour(canvas: Canvas, tile: Tile, axis: int, at: float, words: str) -> None:
+def _label_neighbour(canvas: Canvas, tile: Tile, axis: int, at: float, words: str) -> None:
     """Write along the line to which a neighbour covers the window."""
     x, y = ((tile.low + tile.high) / 2).tolist()
     if axis == 0:

@@ -14,12 +14,12 @@ from workbench.protocol import Section, ShapeFile, load
 from workbench.template.canvas import Compensation
 from workbench.template.metal import metal_of
 from workbench.template.paper import ROLL, paper_named
-from workbench.template.sheet import Sheet, make_sheet
+from workbench.template.sheet import TemplatePages, make_sheet
 from workbench.template.strip import Strip, digest
 
 __all__ = [
     "Confirmations",
-    "Measured",
+    "MeasuredBars",
     "TemplateRecord",
     "confirmations_path",
     "keep",
@@ -55,10 +55,10 @@ class TemplateRecord(Section):
     compensation_v: float
     yield_strength_Pa: float | None
     modulus_Pa: float | None
-    """Of the metal, where the template tells the radii to bend to."""
+    """Of the metal, where the template states the radii to bend to."""
 
 
-class Measured(Section):
+class MeasuredBars(Section):
     """The check bars of one print, as the operator measured them."""
 
     day: date
@@ -76,7 +76,7 @@ class Confirmations(Section):
     schema_: Annotated[Literal["workbench/template-confirmation-1"], Field(alias="schema")]
     template: str
     pdf_sha256: str
-    measured: tuple[Measured, ...]
+    measured: tuple[MeasuredBars, ...]
 
 
 def record_path(pdf: Path) -> Path:
@@ -99,7 +99,7 @@ def keep(path: Path, content: Section) -> None:
     path.write_text(content.model_dump_json(by_alias=True, indent=2) + "\n", encoding="utf-8")
 
 
-def record_of(sheet: Sheet, pdf: bytes, shape_file: Path) -> TemplateRecord:
+def record_of(sheet: TemplatePages, pdf: bytes, shape_file: Path) -> TemplateRecord:
     """Return the record of a template that was drawn.
 
     Args:
@@ -129,8 +129,8 @@ def record_of(sheet: Sheet, pdf: bytes, shape_file: Path) -> TemplateRecord:
     )
 
 
-def sheet_of(record: TemplateRecord) -> Sheet:
-    """Return the template again that a record tells of."""
+def sheet_of(record: TemplateRecord) -> TemplatePages:
+    """Return the template again that a record describes."""
     strip = Strip(
         record.shape,
         record.shape_sha256,
@@ -161,7 +161,7 @@ def unchanged_record(pdf: Path) -> TemplateRecord:
     record = load(beside, TemplateRecord).content
     if sha256_of(pdf.read_bytes()) != record.pdf_sha256:
         raise InputError(
-            f"{pdf}: was changed since it was drawn on {record.day.isoformat()}, so its bars tell "
+            f"{pdf}: was changed since it was drawn on {record.day.isoformat()}, so its bars show "
             "nothing; draw the template again, print it and measure that print"
         )
     shape_file = Path(record.shape_file)

@@ -10,15 +10,15 @@ from workbench.template.canvas import NO_COMPENSATION, Compensation
 from workbench.template.metal import Metal
 from workbench.template.paper import Paper
 from workbench.template.strip import Strip
-from workbench.template.tiles import Layout, lay_out
+from workbench.template.tiles import PageLayout, lay_out
 
-__all__ = ["Sheet", "make_sheet"]
+__all__ = ["TemplatePages", "make_sheet"]
 
 _UNSAFE = re.compile(r"[^\w.-]+")  # what a shape's name may hold and a file's may not
 
 
 @dataclass(frozen=True)
-class Sheet:
+class TemplatePages:
     """A template on its pages.
 
     Args:
@@ -27,11 +27,11 @@ class Sheet:
         mirror: whether it is for the strip's other side.
         day: it is dated.
         compensation: of the printer.
-        metal: of the strip, where the radii to bend to are told on a page of their own.
+        metal: of the strip, where the radii to bend to are on a page of their own.
     """
 
     strip: Strip
-    layout: Layout
+    layout: PageLayout
     mirror: bool
     day: date
     compensation: Compensation = NO_COMPENSATION
@@ -60,6 +60,6 @@ def make_sheet(
     mirror: bool = False,
     compensation: Compensation = NO_COMPENSATION,
     metal: Metal | None = None,
-) -> Sheet:
+) -> TemplatePages:
     """Return the template of a strip, laid on the fewest pages; arguments as for `Sheet`."""
-    return Sheet(strip, lay_out(strip, paper, mirror), mirror, day, compensation, metal)
+    return TemplatePages(strip, lay_out(strip, paper, mirror), mirror, day, compensation, metal)

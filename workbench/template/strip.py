@@ -18,7 +18,7 @@ LEAST_RADIUS = 5.0
 middle of the strip, so that its length is no longer the beam's."""
 
 _SHORT = 8  # hexadecimal digits of a hash that are shown to people
-_SAMPLE_M = 2e-3  # between the points that stand for a contour
+_SAMPLE_M = 2e-3  # between the points that sample a contour
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def make_strip(
         shape: as read.
         thickness: of the strip at hand [m]; by default the file's.
         angles: of the free strip [rad], where the file lists those of the standing robot.
-        model: that told them.
+        model: that they were found with.
 
     Raises:
         InputError: when the thickness is unknown or contradicts the file, when the file lists the
@@ -116,11 +116,11 @@ def _require_wide_bends(strip: Strip) -> None:
     tight = [k for k, radius in enumerate(radii, start=1) if radius < least]
     if not tight:
         return
-    told = ", ".join(f"{k} ({1000 * radii[k - 1]:.1f} mm)" for k in tight)
+    listed = ", ".join(f"{k} ({1000 * radii[k - 1]:.1f} mm)" for k in tight)
     raise InputError(
         f"{strip.name}: a strip {1000 * strip.thickness:g} mm thick cannot be bent to a radius "
         f"below {1000 * least:g} mm, {LEAST_RADIUS:g} times its thickness; too tight at station "
-        f"{told}; take a thinner strip or a shape with less bend there"
+        f"{listed}; take a thinner strip or a shape with less bend there"
     )
 
 

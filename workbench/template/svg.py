@@ -9,7 +9,7 @@ import numpy as np
 from workbench.template.drawing import Placement, draw_strip
 from workbench.template.figure import Label, Layer, Path, arc
 from workbench.template.pages import PENS
-from workbench.template.sheet import Sheet
+from workbench.template.sheet import TemplatePages
 
 __all__ = ["svg_drawing"]
 
@@ -18,7 +18,7 @@ _SVG = "http://www.w3.org/2000/svg"
 _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 
 
-def svg_drawing(sheet: Sheet) -> str:
+def svg_drawing(sheet: TemplatePages) -> str:
     """Return the SVG: one user unit is 1 mm, x to the right; not turned and not compensated."""
     drawing = draw_strip(sheet.strip, Placement(mirror=sheet.mirror))
     samples = drawing.samples()

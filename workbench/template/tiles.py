@@ -14,7 +14,7 @@ from workbench.template.figure import Drawing
 from workbench.template.paper import OVERLAP_MM, Paper
 from workbench.template.strip import Strip
 
-__all__ = ["BORDER_MM", "Layout", "Mark", "Tile", "lay_out"]
+__all__ = ["BORDER_MM", "Mark", "PageLayout", "Tile", "lay_out"]
 
 Array = NDArray[np.float64]
 Cell = tuple[int, int]
@@ -25,7 +25,7 @@ _TURNS_DEG = tuple(range(-89, 91))
 _ALIGNMENTS = (0.5, 0.0, 1.0)  # where the drawing lies in what room the pages have to spare
 _MARKS_AT = ((0.2, 0.1, 0.3, 0.4), (0.8, 0.9, 0.7, 0.6))  # of an edge's length, the best first
 _MARK_CLEAR_MM = 8.0  # between a mark and the drawing
-_COARSE_MM = 4.0  # between the points that stand for the drawing in the first look
+_COARSE_MM = 4.0  # between the points that sample the drawing in the first look
 BORDER_MM = 1.0
 """Between the drawing and the edge of its pages."""
 
@@ -63,7 +63,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """A drawing on its pages.
 
     Args:
@@ -90,7 +90,7 @@ class Layout:
                 other = by_cell.get(beyond)
                 if other is not None:
                     pages = (tile.number, other.number)
-                    found += [(at, pages) for at in _clear_places(tile, axis, samples)]
+                    found += [(at, pages) for at in _clear_intervals(tile, axis, samples)]
         return tuple(Mark(_letters(i), at, pages) for i, (at, pages) in enumerate(found))
 
 
@@ -103,7 +103,7 @@ class _Grid:
     cells: tuple[Cell, ...]
 
 
-def lay_out(strip: Strip, paper: Paper, mirror: bool = False) -> Layout:
+def lay_out(strip: Strip, paper: Paper, mirror: bool = False) -> PageLayout:
     """Return the layout with the fewest pages, of these the one that is turned least.
 
     On a roll, the one that needs the shortest piece of it.
@@ -122,11 +122,13 @@ def lay_out(strip: Strip, paper: Paper, mirror: bool = False) -> Layout:
     return best[1]
 
 
-def _laid(strip: Strip, paper: Paper, mirror: bool, turn: int, way: Paper) -> tuple[_Rank, Layout]:
+def _laid(
+    strip: Strip, paper: Paper, mirror: bool, turn: int, way: Paper
+) -> tuple[_Rank, PageLayout]:
     """Return a layout with its rank."""
     drawing = draw_strip(strip, Placement(np.radians(turn), mirror))
     page, grid = _fewest(drawing.samples(), way)
-    return _rank(page, grid, paper, turn), Layout(page, float(turn), drawing, _numbered(grid))
+    return _rank(page, grid, paper, turn), PageLayout(page, float(turn), drawing, _numbered(grid))
 
 
 def _in_order_of_promise(
@@ -178,7 +180,7 @@ def _needed(samples: Array, grid: _Grid) -> _Grid:
     low = grid.low + cells * (grid.window - OVERLAP_MM)
     from_low = samples[:, None] - low
     on = np.all((from_low >= 0) & (from_low <= grid.window), axis=-1)  # (samples, pages)
-    kept = on.any(axis=0)  # what is drawn hangs together, and nearly always so do its pages
+    kept = on.any(axis=0)  # what is drawn is connected, and nearly always so do its pages
     if not _joined(_cells_of(grid, kept)):
         kept[:] = True
     for k in np.argsort(on.sum(axis=0), kind="stable"):
@@ -200,11 +202,11 @@ def _window(grid: _Grid, cell: Cell) -> tuple[Array, Array]:
 
 def _joined(cells: Sequence[Cell]) -> bool:
     """Return whether pages can be glued to one sheet, each along an edge of another."""
-    left, new = set(cells[1:]), list(cells[:1])
+    remaining, new = set(cells[1:]), list(cells[:1])
     while new:
-        new = [cell for known in new for cell in _beside(known) if cell in left]
-        left.difference_update(new)
-    return not left
+        new = [cell for known in new for cell in _beside(known) if cell in remaining]
+        remaining.difference_update(new)
+    return not remaining
 
 
 def _beside(cell: Cell) -> Iterator[Cell]:
@@ -218,15 +220,15 @@ def _numbered(grid: _Grid) -> tuple[Tile, ...]:
     )
 
 
-def _clear_places(tile: Tile, axis: int, samples: Array) -> list[Array]:
+def _clear_intervals(tile: Tile, axis: int, samples: Array) -> list[Array]:
     """Return two places on the upper or right edge of a page, away from the drawing."""
-    places = []
+    intervals = []
     for shares in _MARKS_AT:
         at = tile.low + np.array(shares)[:, None] * (tile.high - tile.low)
         at[:, axis] = tile.high[axis]
         away = np.linalg.norm(samples[:, None] - at, axis=-1).min(axis=0)
-        places.append(at[int(np.argmax(np.minimum(away, _MARK_CLEAR_MM)))])
-    return places
+        intervals.append(at[int(np.argmax(np.minimum(away, _MARK_CLEAR_MM)))])
+    return intervals
 
 
 def _letters(index: int) -> str:

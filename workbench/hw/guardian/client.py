@@ -10,7 +10,7 @@ from typing import Any
 
 from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.connection import Connection
-from workbench.hw.guardian.lease import SILENT_S, UNSET_SILENT_S, LeaseClock
+from workbench.hw.guardian.lease import ACKNOWLEDGE_S, UNSET_ACKNOWLEDGE_S, LeaseClock
 from workbench.hw.guardian.messages import KEEP_TRYING_S, NO_RECORDS, Records, SupplyBusyError, Task
 from workbench.hw.guardian.process import GuardianLost, GuardianProcess, GuardianTripped
 from workbench.hw.supply import DECAY_S, Identity, Limits, Reading, Setpoint, Supply
@@ -100,19 +100,19 @@ class GuardedSupply(Supply):
         return Reading(**self._ask("measure"))
 
     def measure_power_on_output(self) -> bool | None:
-        """Tell whether the output comes on with the power; None when it cannot be asked."""
+        """Return whether the output comes on with the power; None when it cannot be asked."""
         return self._ask("measure_power_on_output")
 
     def arm(self, limits: Limits) -> None:
         """Write the limits through the guardian, which holds to them whatever a client asks."""
         self._limits = None
-        self._own("arm", *(str(value) for value in vars(limits).values()))
+        self._ask_as_owner("arm", *(str(value) for value in vars(limits).values()))
         self._limits = limits
         self.setpoint = Setpoint(Decimal(0), self.clock.now())
 
     def ramp_down(self) -> None:
         """Lower a running output to 0 V in small steps."""
-        self._own("ramp_down")
+        self._ask_as_owner("ramp_down")
 
     def off(self) -> bool:
         """Switch off; True when read back as off. A guardian that could not goes on trying.
@@ -128,7 +128,7 @@ class GuardedSupply(Supply):
                     seconds, self._patience_s = self._patience_s, 0.0
                     self.not_off = self._gone
                     return self._verdict(seconds)
-                if self._own("off"):
+                if self._ask_as_owner("off"):
                     self._lease.rest()
                     return True
             except SupplyBusyError:  # its output is somebody else's
@@ -141,10 +141,10 @@ class GuardedSupply(Supply):
     def try_off(self) -> None:
         """Switch off, or raise; the guardian tries as often as it has to."""
         if not self.off():
-            raise SafetyStop(self._told())
+            raise SafetyStop(self._state_text())
 
     def terminals_dead(self) -> bool:
-        """Wait for the voltage at the terminals to decay after `off`; tell whether it did.
+        """Wait for the voltage at the terminals to decay after `off`; return whether it did.
 
         A guardian that switched off by itself looks by itself.
         """
@@ -153,7 +153,7 @@ class GuardedSupply(Supply):
             with suppress(WorkbenchError):
                 dead = bool(self._ask("terminals_dead"))
                 if not dead:
-                    self._ask("measure")  # it steps in, and tells why
+                    self._ask("measure")  # it steps in, and says why
             self.not_dead = self._gone or self.not_dead
             if dead is not None or self._gone is None:
                 return bool(dead)
@@ -206,7 +206,7 @@ class GuardedSupply(Supply):
     def _apply_output(self, on: bool) -> None:
         if on:
             self._lease.hold(self._renew)
-        self._own("set_output", on)
+        self._ask_as_owner("set_output", on)
         if not on:
             self._lease.rest()
 
@@ -216,7 +216,7 @@ class GuardedSupply(Supply):
         except (GuardianLost, GuardianTripped) as end:
             raise self._ended(end) from None
 
-    def _own(self, call: str, *arguments: str | bool) -> Any:
+    def _ask_as_owner(self, call: str, *arguments: str | bool) -> Any:
         """Ask for more than to look. Raises as `_ask`."""
         before, self._owned = self._owned, True
         try:
@@ -227,10 +227,10 @@ class GuardedSupply(Supply):
 
     def _ask(self, call: str, *arguments: str | bool) -> Any:
         if self._gone is not None:
-            raise SafetyStop(self._told())
+            raise SafetyStop(self._state_text())
         try:
-            silent = SILENT_S if self._owned else UNSET_SILENT_S
-            return self._guardian.ask(call, *arguments, silent=silent)
+            timeout_s = ACKNOWLEDGE_S if self._owned else UNSET_ACKNOWLEDGE_S
+            return self._guardian.ask(call, *arguments, timeout_s=timeout_s)
         except (GuardianLost, GuardianTripped) as end:
             raise self._ended(end) from None
 
@@ -246,9 +246,9 @@ class GuardedSupply(Supply):
             if not self._owned:
                 return HardwareError(f"{self.name}: {self._gone}; nothing was set")
             self._off_through_another()
-        return SafetyStop(self._told())
+        return SafetyStop(self._state_text())
 
-    def _told(self) -> str:
+    def _state_text(self) -> str:
         if self._guardian.off and self._guardian.dead is not False:
             return f"{self.name}: {self._gone}; the output is off, confirmed"
         trying = "; nobody tries to switch it off any more"
@@ -258,9 +258,9 @@ class GuardedSupply(Supply):
 
     def _verdict(self, seconds: float, *, dead: bool = False) -> bool:
         """Wait for what a guardian that tripped says; one that died meanwhile is replaced."""
-        told = self._guardian.verdict(seconds, dead=dead)
+        confirmed = self._guardian.verdict(seconds, dead=dead)
         if not self._guardian.died or not self._spares:
-            return told
+            return confirmed
         self._spares -= 1
         self._guardian.kill()
         self._off_through_another()

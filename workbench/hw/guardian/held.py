@@ -8,7 +8,7 @@ from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.clock import Clock
 from workbench.hw.connect import open_supply
 from workbench.hw.guardian.messages import SupplyBusyError, Task
-from workbench.hw.guardian.records import Recorder
+from workbench.hw.guardian.records import EventRecorder
 from workbench.hw.health import Health
 from workbench.hw.ports import Adapter
 from workbench.hw.supply import Identity, Supply
@@ -24,7 +24,7 @@ class Held:
 
     Args:
         task: what its guardian was started for.
-        recorder: of the guardian; is told whose ledger it writes.
+        recorder: of the guardian; receives whose ledger it writes.
         clock: what the supply waits with.
 
     Attributes:
@@ -32,7 +32,7 @@ class Held:
         owned: somebody asked for more than to look.
     """
 
-    def __init__(self, task: Task, recorder: Recorder, clock: Clock) -> None:
+    def __init__(self, task: Task, recorder: EventRecorder, clock: Clock) -> None:
         self._task, self._recorder, self._clock = task, recorder, clock
         self._adapter = Adapter.at(task.connection)
         self._lock = ExitStack()
@@ -77,7 +77,7 @@ class Held:
         return self._supply
 
     @property
-    def own(self) -> Supply:
+    def owned_supply(self) -> Supply:
         """The open supply, which is not left from here on without its output off.
 
         Raises:
@@ -114,13 +114,13 @@ class Held:
     def _know(self, identity: Identity | None) -> None:
         """Note who the supply is; its ledger hangs on that."""
         self._identity = identity
-        place = self._recorder.place = self._task.connection.place
+        address = self._recorder.address = self._task.connection.resolved_address
         if identity is not None:
-            key = Ledger.key_of(identity.model, identity.known_serial, place)
+            key = Ledger.key_of(identity.model, identity.known_serial, address)
             self._recorder.ledger = Ledger(key)
 
     def _take(self, seconds: float) -> bool:
-        """Hold the supply against other programs; tell whether it is held."""
+        """Hold the supply against other programs; return whether it is held."""
         ledger = self._recorder.ledger
         if ledger is not None:
             try:
@@ -149,8 +149,8 @@ class Held:
         supply = self._supply
         if supply is None or supply.connected:
             return
-        for place in self._adapter.elsewhere(self._task.connection):
+        for connection in self._adapter.elsewhere(self._task.connection):
             with suppress(HardwareError):
-                supply.reach(place)
-                self._recorder.event("found", address=place.address)
+                supply.reach(connection)
+                self._recorder.event("found", address=connection.address)
                 return

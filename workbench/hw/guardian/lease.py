@@ -13,15 +13,15 @@ from collections.abc import Callable
 
 from workbench.hw.clock import Clock, SystemClock
 
-__all__ = ["LEASE_S", "RENEW_S", "SILENT_S", "UNSET_SILENT_S", "Lease", "LeaseClock"]
+__all__ = ["ACKNOWLEDGE_S", "LEASE_S", "RENEW_S", "UNSET_ACKNOWLEDGE_S", "Lease", "LeaseClock"]
 
 LEASE_S = 0.5
 """Without a sign of progress for so long the client counts as hung [s]."""
 RENEW_S = 0.05
 """How often a waiting client renews [s]."""
-SILENT_S = 0.4
+ACKNOWLEDGE_S = 0.4
 """A guardian that acknowledges nothing for so long counts as dead [s]."""
-UNSET_SILENT_S = 5.0
+UNSET_ACKNOWLEDGE_S = 5.0
 """The same before anything was set [s]: nothing is at stake then, and computers can be busy."""
 
 
@@ -52,7 +52,7 @@ class Lease:
 
     @property
     def expired(self) -> bool:
-        """Tell whether the client showed no progress for too long while the output was on."""
+        """Return whether the client showed no progress for too long while the output was on."""
         return self._running and self._clock.now() - self._renewed > LEASE_S
 
 

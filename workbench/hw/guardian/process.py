@@ -17,9 +17,9 @@ from typing import Any
 
 import workbench
 from workbench.errors import HardwareError
-from workbench.hw.guardian.lease import RENEW_S, SILENT_S
+from workbench.hw.guardian.lease import ACKNOWLEDGE_S, RENEW_S
 from workbench.hw.guardian.messages import Task, error_of
-from workbench.loopback import HERE, Line, Message
+from workbench.loopback import HERE, Message, MessageLine
 
 __all__ = ["GuardianLost", "GuardianProcess", "GuardianTripped"]
 
@@ -46,7 +46,7 @@ class GuardianProcess:
     Attributes:
         off: whether it read back off since it tripped.
         dead: whether the terminals were dead then; None while it is still trying.
-        died: whether it ended without having told that.
+        died: whether it ended without having reported that.
 
     Raises:
         HardwareError: when it does not start.
@@ -55,7 +55,7 @@ class GuardianProcess:
     def __init__(self, task: Task) -> None:
         self._numbers = itertools.count(1)
         self._unanswered: float | None = None  # since when a renewal is
-        self._silent = SILENT_S
+        self._timeout_s = ACKNOWLEDGE_S
         self._tripped = False
         self.off = False
         self.dead: bool | None = None
@@ -76,20 +76,20 @@ class GuardianProcess:
         """Its process id."""
         return self._process.pid
 
-    def ask(self, call: str, *arguments: str | bool, silent: float = SILENT_S) -> Any:
+    def ask(self, call: str, *arguments: str | bool, timeout_s: float = ACKNOWLEDGE_S) -> Any:
         """Let it carry out one call and return the value; renews meanwhile.
 
         Args:
             call: name of a method of the supply.
             arguments: of the call.
-            silent: for how long it may acknowledge nothing [s].
+            timeout_s: for how long it may acknowledge nothing [s].
 
         Raises:
             WorkbenchError: as the call itself does.
             GuardianLost: when it died or hangs.
             GuardianTripped: when it switched off.
         """
-        number, self._silent = next(self._numbers), silent
+        number, self._timeout_s = next(self._numbers), timeout_s
         self._send({"id": number, "call": call, "arguments": arguments})
         deadline = time.monotonic() + CALL_S
         while time.monotonic() < deadline:
@@ -104,7 +104,7 @@ class GuardianProcess:
 
     def renew(self, seconds: float) -> None:
         """Show progress, and listen for so long [s] whether it is alive. Raises as `ask`."""
-        self._silent = SILENT_S
+        self._timeout_s = ACKNOWLEDGE_S
         self._ask_for_life()
         until = time.monotonic() + seconds
         while self._receive(max(until - time.monotonic(), 0.0)) or time.monotonic() < until:
@@ -120,9 +120,9 @@ class GuardianProcess:
         until = time.monotonic() + seconds
         try:
             while self.dead is None and not (self.off and not dead):
-                if (left := until - time.monotonic()) <= 0:
+                if (remaining_s := until - time.monotonic()) <= 0:
                     break
-                self._note(self._line.receive(left) or {})
+                self._note(self._line.receive(remaining_s) or {})
         except OSError:  # it has ended
             self.died = self.dead is None
             self.dead = self.dead or False
@@ -174,7 +174,7 @@ class GuardianProcess:
 
     def _brief(self, text: str) -> None:
         if self._process.stdin is not None:
-            with suppress(BrokenPipeError), self._process.stdin as pipe:  # its exit code tells more
+            with suppress(BrokenPipeError), self._process.stdin as pipe:  # its exit code says more
                 pipe.write(text)
 
     def _ask_for_life(self) -> None:
@@ -190,15 +190,15 @@ class GuardianProcess:
             raise GuardianLost("ended") from None
 
     def _receive(self, timeout: float) -> Message | None:
-        silent = time.monotonic() if self._unanswered is None else self._unanswered
-        until = silent + self._silent  # an answer that is due is not waited for any longer
+        since = time.monotonic() if self._unanswered is None else self._unanswered
+        until = since + self._timeout_s  # an answer that is due is not waited for any longer
         try:
             message = self._line.receive(min(timeout, max(until - time.monotonic(), 0.0)))
         except OSError:
             raise GuardianLost("ended") from None
         if message is None:
             if self._unanswered is not None and time.monotonic() >= until:
-                raise GuardianLost(f"hangs: it acknowledged nothing for {self._silent:g} s")
+                raise GuardianLost(f"hangs: it acknowledged nothing for {self._timeout_s:g} s")
             return None
         if "alive" in message:
             self._unanswered = None
@@ -210,7 +210,7 @@ class GuardianProcess:
 
 def _start() -> subprocess.Popen[str]:
     """Start the process out of reach of this terminal: Ctrl-C and Ctrl-Z stop a whole group."""
-    # a file of the working folder must not stand in for a module
+    # a file of the working folder must not be imported in place of a module
     command = [sys.executable, "-P", "-m", "workbench.hw.guardian"]
     source = str(Path(workbench.__file__).resolve().parents[1])
     path = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH", ""), source]))
@@ -229,7 +229,7 @@ def _start() -> subprocess.Popen[str]:
     )
 
 
-def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str]) -> Line:
+def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str]) -> MessageLine:
     """Wait for the one who knows the token."""
     deadline = time.monotonic() + START_S
     listener.settimeout(RENEW_S)
@@ -241,7 +241,7 @@ def _accept(listener: socket.socket, token: str, process: subprocess.Popen[str])
         except TimeoutError:
             continue
         link.settimeout(None)
-        line = Line(link)
+        line = MessageLine(link)
         try:
             hello = line.receive(HELLO_S) or {}
         except OSError:

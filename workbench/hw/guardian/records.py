@@ -15,14 +15,14 @@ from workbench.hw.clock import Clock
 from workbench.hw.guardian.messages import Records
 from workbench.output import Ledger, OutputState, after
 
-__all__ = ["Recorder"]
+__all__ = ["EventRecorder"]
 
 OF_THE_OUTPUT = frozenset({"taken", "output_on", "off", "terminals", "lost", "regained", "trip"})
 """The events that the supply's ledger keeps as well."""
 LAST_WORDS_S = 2.0  # for a terminal to take what was said, once nothing else is to be done
 
 
-class Recorder:
+class EventRecorder:
     """Writes one guardian's files; a disk that is full is remembered and never raises.
 
     Args:
@@ -41,7 +41,7 @@ class Recorder:
         self.fault: OSError | None = None
         self.output = OutputState()
         self.ledger: Ledger | None = None
-        self.place = ""
+        self.address = ""
         self._released = False
         self._said: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._printer = threading.Thread(target=self._print, name="printer", daemon=True)
@@ -72,7 +72,7 @@ class Recorder:
     def _keep(self, ledger: Ledger, event: str, facts: dict[str, object]) -> None:
         record = None if self._records.events is None else str(self._records.events.parent)
         try:
-            ledger.write(event, pid=os.getpid(), place=self.place, record=record, **facts)
+            ledger.write(event, pid=os.getpid(), place=self.address, record=record, **facts)
         except OSError as error:
             self._failed(str(ledger.path), error)
 
@@ -100,10 +100,10 @@ class Recorder:
             self._released = True
 
     def shout(self, text: str) -> None:
-        """Tell the terminal, if there still is one, and wait for nothing: it may be stopped."""
+        """Print to the terminal, if there still is one, and wait for nothing: it may be stopped."""
         self._said.put(f"guardian: {text}\n")
 
-    def fall_silent(self) -> None:
+    def close_terminal(self) -> None:
         """Shout no more; give the terminal a moment to take what was said."""
         self._said.put(None)
         self._printer.join(LAST_WORDS_S)

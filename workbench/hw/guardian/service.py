@@ -28,10 +28,10 @@ from workbench.errors import HardwareError, SafetyStop, WorkbenchError
 from workbench.hw.guardian.held import Held
 from workbench.hw.guardian.lease import LEASE_S, Lease
 from workbench.hw.guardian.messages import SupplyBusyError, Task, fault_of
-from workbench.hw.guardian.records import Recorder
+from workbench.hw.guardian.records import EventRecorder
 from workbench.hw.guardian.waiting import TripClock, TrippedError
 from workbench.hw.supply import Limits
-from workbench.loopback import HERE, Line, Message
+from workbench.loopback import HERE, Message, MessageLine
 from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Guardian", "main"]
@@ -43,7 +43,7 @@ OVERDUE_S = 0.55  # without a good answer while the output may be on: it is said
 UNSURE_S = 0.3  # after a trip without off read back: it is said
 AFTER_TIMEOUT_S = 0.05  # of a supply that its bench calls slower
 LISTENED_S = 5.0  # after its client, whoever reads what both say through a pipe goes on
-FAREWELL_S = 2.0  # for the client to read what it was told
+FAREWELL_S = 2.0  # for the client to read what it was sent
 CONNECT_S = 10.0
 IGNORED = ("SIGINT", "SIGHUP", "SIGBREAK")  # of the client's terminal; the client answers them
 
@@ -56,10 +56,10 @@ class Guardian:
         line: the link to its client.
     """
 
-    def __init__(self, task: Task, line: Line) -> None:
+    def __init__(self, task: Task, line: MessageLine) -> None:
         self._task, self._line = task, line
         self._clock = TripClock()
-        self._recorder = Recorder(task.records, self._clock)
+        self._recorder = EventRecorder(task.records, self._clock)
         self._lease = Lease(self._clock)
         self._asked: queue.SimpleQueue[Message] = queue.SimpleQueue()
         self._client: Literal["here", "goodbye", "gone"] = "here"
@@ -76,7 +76,7 @@ class Guardian:
         self._recorder.event(
             "guarding", pid=os.getpid(), client=self._parent, after=self._task.after
         )
-        if self._task.after:  # the first cause, whatever the listener hears
+        if self._task.after:  # the first cause, whatever the listener receives
             self.trip(self._task.after)
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
         if self._task.after:
@@ -123,7 +123,7 @@ class Guardian:
     def _listen_once(self) -> None:
         try:
             if message := self._line.receive(TICK_S):
-                self._hear(message)
+                self._handle(message)
         except OSError:
             self._client = "gone"
             self.trip("its client is dead: the link to it closed")
@@ -152,7 +152,7 @@ class Guardian:
         if unsure and not output.read_back:
             self._say_lost(f"{self._trip}; off is not yet confirmed")
 
-    def _hear(self, message: Message) -> None:
+    def _handle(self, message: Message) -> None:
         self._lease.renew()
         if "renew" in message:
             self._line.send({"alive": 1})
@@ -180,7 +180,7 @@ class Guardian:
             self._recorder.event("error", text=traceback.format_exc())
             self.trip(f"an error of its own: {error!r}")
             return
-        with suppress(OSError):  # the listener hears of it too
+        with suppress(OSError):  # the listener notices it too
             self._line.send({"id": message["id"]} | answer)
 
     @property
@@ -194,16 +194,16 @@ class Guardian:
         Raises:
             SafetyStop: when the supply is latched.
         """
-        supply, ledger = self._held.own, self._recorder.ledger
-        if ledger is not None and (standing := ledger.standing()):
-            raise SafetyStop(f"{supply.name} is {standing.told}")
+        supply, ledger = self._held.owned_supply, self._recorder.ledger
+        if ledger is not None and (latch := ledger.latch()):
+            raise SafetyStop(f"{supply.name} is {latch.description}")
         supply.arm(Limits(*map(Decimal, limits)))
         self._recorder.event("armed", limits=vars(supply.limits))
 
     def set_output(self, on: bool) -> bool:
         """Switch the output; the lease runs before it goes on."""
         if on:
-            _ = self._held.own.limits
+            _ = self._held.owned_supply.limits
             self._recorder.event("output_on")
             if self._recorder.fault is not None:
                 fault = self._recorder.fault
@@ -212,14 +212,14 @@ class Guardian:
                     f"{fault.filename} ({fault.strerror})"
                 )
             self._lease.begin()
-        self._held.own.set_output(on)
+        self._held.owned_supply.set_output(on)
         if not on:
             self._lease.rest()
         return on
 
     def off(self) -> bool:
-        """Switch off and tell whether it was read back; when not, go on by itself."""
-        supply = self._held.own
+        """Switch off and return whether it was read back; when not, go on by itself."""
+        supply = self._held.owned_supply
         error: Exception | None = None
         for attempt in range(OFF_TRIES):
             try:
@@ -249,7 +249,7 @@ class Guardian:
     def latch(self, reason: str) -> None:
         """Keep the supply from being driven again until a person has signed."""
         ledger = self._recorder.ledger
-        if ledger is None or ledger.standing() is None:  # else it refused just now
+        if ledger is None or ledger.latch() is None:  # else it refused just now
             self._recorder.event("trip", reason=reason)
 
     def _end(self) -> int:
@@ -264,9 +264,9 @@ class Guardian:
         reason = self._trip or "its client left with the output on"
         live = output.live
         self._recorder.event("trip" if live else "ending", reason=reason)
-        self._tell({"tripped": reason})
+        self._send({"tripped": reason})
         dead = self._keep_switching_off(reason, live)
-        self._tell({"off": dead, "dead": dead})
+        self._send({"off": dead, "dead": dead})
         if not dead:
             self._recorder.shout(
                 f"\a{self._held.name}: {MAY_BE_ON} ({reason}); {BY_HAND}. After "
@@ -278,15 +278,15 @@ class Guardian:
     def _keep_switching_off(self, reason: str, live: bool) -> bool:
         """Try until off is read back and seen, or there is no more hope; say when it is not."""
         began = self._clock.now()
-        told: set[str] = set()
+        reported: set[str] = set()
         while True:
             error = self._held.try_off()
             seconds = self._clock.now() - began
             if not error:
                 self._recorder.event("off", confirmed=True, seconds=round(seconds, 4))
-                self._tell({"off": True})
+                self._send({"off": True})
                 if self._see_dead():
-                    if live or told:
+                    if live or reported:
                         self._recorder.shout(
                             f"{self._held.name}: {reason}; the output is off, confirmed"
                         )
@@ -294,18 +294,18 @@ class Guardian:
                 error = self._held.supply.not_dead
             if seconds > self._task.keep_trying_s:
                 return False
-            if error not in told:  # the first fault, and each that is another one
+            if error not in reported:  # the first fault, and each that is another one
                 self._recorder.event("off", confirmed=False, error=error)
-            if not told:
+            if not reported:
                 self._say_lost(f"{reason}; {error}")
                 trying = f"trying on for {self._task.keep_trying_s:g} s"
                 self._recorder.shout(f"{self._held.name}: not confirmed off ({error}); {trying}")
-            told.add(error)
+            reported.add(error)
             if self._client != "here" and seconds > LISTENED_S:
                 self._recorder.let_go()
             self._clock.sleep(AGAIN_S)
 
-    def _tell(self, message: Message) -> None:
+    def _send(self, message: Message) -> None:
         if self._client == "here":
             with suppress(OSError):
                 self._line.send(message)
@@ -318,7 +318,7 @@ class Guardian:
         return dead
 
     def _await_farewell(self) -> None:
-        """Let a client that lives read what it was told before the link closes."""
+        """Let a client that lives read what it was sent before the link closes."""
         deadline = self._clock.now() + FAREWELL_S
         while self._client == "here" and self._clock.now() < deadline:
             self._clock.sleep(TICK_S)
@@ -326,7 +326,7 @@ class Guardian:
     def _leave(self, code: int) -> int:
         self._held.close()
         self._recorder.event("left", code=code)
-        self._recorder.fall_silent()
+        self._recorder.close_terminal()
         return code
 
 
@@ -336,31 +336,34 @@ CALLS: dict[str, Callable[..., Any]] = {
     "measure": lambda guardian: asdict(guardian.held.supply.measure()),
     "measure_power_on_output": lambda guardian: guardian.held.supply.measure_power_on_output(),
     "arm": Guardian.arm,
-    "set_voltage": lambda guardian, volts: str(guardian.held.own.set_voltage(Decimal(volts))),
+    "set_voltage": lambda guardian, volts: str(
+        guardian.held.owned_supply.set_voltage(Decimal(volts))
+    ),
     "set_current_limit": lambda guardian, amps: str(
-        guardian.held.own.set_current_limit(Decimal(amps))
+        guardian.held.owned_supply.set_current_limit(Decimal(amps))
     ),
     "set_protection": lambda guardian, volts, amps: [
-        str(level) for level in guardian.held.own.set_protection(Decimal(volts), Decimal(amps))
+        str(level)
+        for level in guardian.held.owned_supply.set_protection(Decimal(volts), Decimal(amps))
     ],
     "set_output": Guardian.set_output,
-    "ramp_down": lambda guardian: guardian.held.own.ramp_down(),
+    "ramp_down": lambda guardian: guardian.held.owned_supply.ramp_down(),
     "off": Guardian.off,
     "terminals_dead": Guardian.terminals_dead,
     "latch": Guardian.latch,
 }
 
 
-def _to_nobody() -> Line:
+def _to_nobody() -> MessageLine:
     """Return a link whose other end is closed: the client died, its output is still to go off."""
     with socket.create_server((HERE, 0)) as listener:
         link = socket.create_connection(listener.getsockname(), CONNECT_S)
         listener.accept()[0].close()
-    return Line(link)
+    return MessageLine(link)
 
 
 def main() -> int:
-    """Serve the client that started this process; it tells where it listens on stdin."""
+    """Serve the client that started this process; it says where it listens on stdin."""
     words = sys.stdin.readline().split(" ", 2)
     if len(words) != 3:
         sys.stderr.write("a guardian is started by the workbench, not by hand\n")
@@ -368,7 +371,7 @@ def main() -> int:
     port, token, task = words
     to_do = Task.from_json(task)
     try:
-        line = Line(socket.create_connection((HERE, int(port)), CONNECT_S))
+        line = MessageLine(socket.create_connection((HERE, int(port)), CONNECT_S))
         line.send({"token": token})
     except OSError:
         if not to_do.after:  # its client is dead, and there is nothing to do without it
@@ -380,7 +383,7 @@ def main() -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
 
     def end(number: int, frame: FrameType | None) -> None:
-        guardian.trip(f"it was told to end ({signal.Signals(number).name})")
+        guardian.trip(f"it was asked to end ({signal.Signals(number).name})")
 
     signal.signal(signal.SIGTERM, end)
     return guardian.serve()

@@ -15,7 +15,7 @@ __all__ = ["KORAD"]
 NO_LEVEL = "over-voltage and over-current protection have no level: they act at the setpoints"
 STRAY = "some firmware adds a byte, also a digit, to the answer to ISET1?"
 DROPPED = "a command that comes too early is dropped silently"
-ONE_BIT = "one bit stands for over-voltage or over-current protection"
+ONE_BIT = "one bit means over-voltage or over-current protection"
 SLOW = "needs 0.45 s more after a setting or STATUS?"
 
 GAP_S, SLOW_GAP_S = 0.05, 0.5

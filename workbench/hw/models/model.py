@@ -131,8 +131,8 @@ class Registers:
     @property
     def marks(self) -> tuple[tuple[int, int], ...]:
         """Start and length of two blocks that no other read has the length of."""
-        own = self.identity, self.power_on
-        return tuple((block.start, block.count) for block in own)
+        blocks = self.identity, self.power_on
+        return tuple((block.start, block.count) for block in blocks)
 
     @property
     def writable(self) -> frozenset[int]:
@@ -194,7 +194,7 @@ class KoradModel(TextModel):
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
-    """What a maker's SCPI says; `{}` stands for the number, `{channel}` for the channel's.
+    """What a maker's SCPI says; `{}` is replaced by the number, `{channel}` by the channel's.
 
     Args:
         start: sent once after opening.
@@ -325,7 +325,7 @@ def to_word(value: Decimal, step: Decimal) -> int:
 
 
 def from_word(word: int, step: Decimal) -> Decimal:
-    """Return the value that a register word stands for, exactly."""
+    """Return the value of a register word, exactly."""
     return word * step
 
 

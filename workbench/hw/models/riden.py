@@ -11,7 +11,7 @@ An id is here when a maintained client or a tool that was run on the supply name
 
 The ranges of ShayBox/Riden and riden-dongle (60120-60124, 60180-60189, 60241 and up) name no id: an
 RK6012 that answers 60122 counts its current ten times finer than the RD6012 of that range, and no
-source that could be read tells the id of the RD6018P, which counts in other steps than an RD6018.
+source that could be read states the id of the RD6018P, which counts in other steps than an RD6018.
 
 Scales and addresses: Baldanos/rd6006, ShayBox/Riden, riden-dongle and libsigrok rdtech-dps agree on
 those used here (instruments survey 1.2). PyPI rd60xx 0.1.0 lists 1 mV for the plain models: it is

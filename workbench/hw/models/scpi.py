@@ -134,7 +134,7 @@ SIGLENT_TRIPLE = replace(SIGLENT, apart=(0b1100, 0b0100))  # in series its volta
 
 AT_LIMIT = "over-current protection trips at the current limit, it has no level of its own"
 CLEARS = "OUTP:PROT:CLE would restore the output's former state: it is never sent"
-SILENT = "it does not report which protection tripped: its output is found off"
+NO_REPORT = "it does not report which protection tripped: its output is found off"
 NO_TRIPS = (
     "it has neither over-voltage nor over-current protection that can be set: only its current "
     "limit and this program watch"
@@ -168,7 +168,7 @@ def _row(
         voltage_step_V=step,
         current_steps_A=(amp_step,),
         dialect=dialect,
-        more=tuple(Rating(Decimal(own[0]), Decimal(own[1])) for own in more),
+        more=tuple(Rating(Decimal(rating[0]), Decimal(rating[1])) for rating in more),
         gap_s=gap_s,
         baud=baud,
         quirks=quirks,
@@ -196,7 +196,7 @@ def _rigol(
 
 def _rohde(name: str, dialect: Dialect, *amps: str) -> ScpiModel:
     maker, volts = "(?i:rohde ?& ?schwarz|hameg)", "32.05"
-    more = tuple((volts, own) for own in amps[1:])
+    more = tuple((volts, current) for current in amps[1:])
     quirks = (AT_LIMIT, SELECTED) if more else (AT_LIMIT,)
     return _row(name, maker, dialect, volts, amps[0], more=more, quirks=quirks)
 
@@ -205,7 +205,7 @@ def _owon(
     name: str, dialect: Dialect, volts: str, amps: str, step: Decimal, maker: str = "OWON"
 ) -> ScpiModel:
     given = f"(?i:{maker})"
-    return _row(name, given, dialect, volts, amps, step=step, baud=115200, quirks=(SILENT,))
+    return _row(name, given, dialect, volts, amps, step=step, baud=115200, quirks=(NO_REPORT,))
 
 
 def _siglent(

@@ -9,7 +9,7 @@ anything that a driver uses. To add a supply: one file with a class below `Simul
 from workbench.hw.simulated.device import Load, SimulatedSupply
 from workbench.hw.simulated.dps import SimulatedDps
 from workbench.hw.simulated.families import DEVICES, simulated
-from workbench.hw.simulated.faults import Fault
+from workbench.hw.simulated.faults import SimulatedFault
 from workbench.hw.simulated.hanmatek import SimulatedHanmatek
 from workbench.hw.simulated.korad import SimulatedKorad
 from workbench.hw.simulated.motor import draw_current
@@ -19,9 +19,9 @@ from workbench.hw.simulated.serving import serve, serve_terminal
 
 __all__ = [
     "DEVICES",
-    "Fault",
     "Load",
     "SimulatedDps",
+    "SimulatedFault",
     "SimulatedHanmatek",
     "SimulatedKorad",
     "SimulatedRiden",

@@ -1,4 +1,4 @@
-"""Telling a simulated supply, while it runs, what is to go wrong: one line, one command."""
+"""Commands to a simulated supply, while it runs, for what is to go wrong: one a line."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 
 from workbench.errors import InputError, did_you_mean
 from workbench.hw.simulated.device import SimulatedSupply
-from workbench.hw.simulated.faults import EVENTS, Fault
+from workbench.hw.simulated.faults import EVENTS, SimulatedFault
 
 __all__ = ["HELP", "delayed_fault", "obey"]
 
 HELP = f"""\
-a fault switches it on: {", ".join(fault for fault in Fault if fault not in EVENTS)}
+a fault switches it on: {", ".join(fault for fault in SimulatedFault if fault not in EVENTS)}
 FAULT COUNT lets it hit so many messages only
-these happen once: {", ".join(fault for fault in Fault if fault in EVENTS)}
+these happen once: {", ".join(fault for fault in SimulatedFault if fault in EVENTS)}
 mend ends the fault, and plugs in again what was unplugged
 state shows what is at the terminals, end ends"""
 
@@ -26,7 +26,7 @@ def obey(device: SimulatedSupply, line: str) -> str:
         line: `FAULT [COUNT]`, `mend`, `state` or `help`.
 
     Returns:
-        What to tell the person who typed it.
+        What to show the person who typed it.
 
     Raises:
         InputError: when it is no command.
@@ -40,7 +40,7 @@ def obey(device: SimulatedSupply, line: str) -> str:
     if word != "state":
         fault = named_fault(word)
         if rest and not (len(rest) == 1 and rest[0].isdecimal()):
-            raise InputError(f"{line!r}: behind a fault stands how often it hits, or nothing")
+            raise InputError(f"{line!r}: after a fault comes how often it hits, or nothing")
         device.fail(fault, times=int(rest[0]) if rest else math.inf)
     now = device.output
     state = "on" if now.on else "off"
@@ -50,21 +50,21 @@ def obey(device: SimulatedSupply, line: str) -> str:
     )
 
 
-def named_fault(name: str) -> Fault:
+def named_fault(name: str) -> SimulatedFault:
     """Return the fault of a name.
 
     Raises:
         InputError: when there is none; it names the nearest, and all.
     """
     try:
-        return Fault(name)
+        return SimulatedFault(name)
     except ValueError:
-        names = [str(fault) for fault in Fault]
+        names = [str(fault) for fault in SimulatedFault]
         hint = did_you_mean(name, names) or ";"
         raise InputError(f"no fault {name!r}{hint} there are {', '.join(names)}") from None
 
 
-def delayed_fault(text: str) -> tuple[Fault, float]:
+def delayed_fault(text: str) -> tuple[SimulatedFault, float]:
     """Read `NAME` or `NAME:SECONDS`: the fault and when it begins [s].
 
     Raises:

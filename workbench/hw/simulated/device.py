@@ -11,11 +11,11 @@ from typing import Any, Literal, NamedTuple
 
 from workbench.hw.clock import Clock
 from workbench.hw.models import Model, Protection, model_named
-from workbench.hw.simulated.faults import EVENTS, Fault, FaultSwitch
+from workbench.hw.simulated.faults import EVENTS, FaultSwitch, SimulatedFault
 from workbench.hw.supply import Mode
 
 __all__ = [
-    "Answer",
+    "DeviceOutput",
     "Framing",
     "Load",
     "Output",
@@ -32,7 +32,7 @@ HALVINGS = 40  # bisection to well below one step
 PANEL_STEP_V = 1.0  # how far the knob of `panel-voltage` is turned
 
 
-class Answer(NamedTuple):
+class DeviceOutput(NamedTuple):
     """Bytes that leave a device.
 
     Args:
@@ -48,7 +48,7 @@ class Wire(ABC):
     """One conversation with a device: bytes in, answers out. It has no clock and no port."""
 
     @abstractmethod
-    def receive(self, data: bytes) -> list[Answer]:
+    def receive(self, data: bytes) -> list[DeviceOutput]:
         """Take what came in and return what the device answers, in order."""
 
 
@@ -74,23 +74,23 @@ class SpoiltWire(Wire):
     def _shortened(self, data: bytes) -> bytes:
         """Return what `short-reply` leaves of an answer."""
 
-    def _spoilt(self, data: bytes) -> list[Answer]:
+    def _spoilt(self, data: bytes) -> list[DeviceOutput]:
         """Return what really goes out where `data` should."""
         faults, last = self._faults, self._last
         self._last = data
-        if faults.strikes(Fault.SILENT):
+        if faults.strikes(SimulatedFault.SILENT):
             return []
-        if faults.strikes(Fault.LATE_REPLY):
-            return [Answer(faults.delay_s, data)]
-        if faults.strikes(Fault.BAD_CRC):
-            return [Answer(0, self._damaged(data))]
-        if faults.strikes(Fault.SHORT_REPLY):
-            return [Answer(0, self._shortened(data))]
-        if faults.strikes(Fault.JUNK):
-            return [Answer(0, self.junk + data)]
-        if last and faults.strikes(Fault.REPEATED_REPLY):
-            return [Answer(0, last), Answer(0, data)]
-        return [Answer(0, data)]
+        if faults.strikes(SimulatedFault.LATE_REPLY):
+            return [DeviceOutput(faults.delay_s, data)]
+        if faults.strikes(SimulatedFault.BAD_CRC):
+            return [DeviceOutput(0, self._damaged(data))]
+        if faults.strikes(SimulatedFault.SHORT_REPLY):
+            return [DeviceOutput(0, self._shortened(data))]
+        if faults.strikes(SimulatedFault.JUNK):
+            return [DeviceOutput(0, self.junk + data)]
+        if last and faults.strikes(SimulatedFault.REPEATED_REPLY):
+            return [DeviceOutput(0, last), DeviceOutput(0, data)]
+        return [DeviceOutput(0, data)]
 
 
 def no_load(volts: float) -> float:
@@ -138,7 +138,7 @@ class SimulatedSupply(ABC):
 
     Attributes:
         history: (time [s], output voltage [V]) from each change on: the truth at the terminals.
-        unit: its Modbus unit id; it stays silent to others.
+        unit: its Modbus unit id; it does not answer others.
         faults: which fault is on.
         lock: held while a request is carried out.
     """
@@ -164,7 +164,7 @@ class SimulatedSupply(ABC):
         """Begin a conversation; the framing matters to Modbus only."""
 
     def fail(
-        self, fault: Fault, *, times: float = math.inf, code: int = 4, delay_s: float = 1.0
+        self, fault: SimulatedFault, *, times: float = math.inf, code: int = 4, delay_s: float = 1.0
     ) -> None:
         """Switch a fault on, or let one happen.
 
@@ -174,7 +174,7 @@ class SimulatedSupply(ABC):
             code: exception code of `exception`.
             delay_s: lateness of `late-reply` in real time [s].
         """
-        fault = Fault(fault)
+        fault = SimulatedFault(fault)
         with self.lock:
             if fault in EVENTS:
                 self._happen(fault)
@@ -196,19 +196,19 @@ class SimulatedSupply(ABC):
     @property
     def unplugged(self) -> bool:
         """Whether its link is cut."""
-        return self.faults.has(Fault.UNPLUGGED)
+        return self.faults.has(SimulatedFault.UNPLUGGED)
 
     @property
-    def shown(self) -> Output:
+    def reported(self) -> Output:
         """The output as the device reports it."""
         frozen = self._frozen
-        return frozen if frozen and self.faults.has(Fault.FROZEN_READING) else self.output
+        return frozen if frozen and self.faults.has(SimulatedFault.FROZEN_READING) else self.output
 
     def switch(self, on: bool) -> None:
         """Switch the output as a command does; faults may keep it from doing so."""
-        if self.faults.strikes(Fault.STUCK_OUTPUT):
+        if self.faults.strikes(SimulatedFault.STUCK_OUTPUT):
             return
-        if not on and self.output.on and self.faults.has(Fault.FALSE_OFF):
+        if not on and self.output.on and self.faults.has(SimulatedFault.FALSE_OFF):
             self._driven = self.output.voltage
         self.change(on=on, protection="none" if on else self.output.protection)
 
@@ -234,22 +234,22 @@ class SimulatedSupply(ABC):
         if volts != self.history[-1][1]:
             self.history.append((self._clock.now(), volts))
 
-    def _happen(self, event: Fault) -> None:
+    def _happen(self, event: SimulatedFault) -> None:
         now = self.output
         match event:
-            case Fault.PANEL_OFF:
+            case SimulatedFault.PANEL_OFF:
                 self.change(on=False)
-            case Fault.PANEL_ON:
+            case SimulatedFault.PANEL_ON:
                 self.change(on=True, protection="none")
-            case Fault.PANEL_VOLTAGE:
+            case SimulatedFault.PANEL_VOLTAGE:
                 self.change(set_voltage=now.set_voltage + PANEL_STEP_V)
-            case Fault.PANEL_CHANNEL:
+            case SimulatedFault.PANEL_CHANNEL:
                 self.select_next_channel()
-            case Fault.POWER_CYCLE:
+            case SimulatedFault.POWER_CYCLE:
                 self.output = self.at_power_up()
                 self.update()
             case _:
-                trip: Protection = "OVP" if event is Fault.OVP_TRIP else "OCP"
+                trip: Protection = "OVP" if event is SimulatedFault.OVP_TRIP else "OCP"
                 self.change(on=False, protection=trip)
 
     def _drive(self) -> tuple[float, float, Mode]:
@@ -266,9 +266,9 @@ class SimulatedSupply(ABC):
         return low, self._load(low), "CC"
 
     def _factor(self) -> float:
-        if self.faults.has(Fault.TIMES_TEN):
+        if self.faults.has(SimulatedFault.TIMES_TEN):
             return 10.0
-        return 0.1 if self.faults.has(Fault.A_TENTH) else 1.0
+        return 0.1 if self.faults.has(SimulatedFault.A_TENTH) else 1.0
 
     def _trip(self, volts: float, amps: float) -> Protection:
         if volts > self.output.over_voltage and self._factor() == 1.0:  # a scale that is wrong

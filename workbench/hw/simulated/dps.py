@@ -43,10 +43,10 @@ class SimulatedDps(SimulatedRegisters):
         on = self._words[BOOT_OUTPUT] != 0
         return Output(over_voltage=volts + 1, over_current=amps + 0.1, on=on)
 
-    def word_at(self, place: int) -> int | None:
+    def word_at(self, register: int) -> int | None:
         """Return what a register shows."""
-        now, volt, amp = self.shown, self.model.voltage_step_V, self.model.current_steps_A[0]
-        shown = {
+        now, volt, amp = self.reported, self.model.voltage_step_V, self.model.current_steps_A[0]
+        words = {
             V_SET: self.counts(now.set_voltage, volt),
             I_SET: self.counts(now.current_limit, amp),
             V_OUT: self.counts(now.voltage, volt),
@@ -61,17 +61,17 @@ class SimulatedDps(SimulatedRegisters):
             OVP: self.counts(now.over_voltage, volt),
             OCP: self.counts(now.over_current, amp),
         }
-        shown |= {PRESET: shown[V_SET], PRESET + 1: shown[I_SET]}  # preset 0 is live
-        return shown.get(place, self._words.get(place))
+        words |= {PRESET: words[V_SET], PRESET + 1: words[I_SET]}  # preset 0 is live
+        return words.get(register, self._words.get(register))
 
-    def can_be_written(self, place: int) -> bool:
-        """Tell whether a register exists and can be written."""
-        return place in KEPT or place in (V_SET, I_SET, OUTPUT)
+    def can_be_written(self, register: int) -> bool:
+        """Return whether a register exists and can be written."""
+        return register in KEPT or register in (V_SET, I_SET, OUTPUT)
 
-    def take(self, place: int, word: int) -> None:
+    def take(self, register: int, word: int) -> None:
         """Act on a word that was written."""
         volt, amp = self.model.voltage_step_V, self.model.current_steps_A[0]
-        match place:
+        match register:
             case 0x00 | 0x50:
                 self.change(set_voltage=float(word * volt))
             case 0x01 | 0x51:
@@ -83,4 +83,4 @@ class SimulatedDps(SimulatedRegisters):
             case 0x53:
                 self.change(over_current=float(word * amp))
             case _:
-                self._words[place] = word
+                self._words[register] = word

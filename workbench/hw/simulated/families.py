@@ -1,4 +1,4 @@
-"""Which simulated device stands for which family."""
+"""Which simulated device belongs to which family."""
 
 from __future__ import annotations
 
@@ -40,6 +40,6 @@ def simulated(
         InputError: when there is no such model.
     """
     family = model_named(model).family
-    own = {} if serial is None or family != "riden" else {"serial": serial}
-    own |= {"channel": channel} if family == "scpi" else {}
-    return DEVICES[family](model=model, clock=clock, load=load, **own)
+    options = {} if serial is None or family != "riden" else {"serial": serial}
+    options |= {"channel": channel} if family == "scpi" else {}
+    return DEVICES[family](model=model, clock=clock, load=load, **options)

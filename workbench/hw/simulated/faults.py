@@ -6,10 +6,10 @@ import math
 import threading
 from enum import StrEnum
 
-__all__ = ["EVENTS", "Fault", "FaultSwitch", "RequestError"]
+__all__ = ["EVENTS", "FaultSwitch", "RequestError", "SimulatedFault"]
 
 
-class Fault(StrEnum):
+class SimulatedFault(StrEnum):
     """What can go wrong, one at a time.
 
     On the wire: `silent`, `late-reply`, `bad-crc` (in text: a spoilt character), `short-reply`,
@@ -52,13 +52,13 @@ class Fault(StrEnum):
 
 EVENTS = frozenset(
     {
-        Fault.PANEL_OFF,
-        Fault.PANEL_ON,
-        Fault.PANEL_VOLTAGE,
-        Fault.PANEL_CHANNEL,
-        Fault.OVP_TRIP,
-        Fault.OCP_TRIP,
-        Fault.POWER_CYCLE,
+        SimulatedFault.PANEL_OFF,
+        SimulatedFault.PANEL_ON,
+        SimulatedFault.PANEL_VOLTAGE,
+        SimulatedFault.PANEL_CHANNEL,
+        SimulatedFault.OVP_TRIP,
+        SimulatedFault.OCP_TRIP,
+        SimulatedFault.POWER_CYCLE,
     }
 )
 """Those that happen once, at once."""
@@ -77,31 +77,31 @@ class FaultSwitch:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._fault: Fault | None = None
-        self._left = 0.0
+        self._fault: SimulatedFault | None = None
+        self._remaining = 0.0
         self.code = 4
         self.delay_s = 0.0
 
-    def on(self, fault: Fault, times: float, code: int, delay_s: float) -> None:
+    def on(self, fault: SimulatedFault, times: float, code: int, delay_s: float) -> None:
         """Switch a fault on, see `SimulatedSupply.fail`."""
         with self._lock:
-            self._fault, self._left = fault, times
+            self._fault, self._remaining = fault, times
             self.code, self.delay_s = code, delay_s
 
     def off(self) -> None:
         """Switch the fault off."""
         with self._lock:
-            self._fault, self._left = None, 0.0
+            self._fault, self._remaining = None, 0.0
 
-    def has(self, fault: Fault) -> bool:
-        """Tell whether that fault is on, without counting."""
+    def has(self, fault: SimulatedFault) -> bool:
+        """Return whether that fault is on, without counting."""
         with self._lock:
-            return self._fault is fault and self._left > 0
+            return self._fault is fault and self._remaining > 0
 
-    def strikes(self, fault: Fault) -> bool:
-        """Tell whether that fault hits now, and count it."""
+    def strikes(self, fault: SimulatedFault) -> bool:
+        """Return whether that fault hits now, and count it."""
         with self._lock:
-            if self._fault is not fault or self._left <= 0:
+            if self._fault is not fault or self._remaining <= 0:
                 return False
-            self._left -= 0 if math.isinf(self._left) else 1
+            self._remaining -= 0 if math.isinf(self._remaining) else 1
             return True

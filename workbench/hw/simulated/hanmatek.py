@@ -45,11 +45,11 @@ class SimulatedHanmatek(SimulatedRegisters):
         on = self._words[AT_POWER_UP] == 1
         return Output(over_voltage=volts + 1, over_current=amps + 0.1, on=on)
 
-    def word_at(self, place: int) -> int | None:
+    def word_at(self, register: int) -> int | None:
         """Return what a register shows."""
-        now = self.shown
+        now = self.reported
         power = round(now.voltage * now.current / WATT)
-        shown = {
+        words = {
             OUTPUT: int(now.on),
             PROTECT: BITS[now.protection],
             V_OUT: self.counts(now.voltage, VOLT),
@@ -61,15 +61,15 @@ class SimulatedHanmatek(SimulatedRegisters):
             V_SET: self.counts(now.set_voltage, VOLT),
             I_SET: self.counts(now.current_limit, AMP),
         }
-        return (self._words | self._fixed | shown).get(place)
+        return (self._words | self._fixed | words).get(register)
 
-    def can_be_written(self, place: int) -> bool:
-        """Tell whether a register exists and can be written."""
-        return place in KEPT or place in (OUTPUT, OVP, OCP, V_SET, I_SET)
+    def can_be_written(self, register: int) -> bool:
+        """Return whether a register exists and can be written."""
+        return register in KEPT or register in (OUTPUT, OVP, OCP, V_SET, I_SET)
 
-    def take(self, place: int, word: int) -> None:
+    def take(self, register: int, word: int) -> None:
         """Act on a word that was written."""
-        match place:
+        match register:
             case 0x0001:
                 self.switch(word != 0)
             case 0x0020:
@@ -81,4 +81,4 @@ class SimulatedHanmatek(SimulatedRegisters):
             case 0x0031:
                 self.change(current_limit=float(word * AMP))
             case _:
-                self._words[place] = word
+                self._words[register] = word

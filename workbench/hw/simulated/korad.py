@@ -42,13 +42,13 @@ class SimulatedKorad(SimulatedText):
     limit would act.
 
     Args:
-        clock: stamps the history, and tells when a command comes too soon.
+        clock: stamps the history, and shows when a command comes too soon.
         model: a name from the model table.
         load: what hangs on the output.
-        padding: what stands behind its identity, as on some units.
+        padding: what follows its identity, as on some units.
         stray: what follows the answer to ISET1?, as with some firmware.
-        deaf_s: for how long after a command it hears nothing [s]; by default as the real ones on a
-            clock that runs by itself, and not at all on a simulated one, which stands still while
+        deaf_s: for how long after a command it ignores others [s]; by default as the real ones on a
+            clock that runs by itself, and not at all on a simulated one, which is stopped while
             bytes travel.
     """
 
@@ -77,18 +77,18 @@ class SimulatedKorad(SimulatedText):
         return Output()
 
     def commands(self, waiting: bytes) -> tuple[list[str], bytes]:
-        """Return the commands that were heard; one too soon after the last is not."""
-        heard: list[str] = []
+        """Return the commands that were received; one too soon after the last is not."""
+        received: list[str] = []
         for found in COMMAND.finditer(waiting):
             now = self._clock.now()
             if now - self._last >= self._deaf_s:
-                heard.append(found.group().decode("ascii"))
+                received.append(found.group().decode("ascii"))
                 self._last = now
-        return heard, b""  # the device takes a pause for the end
+        return received, b""  # the device takes a pause for the end
 
     def obey(self, command: str) -> bytes | None:
         """Carry out a command."""
-        now = self.shown
+        now = self.reported
         match command.rstrip("?").partition(":"):
             case ("*IDN", _, _):
                 return self._identity
@@ -120,7 +120,7 @@ class SimulatedKorad(SimulatedText):
             super().update()
 
     def _status(self) -> int:
-        now, armed = self.shown, self._armed
+        now, armed = self.reported, self._armed
         both = self.model.name in BOTH_ON_BIT_7
         over_voltage = armed["OVP"] or (both and armed["OCP"])
         return (

@@ -18,8 +18,8 @@ from pymodbus.pdu.register_message import (
     WriteSingleRegisterResponse,
 )
 
-from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, SpoiltWire, Wire
-from workbench.hw.simulated.faults import Fault, RequestError
+from workbench.hw.simulated.device import DeviceOutput, Framing, SimulatedSupply, SpoiltWire, Wire
+from workbench.hw.simulated.faults import RequestError, SimulatedFault
 
 __all__ = ["SimulatedRegisters"]
 
@@ -34,11 +34,11 @@ class SimulatedRegisters(SimulatedSupply):
     most_registers = MOST_REGISTERS
 
     @abstractmethod
-    def word_at(self, place: int) -> int | None:
+    def word_at(self, register: int) -> int | None:
         """Return what a register shows; nothing when there is none."""
 
     @abstractmethod
-    def take(self, place: int, word: int) -> None:
+    def take(self, register: int, word: int) -> None:
         """Act on a word that was written.
 
         Raises:
@@ -46,8 +46,8 @@ class SimulatedRegisters(SimulatedSupply):
         """
 
     @abstractmethod
-    def can_be_written(self, place: int) -> bool:
-        """Tell whether a register exists and can be written."""
+    def can_be_written(self, register: int) -> bool:
+        """Return whether a register exists and can be written."""
 
     def read(self, address: int, count: int) -> list[int]:
         """Return registers as the device would answer them.
@@ -60,7 +60,7 @@ class SimulatedRegisters(SimulatedSupply):
             if count > self.most_registers:
                 raise RequestError(ILLEGAL_VALUE)
             self.update()
-            words = [self.word_at(place) for place in range(address, address + count)]
+            words = [self.word_at(register) for register in range(address, address + count)]
             if None in words:
                 raise RequestError(ILLEGAL_ADDRESS)
             return [word for word in words if word is not None]
@@ -73,13 +73,13 @@ class SimulatedRegisters(SimulatedSupply):
         """
         with self.lock:
             self._refuse_when_faulty()
-            places = range(address, address + len(words))
-            if not all(self.can_be_written(place) for place in places):
+            registers = range(address, address + len(words))
+            if not all(self.can_be_written(register) for register in registers):
                 raise RequestError(ILLEGAL_ADDRESS)
-            if self.faults.strikes(Fault.IGNORED_WRITE):
+            if self.faults.strikes(SimulatedFault.IGNORED_WRITE):
                 return
-            for place, word in zip(places, words, strict=True):
-                self.take(place, word)
+            for register, word in zip(registers, words, strict=True):
+                self.take(register, word)
             self.update()
 
     def wire(self, framing: Framing) -> Wire:
@@ -91,7 +91,7 @@ class SimulatedRegisters(SimulatedSupply):
         return min(round(max(value, 0.0) / float(step)), 0xFFFF)
 
     def _refuse_when_faulty(self) -> None:
-        if self.faults.strikes(Fault.EXCEPTION):
+        if self.faults.strikes(SimulatedFault.EXCEPTION):
             raise RequestError(self.faults.code)
 
 
@@ -108,10 +108,10 @@ class _Frames(SpoiltWire):
         self._framer: FramerBase = FramerRTU(decoder) if self._rtu else FramerSocket(decoder)
         self._waiting = b""
 
-    def receive(self, data: bytes) -> list[Answer]:
+    def receive(self, data: bytes) -> list[DeviceOutput]:
         """Carry out every complete request; a damaged one is not answered."""
         self._waiting = (self._waiting + data)[-LONGEST_FRAME:]
-        answers: list[Answer] = []
+        answers: list[DeviceOutput] = []
         while self._waiting:
             try:
                 used, request = self._framer.handleFrame(self._waiting, 0, 0)
@@ -145,7 +145,7 @@ class _Frames(SpoiltWire):
             return ExceptionResponse(request.function_code, error.code)
 
     def _framed(self, answer: ModbusPDU, request: ModbusPDU) -> bytes:
-        other = self._device.faults.strikes(Fault.WRONG_UNIT)
+        other = self._device.faults.strikes(SimulatedFault.WRONG_UNIT)
         answer.dev_id = request.dev_id + int(other)
         answer.transaction_id = request.transaction_id
         return self._framer.buildFrame(answer)

@@ -61,11 +61,11 @@ class SimulatedRiden(SimulatedRegisters):
             on=self._words[POWER_ON_OUTPUT] != 0,
         )
 
-    def word_at(self, place: int) -> int | None:
+    def word_at(self, register: int) -> int | None:
         """Return what a register shows."""
-        now, volt, amp = self.shown, self.model.voltage_step_V, self._amp_step()
+        now, volt, amp = self.reported, self.model.voltage_step_V, self._amp_step()
         power = round(now.voltage * now.current * 100)
-        shown = {
+        words = {
             V_SET: self.counts(now.set_voltage, volt),
             I_SET: self.counts(now.current_limit, amp),
             V_OUT: self.counts(now.voltage, volt),
@@ -79,17 +79,17 @@ class SimulatedRiden(SimulatedRegisters):
             OVP: self.counts(now.over_voltage, volt),
             OCP: self.counts(now.over_current, amp),
         }
-        shown |= {M0: shown[V_SET], M0 + 1: shown[I_SET]}  # preset M0 is live
-        return shown.get(place, self._words.get(place))
+        words |= {M0: words[V_SET], M0 + 1: words[I_SET]}  # preset M0 is live
+        return words.get(register, self._words.get(register))
 
-    def can_be_written(self, place: int) -> bool:
-        """Tell whether a register exists and can be written."""
-        return place < REGISTERS and place not in READ_ONLY
+    def can_be_written(self, register: int) -> bool:
+        """Return whether a register exists and can be written."""
+        return register < REGISTERS and register not in READ_ONLY
 
-    def take(self, place: int, word: int) -> None:
+    def take(self, register: int, word: int) -> None:
         """Act on a word that was written."""
         volt, amp = self.model.voltage_step_V, self._amp_step()
-        match place:
+        match register:
             case 8 | 80:
                 self.change(set_voltage=float(word * volt))
             case 9 | 81:
@@ -104,7 +104,7 @@ class SimulatedRiden(SimulatedRegisters):
             case 83:
                 self.change(over_current=float(word * amp))
             case _:
-                self._words[place] = word
+                self._words[register] = word
 
     def _amp_step(self) -> Decimal:
         steps = self.model.current_steps_A

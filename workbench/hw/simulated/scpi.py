@@ -14,7 +14,7 @@ from typing import Literal
 from workbench.hw.clock import Clock
 from workbench.hw.models import Protection, ScpiModel
 from workbench.hw.simulated.device import Framing, Load, Output, SimulatedSupply, Wire, no_load
-from workbench.hw.simulated.faults import Fault
+from workbench.hw.simulated.faults import SimulatedFault
 from workbench.hw.simulated.text import SimulatedText
 
 __all__ = ["SimulatedScpi"]
@@ -46,7 +46,7 @@ class Maker:
         truth: writes no and yes.
         quiet: headers that need no answer and do nothing here.
         names: how a command may name its channel; without, it is the selected one's.
-        status: whether SYST:STAT? tells which outputs are on, and OUTP? nothing.
+        status: whether SYST:STAT? reports which outputs are on, and OUTP? nothing.
     """
 
     identity: str
@@ -184,14 +184,14 @@ class SimulatedScpi(_Channel, SimulatedText):
         self.selected = 1
         for one in self.channels.values():
             if one is not self:
-                one.fail(Fault.POWER_CYCLE)
+                one.fail(SimulatedFault.POWER_CYCLE)
         return super().at_power_up()
 
     def commands(self, waiting: bytes) -> tuple[list[str], bytes]:
         """Return the lines that are complete."""
         *lines, rest = waiting[-MOST_BYTES:].split(b"\n")
-        told = [line.decode("ascii", "replace").strip() for line in lines]
-        return [line for line in told if line], rest
+        commands = [line.decode("ascii", "replace").strip() for line in lines]
+        return [line for line in commands if line], rest
 
     def obey(self, command: str) -> bytes | None:
         """Carry out a line."""
@@ -205,7 +205,7 @@ class SimulatedScpi(_Channel, SimulatedText):
         if header.endswith("?"):
             answer = self._asked(channel, header[:-1])
             return None if answer is None else answer.encode("ascii")
-        if header not in self._maker.quiet and not self._told(channel, header, words):
+        if header not in self._maker.quiet and not self._apply_setting(channel, header, words):
             self._complaint = UNDEFINED
         return None
 
@@ -223,7 +223,7 @@ class SimulatedScpi(_Channel, SimulatedText):
         return header, words, number
 
     def _asked(self, channel: _Channel, header: str) -> str | None:
-        now, maker = channel.shown, self._maker
+        now, maker = channel.reported, self._maker
         number = maker.number
         answers: dict[str, str] = {
             "*IDN": maker.identity.format(self.model.name),
@@ -244,8 +244,8 @@ class SimulatedScpi(_Channel, SimulatedText):
         answers |= {trip: yes_no[now.protection == what] for trip, what in maker.trips.items()}
         answers |= {name: maker.truth[channel.armed.get(name, False)] for name in maker.switches}
         if header == "SYST:ERR":
-            told, self._complaint = self._complaint, NO_ERROR
-            return told
+            error, self._complaint = self._complaint, NO_ERROR
+            return error
         if header not in answers:
             self._complaint = UNDEFINED
         return answers.get(header)
@@ -254,11 +254,11 @@ class SimulatedScpi(_Channel, SimulatedText):
         word = INDEPENDENT if len(self.channels) > 1 else 0
         for number in (1, 2):  # the third is fixed and has no bits
             if channel := self.channels.get(number):
-                now = channel.shown
+                now = channel.reported
                 word |= (now.mode == "CC") << number - 1 | now.on << number + 3
         return word
 
-    def _told(self, channel: _Channel, header: str, words: list[str]) -> bool:
+    def _apply_setting(self, channel: _Channel, header: str, words: list[str]) -> bool:
         maker, word = self._maker, words[0] if words else ""
         on = word in ("1", "ON")
         if header == "INST:NSEL" and maker.names != "prefix":

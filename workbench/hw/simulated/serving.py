@@ -117,7 +117,7 @@ def _converse(
     send: Callable[[bytes], object],
     stop: threading.Event,
 ) -> None:
-    """Pass bytes until told to stop, the client hangs up, or the cable of a socket is pulled."""
+    """Pass bytes until asked to stop, the client hangs up, or the cable of a socket is pulled."""
     by_socket = isinstance(source, socket.socket)
     while not stop.is_set() and not (by_socket and device.unplugged):
         ready, _, _ = select.select([source], [], [], POLL_S)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from workbench.hw.simulated.device import Answer, Framing, SimulatedSupply, SpoiltWire, Wire
-from workbench.hw.simulated.faults import Fault
+from workbench.hw.simulated.device import DeviceOutput, Framing, SimulatedSupply, SpoiltWire, Wire
+from workbench.hw.simulated.faults import SimulatedFault
 
 __all__ = ["SimulatedText"]
 
@@ -14,7 +14,7 @@ SPOILT = 0x80
 
 
 class SimulatedText(SimulatedSupply):
-    """A supply that is told and asked in words; see `SimulatedSupply`."""
+    """A supply with commands and queries in words; see `SimulatedSupply`."""
 
     terminator = b""
 
@@ -39,10 +39,10 @@ class _Words(SpoiltWire):
         self._device = device
         self._waiting = b""
 
-    def receive(self, data: bytes) -> list[Answer]:
+    def receive(self, data: bytes) -> list[DeviceOutput]:
         """Carry out all commands that are complete."""
         commands, self._waiting = self._device.commands(self._waiting + data)
-        answers: list[Answer] = []
+        answers: list[DeviceOutput] = []
         for command in commands:
             with self._device.lock:
                 self._device.update()
@@ -53,9 +53,9 @@ class _Words(SpoiltWire):
 
     def _carried_out(self, command: str) -> bytes | None:
         faults, asks = self._device.faults, "?" in command
-        if asks and faults.strikes(Fault.EXCEPTION):
+        if asks and faults.strikes(SimulatedFault.EXCEPTION):
             return ERROR
-        if not asks and faults.strikes(Fault.IGNORED_WRITE):
+        if not asks and faults.strikes(SimulatedFault.IGNORED_WRITE):
             return None
         return self._device.obey(command)
 

@@ -14,13 +14,13 @@ from workbench.motion import FOOT, PITCH, ROTOR, TOP
 from workbench.sim import Robot
 from workbench.sim.robot import hinge_name
 
-__all__ = ["Shown"]
+__all__ = ["PoseDrawing"]
 
 Array = NDArray[np.float64]
 Point = list[float]
 
 
-class Shown:
+class PoseDrawing:
     """Draws poses of a model, from where its foot rests.
 
     Args:

@@ -1,4 +1,4 @@
-"""What a recording tells in words: phases, journal, notes, the protocol's own text."""
+"""The words of a recording: phases, journal, notes, the protocol's own text."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from workbench.review.comparison import Comparison
 from workbench.review.notes import notes
 from workbench.review.palette import rgb
 
-__all__ = ["journal_lines", "tell_run"]
+__all__ = ["journal_lines", "send_events"]
 
 _MARKDOWN = "text/markdown"
 
 
-def tell_run(stream: rr.RecordingStream, comparison: Comparison, root: str = "") -> None:
+def send_events(stream: rr.RecordingStream, comparison: Comparison, root: str = "") -> None:
     """Send the words of a run below `root`, an entity path that ends in a slash or is empty."""
     if comparison.phases:
         names = [phase.name for phase in comparison.phases]
@@ -36,7 +36,7 @@ def tell_run(stream: rr.RecordingStream, comparison: Comparison, root: str = "")
 
 
 def journal_lines(comparison: Comparison) -> list[tuple[float, str, str]]:
-    """Return time, level and text of every line; mark and warnings stand where the run begins."""
+    """Return time, level and text of every line; mark and warnings are where the run begins."""
     begins = [float(motion.times[0]) for motion in comparison.motions if len(motion)]
     begins += [time for time, _ in comparison.log[:1]]
     start = min(begins, default=0.0)

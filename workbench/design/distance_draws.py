@@ -16,7 +16,7 @@ from workbench.errors import InputError
 from workbench.motion import FOOT
 from workbench.sim import Condition, Robot, Simulation, attempt_all
 
-__all__ = ["DRAWS", "VARIED", "Spread", "distance_spreads"]
+__all__ = ["DRAWS", "VARIED", "DistanceDraws", "draw_distances"]
 
 DRAWS = 16
 VARIED = ("friction_slide", "friction_stick")
@@ -26,7 +26,7 @@ _LOW, _HIGH = 0.05, 0.95
 
 
 @dataclass(frozen=True)
-class Spread:
+class DistanceDraws:
     """Distances of the draws.
 
     Args:
@@ -61,12 +61,12 @@ class Spread:
         return f"{low:.0f} to {high:.0f} mm, median {middle:.0f} mm ({draws} draws{lost})"
 
 
-def distance_spreads(
+def draw_distances(
     jobs: Sequence[tuple[Robot, Condition]],
     tolerances: Mapping[str, float],
     draws: int = DRAWS,
     seed: int = 0,
-) -> list[Spread]:
+) -> list[DistanceDraws]:
     """Return how far robots hop when start angle, friction and speed are not what they should be.
 
     Args:
@@ -89,14 +89,14 @@ def distance_spreads(
         for departure in departures
     ]
     results = attempt_all(varied)
-    return [_spread(results[i : i + draws]) for i in range(0, len(results), draws)]
+    return [_draws_of(results[i : i + draws]) for i in range(0, len(results), draws)]
 
 
-def _spread(results: Sequence[Simulation | InputError]) -> Spread:
+def _draws_of(results: Sequence[Simulation | InputError]) -> DistanceDraws:
     paths = [
         one.motion[FOOT[0]]
         for one in results
         if isinstance(one, Simulation) and one.outcome == "completed"
     ]
     distances = tuple(float(path[-1] - path[0]) for path in paths)
-    return Spread(distances, len(results) - len(distances))
+    return DistanceDraws(distances, len(results) - len(distances))

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from tests.bundles import manifest_of, report_of
-from workbench import pairing
+from workbench import twin_comparison
 from workbench.bundle import Bundle, runs_named, verify
 from workbench.errors import InputError
-from workbench.recall import recall, recall_damaged, recall_whatever
+from workbench.load_run import load_any, load_comparison, load_damaged
 from workbench.review import Comparison, sections, write_recording, write_report
 from workbench.review.geometry import beam_points, certainty
 
@@ -83,14 +83,14 @@ def test_every_run_is_shown_again_as_its_report_tells_it(finished: Path, tmp_pat
     for path in sorted(finished.iterdir()):
         if path.is_dir():
             bundle = Bundle.open(path)
-            write_report(recall(bundle), tmp_path / "again.html")
+            write_report(load_comparison(bundle), tmp_path / "again.html")
             again = (tmp_path / "again.html").read_text(encoding="utf-8")
             assert again == bundle.view("report").read_text(encoding="utf-8")
             assert "measured to the end" in again  # drawn once the journal is complete
 
 
 def test_a_whole_run_is_not_marked(hop: Bundle) -> None:
-    found = recall_whatever(hop)
+    found = load_any(hop)
     assert found.mark is None
     assert found.label == ("hop", "17 rad/s", "thesis-initial", "repeat 1")
     assert [state.name for state in found.phases] == ["rest", "ramp", "hold", "off"]
@@ -110,7 +110,7 @@ def test_the_twin_s_corners_carry_it(finished: Path) -> None:
 def test_the_estimated_pose_follows_the_track_and_has_a_beam(finished: Path) -> None:
     for path in sorted(finished.glob("*_*-*")):
         bundle = Bundle.open(path)
-        found = recall(bundle)
+        found = load_comparison(bundle)
         assert manifest_of(bundle)["state"] == "estimated"
         assert found.estimate is not None
         estimate = found.estimate.at(found.real.times)
@@ -137,12 +137,12 @@ def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(
     def refuse(*_: object) -> None:
         raise InputError("foot and T were seen in only 12 % of the run")
 
-    monkeypatch.setattr(pairing, "estimate", refuse)
+    monkeypatch.setattr(twin_comparison, "estimate", refuse)
     (hop.path / "state.parquet").unlink()
-    pairing.pair(hop)
+    twin_comparison.compare_with_twin(hop)
     hop.finish("complete")
     assert not hop.series.has("state")
-    shown = recall(hop)
+    shown = load_comparison(hop)
     assert shown.estimate is None
     assert shown.facts["estimated pose"] == "foot and T were seen in only 12 % of the run"
     assert shown.misfit.both_mm > 0
@@ -152,7 +152,7 @@ def test_a_run_that_cannot_be_observed_is_whole_but_for_its_state(
 def test_views_that_were_damaged_do_not_mark_a_run(hop: Bundle) -> None:
     for name in ("compare.rrd", "report.html"):
         (hop.path / name).write_bytes(b"broken")
-    assert recall_whatever(hop).mark is None
+    assert load_any(hop).mark is None
 
 
 @pytest.mark.usefixtures("_drawn_once")
@@ -163,7 +163,7 @@ def test_a_series_that_was_damaged_is_named_and_the_rest_is_shown(
 ) -> None:
     file = hop.path / f"{kind}.parquet"
     file.write_bytes(spoil(file.read_bytes()))
-    found = recall_whatever(hop)
+    found = load_any(hop)
     assert found.mark is not None
     assert found.mark.startswith("DAMAGED")
     assert any(f"{kind}.parquet" in warning for warning in found.warnings)
@@ -186,7 +186,7 @@ def test_one_byte_of_a_take_marks_the_run(hop: Bundle) -> None:
     data = bytearray(take.read_bytes())
     data[len(data) // 2] ^= 1
     take.write_bytes(bytes(data))
-    found = recall_whatever(hop)
+    found = load_any(hop)
     assert found.mark == "DAMAGED, 1 of its files are not as they were written"
     assert any(take.name in warning for warning in found.warnings)
     assert len(found.real) > 100
@@ -195,8 +195,8 @@ def test_one_byte_of_a_take_marks_the_run(hop: Bundle) -> None:
 def test_a_run_that_was_killed_shows_what_was_sent(hop: Bundle, tmp_path: Path) -> None:
     cut = cut_off(hop)
     with pytest.raises(InputError, match="was never compared with its twin"):
-        recall(cut)
-    found = recall_whatever(cut)
+        load_comparison(cut)
+    found = load_any(cut)
     assert found.mark == "ABORTED, the program was killed or the computer stopped"
     assert len(found.real) == len(found.twin) == 0
     assert found.phases[0].name == "rest"
@@ -212,7 +212,7 @@ def test_a_run_that_was_killed_shows_what_was_sent(hop: Bundle, tmp_path: Path) 
 def test_an_error_that_ended_a_run_is_its_mark(hop: Bundle) -> None:
     cut = cut_off(hop)
     cut.finish("safety-stop", error="9 A at the motor, 1 A allowed\nmore of it")
-    assert recall_damaged(cut).mark == "ABORTED (safety-stop): 9 A at the motor, 1 A allowed"
+    assert load_damaged(cut).mark == "ABORTED (safety-stop): 9 A at the motor, 1 A allowed"
 
 
 def changed(path: Path) -> None:
@@ -245,11 +245,11 @@ def test_whatever_file_is_harmed_verify_names_it_and_the_rest_is_shown(
         named = any(problem.startswith(name) for problem in verify(hop.path))
         assert named == (name not in views), name
         (folder,) = runs_named([hop.path], root)
-        shown = recall_whatever(Bundle.recover(folder)[0])
+        shown = load_any(Bundle.recover(folder)[0])
         assert (shown.mark is not None) == (name not in views), name
         write_recording(shown, tmp_path / "shown.rrd")
         write_report(shown, tmp_path / "shown.html")
         if shown.mark is not None:
             assert shown.mark in (tmp_path / "shown.html").read_text(encoding="utf-8"), name
         file.write_bytes(kept)
-    assert recall_whatever(Bundle.open(hop.path)).mark is None
+    assert load_any(Bundle.open(hop.path)).mark is None

@@ -1,4 +1,4 @@
-"""Tell a deviation and its cost on one page."""
+"""Report a deviation and its cost on one page."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
+from workbench.as_built.cost import Cost
+from workbench.as_built.deviation import Deviation
+from workbench.as_built.figure import deviation_figure
 from workbench.photo import AsBent
-from workbench.readback.cost import Cost
-from workbench.readback.deviation import Deviation
-from workbench.readback.figure import deviation_figure
 from workbench.review.drawing import as_svg
 from workbench.review.page import figure, table, warning_list, write_page
 
@@ -76,11 +76,11 @@ def _verdict(deviation: Deviation, cost: Cost | None) -> str:
     count = len(deviation.correct)
     joints = {0: "No joint needs", 1: "One joint needs"}.get(count, f"{count} joints need")
     tip = 1000 * float(np.linalg.norm(deviation.tip_error))
-    told = f"{joints} correction; the tip is off by {tip:.1f} mm"
+    text = f"{joints} correction; the tip is off by {tip:.1f} mm"
     return (
-        f"{told}."
+        f"{text}."
         if cost is None
-        else f"{told}; that changes the distance by {change_in_words(cost)}."
+        else f"{text}; that changes the distance by {change_in_words(cost)}."
     )
 
 
@@ -115,7 +115,7 @@ def _distances(cost: Cost | None) -> Markup:
     if cost is None:
         return Markup()
     rows = [
-        (name, f"{1000 * one:.0f}", *_spread(around))
+        (name, f"{1000 * one:.0f}", *_rows(around))
         for name, one, around in (
             ("target", cost.target, cost.around_target),
             ("as bent", cost.bent, cost.around_bent),
@@ -131,7 +131,7 @@ def _distances(cost: Cost | None) -> Markup:
     return Markup("<p>{}</p>").format(words) + table(rows, heads)
 
 
-def _spread(around: np.ndarray) -> tuple[str, str]:
+def _rows(around: np.ndarray) -> tuple[str, str]:
     if len(around) < 2:
         return "", ""
     return f"{1000 * np.mean(around):.0f}", f"{1000 * np.std(around, ddof=1):.0f}"

@@ -15,7 +15,7 @@ __all__ = ["Deviation", "deviation_of"]
 
 Array = NDArray[np.float64]
 
-_WORTH_RAD = np.radians(1.0)  # a hand does not bend finer
+_LEAST_CORRECTION_RAD = np.radians(1.0)  # a hand does not bend finer
 _SURE = 2.0  # standard errors
 
 
@@ -47,7 +47,7 @@ class Deviation:
         """Return the joints to correct, those that are surely off by what a hand can mend first."""
         error = np.zeros(len(self.bent)) if self.error is None else self.error
         size = np.abs(self.difference)
-        off = size > np.maximum(_WORTH_RAD, _SURE * error)
+        off = size > np.maximum(_LEAST_CORRECTION_RAD, _SURE * error)
         off[0] &= self.foot_seen
         return tuple(int(k) for k in np.argsort(-size) if off[k])
 

@@ -16,16 +16,26 @@ from pathlib import Path
 
 import pytest
 
-from workbench.desk import Card, Desk, answer, cards, claim, holder, open_desk, press_stop, watch
+from workbench.control import (
+    ControlServer,
+    SessionFile,
+    answer,
+    claim,
+    holder,
+    open_control_server,
+    press_stop,
+    session_files,
+    watch,
+)
 from workbench.errors import ControllerGone, InputError, RecordError
-from workbench.loopback import HERE, Line, Message
+from workbench.loopback import HERE, Message, MessageLine
 
 pytestmark = pytest.mark.xdist_group("alone")  # answers are timed
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX files and signals")
 HOLDS = """
 import sys, time
 from pathlib import Path
-from workbench.desk import claim
+from workbench.control import claim
 with claim(Path(sys.argv[1]), "e", {}):
     print("holds", flush=True)
     time.sleep(60)
@@ -38,25 +48,25 @@ def runs(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def desk(runs: Path) -> Iterator[Desk]:
-    with open_desk(runs, "e", {"title": "T"}) as opened:
+def desk(runs: Path) -> Iterator[ControlServer]:
+    with open_control_server(runs, "e", {"title": "T"}) as opened:
         yield opened
 
 
 @pytest.fixture
-def card(runs: Path, desk: Desk) -> Card:
-    (found,) = cards(runs)
+def card(runs: Path, desk: ControlServer) -> SessionFile:
+    (found,) = session_files(runs)
     return found
 
 
-def heard(line: Line, seconds: float = 3.0) -> Message:
+def heard(line: MessageLine, seconds: float = 3.0) -> Message:
     found = line.receive(seconds)
     assert found is not None
     return found
 
 
-def shown(line: Line, **wanted: object) -> Message:
-    """Wait until the desk shows something."""
+def shown(line: MessageLine, **wanted: object) -> Message:
+    """Wait until the server publishes something."""
     deadline = time.monotonic() + 3
     while time.monotonic() < deadline:
         found = heard(line)
@@ -67,14 +77,14 @@ def shown(line: Line, **wanted: object) -> Message:
 
 @posix
 def test_a_card_is_for_its_owner_s_eyes_and_gone_at_the_end(runs: Path) -> None:
-    with open_desk(runs, "e", {"title": "T"}) as desk:
-        (card,) = cards(runs)
+    with open_control_server(runs, "e", {"title": "T"}) as desk:
+        (card,) = session_files(runs)
         assert card.pid == os.getpid()
         assert card.facts["token"] == desk.token
         assert stat.S_IMODE(card.path.stat().st_mode) == 0o600
         assert stat.S_IMODE(card.path.parent.stat().st_mode) == 0o700
         assert not runs.exists()  # the folder of runs holds runs alone
-    assert cards(runs) == []
+    assert session_files(runs) == []
 
 
 def test_one_experiment_is_carried_out_once_at_a_time(runs: Path) -> None:
@@ -83,7 +93,7 @@ def test_one_experiment_is_carried_out_once_at_a_time(runs: Path) -> None:
         with pytest.raises(InputError, match=words), claim(runs, "e", {}):
             pass
         with claim(runs, "another", {}):
-            assert len(cards(runs)) == 2
+            assert len(session_files(runs)) == 2
     assert holder(runs, "e") is None
     with claim(runs, "e", {}):
         pass
@@ -101,9 +111,11 @@ def test_the_card_of_a_process_that_was_killed_holds_nothing_up(runs: Path) -> N
         assert held.pid == other.pid
         other.kill()
     assert holder(runs, "e") is None
-    assert [card.pid for card in cards(runs)] == [other.pid]  # it is told of until somebody begins
+    assert [card.pid for card in session_files(runs)] == [
+        other.pid
+    ]  # it is told of until somebody begins
     with claim(runs, "another", {}):
-        assert [card.experiment for card in cards(runs)] == ["another"]
+        assert [card.experiment for card in session_files(runs)] == ["another"]
 
 
 @posix
@@ -115,7 +127,7 @@ def test_a_card_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 
 def test_a_visitor_sees_phase_question_notice_and_end(runs: Path) -> None:
-    with open_desk(runs, "e", {}) as desk, watch(cards(runs)[0]) as line:
+    with open_control_server(runs, "e", {}) as desk, watch(session_files(runs)[0]) as line:
         desk.show_phase("rest 2 s")
         assert shown(line, phase="rest 2 s")["since"] < 1
         with desk.ask("How warm?", typed=True, default="20 degC"):
@@ -133,15 +145,15 @@ def test_a_visitor_sees_phase_question_notice_and_end(runs: Path) -> None:
 def test_a_desk_says_how_its_run_ended(runs: Path) -> None:
     ended: list[object] = []
 
-    def look(card: Card) -> None:
+    def look(card: SessionFile) -> None:
         with watch(card) as line:
             while (found := heard(line))["ended"] is None:
                 seen.set()
             ended.append(found["ended"])
 
     def fail() -> None:
-        with open_desk(runs, "e", {}):
-            visitors.append(threading.Thread(target=look, args=cards(runs)))
+        with open_control_server(runs, "e", {}):
+            visitors.append(threading.Thread(target=look, args=session_files(runs)))
             visitors[0].start()
             assert seen.wait(3)
             raise InputError("no such thing")
@@ -153,7 +165,7 @@ def test_a_desk_says_how_its_run_ended(runs: Path) -> None:
     assert ended == [{"kind": "InputError", "text": "no such thing"}]
 
 
-def test_the_first_answer_counts(desk: Desk, card: Card) -> None:
+def test_the_first_answer_counts(desk: ControlServer, card: SessionFile) -> None:
     with desk.ask("Ready?", typed=False) as question:
         assert question.wait(0.0) is None
         assert not answer(card, question.number + 1, "")  # of another prompt
@@ -166,7 +178,9 @@ def test_the_first_answer_counts(desk: Desk, card: Card) -> None:
         assert question.wait(1.0) == ("1 m", "panel")
 
 
-def test_stop_is_a_ctrl_c_wherever_the_main_thread_waits(desk: Desk, card: Card) -> None:
+def test_stop_is_a_ctrl_c_wherever_the_main_thread_waits(
+    desk: ControlServer, card: SessionFile
+) -> None:
     threading.Timer(0.1, press_stop, (card,)).start()
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
@@ -181,8 +195,8 @@ def test_stop_is_a_ctrl_c_wherever_the_main_thread_waits(desk: Desk, card: Card)
 def test_stop_is_heard_where_a_shell_had_ctrl_c_ignored(runs: Path) -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as for a command that ends in &
     try:
-        with open_desk(runs, "e", {}):
-            threading.Timer(0.1, press_stop, cards(runs)).start()
+        with open_control_server(runs, "e", {}):
+            threading.Timer(0.1, press_stop, session_files(runs)).start()
             with pytest.raises(KeyboardInterrupt):
                 time.sleep(10)
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
@@ -190,8 +204,8 @@ def test_stop_is_heard_where_a_shell_had_ctrl_c_ignored(runs: Path) -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_nobody_is_served_without_the_token(desk: Desk, card: Card) -> None:
-    stranger = Card(card.path, {**card.facts, "token": "guessed"})
+def test_nobody_is_served_without_the_token(desk: ControlServer, card: SessionFile) -> None:
+    stranger = SessionFile(card.path, {**card.facts, "token": "guessed"})
     with pytest.raises(ControllerGone, match="is gone"):
         press_stop(stranger)
     with pytest.raises(ControllerGone, match="is gone"):
@@ -199,17 +213,19 @@ def test_nobody_is_served_without_the_token(desk: Desk, card: Card) -> None:
     time.sleep(0.1)  # a Ctrl-C would come here
 
 
-def deaf_visitor(desk: Desk) -> Line:
+def deaf_visitor(desk: ControlServer) -> MessageLine:
     """Watch without ever reading, through buffers that are soon full."""
     link = socket.socket()
     link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     link.connect((HERE, desk.port))
-    line = Line(link)
+    line = MessageLine(link)
     line.send({"token": desk.token, "want": "watch"})
     return line
 
 
-def test_a_visitor_that_never_reads_does_not_hold_up_the_run(desk: Desk, card: Card) -> None:
+def test_a_visitor_that_never_reads_does_not_hold_up_the_run(
+    desk: ControlServer, card: SessionFile
+) -> None:
     deaf = [deaf_visitor(desk) for _ in range(3)]
     took: list[float] = []
 
@@ -218,7 +234,7 @@ def test_a_visitor_that_never_reads_does_not_hold_up_the_run(desk: Desk, card: C
             began = time.perf_counter()
             desk.show_phase("x" * 200_000 + f" {number}")
             took.append(time.perf_counter() - began)
-            time.sleep(0.005)  # lets the desk send
+            time.sleep(0.005)  # lets the server send
 
     worker = threading.Thread(target=work)
     worker.start()
@@ -237,7 +253,7 @@ def test_a_visitor_that_never_reads_does_not_hold_up_the_run(desk: Desk, card: C
     assert max(took) < 0.5, f"{max(took)} s"
 
 
-def test_a_page_that_is_open_counts_as_somebody(desk: Desk, card: Card) -> None:
+def test_a_page_that_is_open_counts_as_somebody(desk: ControlServer, card: SessionFile) -> None:
     assert not desk.attended  # after the time in which a panel finds it
     with watch(card) as line:
         for pages in (1, 0):
@@ -253,12 +269,12 @@ def test_a_process_that_hangs_is_told_from_one_that_is_dead(runs: Path) -> None:
         path = runs / "e.json"
         facts = {"pid": 7, "port": deaf.getsockname()[1], "token": "x"}
         with pytest.raises(ControllerGone, match=r"process 7 hangs: no answer within 0\.5 s"):
-            press_stop(Card(path, facts))
+            press_stop(SessionFile(path, facts))
     with pytest.raises(ControllerGone, match="process 7 is gone"):
-        press_stop(Card(path, facts))
+        press_stop(SessionFile(path, facts))
 
 
 def test_a_card_that_is_half_written_is_none(runs: Path) -> None:
     with claim(runs, "e", {}) as card:
         card.path.write_text(json.dumps(dict(card.facts))[:9])
-        assert cards(runs) == []
+        assert session_files(runs) == []

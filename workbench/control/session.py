@@ -1,6 +1,6 @@
-"""The card of a live experiment: who carries it out, and where its desk is.
+"""The session file of a live experiment: who carries it out, and the address of its server.
 
-A card is a file beside the folder of runs, readable by its owner alone. The process that carries
+It is a file beside the folder of runs, readable by its owner alone. The process that carries
 out the experiment holds a lock on it, which the system releases when that process dies, however it
 dies. So two processes never carry out one experiment, and no process number has to be trusted.
 """
@@ -23,18 +23,18 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-__all__ = ["Card", "cards", "claim", "folder_of", "holder"]
+__all__ = ["SessionFile", "claim", "folder_of", "holder", "session_files"]
 
-_FAR = 1 << 30  # Windows locks bytes against reading too: one that no card reaches
+_FAR = 1 << 30  # Windows locks bytes against reading too: one that no such file reaches
 _OWNER_ONLY = 0o600
 
 
 @dataclass(frozen=True)
-class Card:
+class SessionFile:
     """What a live experiment says of itself.
 
     Args:
-        path: of the card.
+        path: of the file.
         facts: `pid`, `experiment`, and whatever its owner wrote.
     """
 
@@ -53,25 +53,25 @@ class Card:
 
 
 def folder_of(runs: Path) -> Path:
-    """Return where the cards of a folder of runs lie: beside it, so that it holds runs alone."""
+    """Return where the session files of a folder of runs are: beside it, which holds runs alone."""
     runs = runs.resolve()
     return runs.with_name(f"{runs.name}.live")
 
 
-def cards(runs: Path) -> list[Card]:
-    """Return the cards of a folder of runs, newest last; one may be of a process that died."""
-    found: list[tuple[int, Card]] = []
+def session_files(runs: Path) -> list[SessionFile]:
+    """Return the session files of a folder of runs, newest last; some may be of dead processes."""
+    found: list[tuple[int, SessionFile]] = []
     for path in folder_of(runs).glob("*.json"):
         with suppress(OSError, ValueError):  # removed, or not yet written
             facts = json.loads(path.read_text(encoding="utf-8"))
-            found.append((path.stat().st_mtime_ns, Card(path, facts)))
-    return [card for _, card in sorted(found, key=lambda pair: pair[0])]
+            found.append((path.stat().st_mtime_ns, SessionFile(path, facts)))
+    return [session for _, session in sorted(found, key=lambda pair: pair[0])]
 
 
-def holder(runs: Path, experiment: str) -> Card | None:
-    """Return the card of the process that carries out an experiment; None when nobody does.
+def holder(runs: Path, experiment: str) -> SessionFile | None:
+    """Return the session file of whoever carries out an experiment; None when nobody does.
 
-    A card of another user cannot be read; it counts as held, without facts.
+    One of another user cannot be read; it counts as held, without facts.
     """
     path = _path(runs, experiment)
     try:
@@ -79,29 +79,32 @@ def holder(runs: Path, experiment: str) -> Card | None:
     except FileNotFoundError:
         return None
     except PermissionError:
-        return Card(path, {})
+        return SessionFile(path, {})
     try:
         if _lock(file):
             return None
-        return next((card for card in cards(runs) if card.path == path), Card(path, {}))
+        return next(
+            (session for session in session_files(runs) if session.path == path),
+            SessionFile(path, {}),
+        )
     finally:
         os.close(file)
 
 
 @contextmanager
-def claim(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[Card]:
-    """Hold an experiment until the block ends; its card is there as long.
+def claim(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[SessionFile]:
+    """Hold an experiment until the block ends; its session file is there as long.
 
-    Cards of processes that died are removed.
+    Session files of processes that died are removed.
 
     Args:
         runs: folder of all bundles.
         experiment: name of the experiment.
-        facts: for the card; what JSON can say.
+        facts: for the session file; what JSON can say.
 
     Raises:
         InputError: when another process carries it out.
-        RecordError: when the card cannot be written.
+        RecordError: when the session file cannot be written.
     """
     path = _path(runs, experiment)
     try:
@@ -118,10 +121,10 @@ def claim(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[Car
         raise InputError(f"experiment {experiment}: {who} carries it out; see {path}")
     try:
         _sweep(path)
-        card = Card(path, {"pid": os.getpid(), "experiment": experiment, **facts})
+        session = SessionFile(path, {"pid": os.getpid(), "experiment": experiment, **facts})
         os.ftruncate(file, 0)
-        os.write(file, json.dumps(card.facts, default=str).encode())
-        yield card
+        os.write(file, json.dumps(session.facts, default=str).encode())
+        yield session
     finally:
         _remove(path, file)
 
@@ -131,7 +134,7 @@ def _path(runs: Path, experiment: str) -> Path:
 
 
 def _locked(path: Path) -> int | None:
-    """Open and lock a card that is still in its folder; None when somebody else has."""
+    """Open and lock a session file that is still in its folder; None when somebody else has."""
     while True:
         file = os.open(path, os.O_RDWR | os.O_CREAT, _OWNER_ONLY)
         if not _lock(file):
@@ -158,7 +161,7 @@ def _lock(file: int) -> bool:
 
 
 def _sweep(mine: Path) -> None:
-    """Remove the cards of processes that died."""
+    """Remove the session files of processes that died."""
     for path in mine.parent.glob("*.json"):
         if path == mine:
             continue
@@ -168,7 +171,7 @@ def _sweep(mine: Path) -> None:
 
 
 def _remove(path: Path, file: int) -> None:
-    """Remove a card that is held, then let go of it."""
+    """Remove a session file that is held, then unlock it."""
     if sys.platform == "win32":  # an open file cannot be removed there
         os.close(file)
         path.unlink(missing_ok=True)

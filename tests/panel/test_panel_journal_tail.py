@@ -12,7 +12,7 @@ from tests.bundles import NOW, asked_for, note
 from workbench.bundle import Bundle, SupplyIdentity, events
 from workbench.panel.controller import Controller
 from workbench.panel.estimate import remaining_s
-from workbench.panel.following import Following
+from workbench.panel.journal_tail import JournalTail
 from workbench.panel.result import experiment_verdict, result
 from workbench.panel.view import clocks, view
 
@@ -33,11 +33,11 @@ def bundle(tmp_path: Path) -> Bundle:
 
 
 def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
-    following = Following(bundle)
+    following = JournalTail(bundle)
     assert not following.read_on()
-    bundle.record.journal(events.Cameras(), 0.0)
+    bundle.record.journal(events.CamerasStarted(), 0.0)
     bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
-    bundle.record.journal(events.Reading(**READING), 2.1)
+    bundle.record.journal(events.SupplyReading(**READING), 2.1)
     assert following.read_on()
     assert not following.read_on()
     assert following.output.state == "on"
@@ -54,7 +54,7 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
         file.write(' "confirmed": true}\n')
     assert following.read_on()
     assert following.output.state == "off"
-    assert [text for _, text in following.told] == [
+    assert [text for _, text in following.notices] == [
         "cameras record",
         "output on at 1.00 V",
         "output off, confirmed",
@@ -67,17 +67,17 @@ def test_each_line_is_read_once_and_a_cut_one_later(bundle: Bundle) -> None:
 
 
 def test_times_of_events_never_jump_back(bundle: Bundle) -> None:
-    following = Following(bundle)
-    bundle.record.journal(events.Asked(run="hop"), 0.0)
-    bundle.record.journal(events.Prepared(identity=RD6006), 1.02)
-    bundle.record.journal(events.Cameras(), 0.0)  # with which the run's time begins anew
+    following = JournalTail(bundle)
+    bundle.record.journal(events.RunAsked(run="hop"), 0.0)
+    bundle.record.journal(events.SupplyPrepared(identity=RD6006), 1.02)
+    bundle.record.journal(events.CamerasStarted(), 0.0)  # with which the run's time begins anew
     bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     following.read_on()
-    assert [time for time, _ in following.told] == [None, None, 0.0, 2.0]
+    assert [time for time, _ in following.notices] == [None, None, 0.0, 2.0]
 
 
 def test_of_a_process_that_hangs_the_output_is_not_known(bundle: Bundle) -> None:
-    following = Following(bundle)
+    following = JournalTail(bundle)
     assert view(Controller("silent"), following)["output"]["text"] == "not on yet"
     bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     following.read_on()
@@ -90,7 +90,7 @@ def test_of_a_process_that_hangs_the_output_is_not_known(bundle: Bundle) -> None
 def test_a_line_that_a_full_disk_cut_is_passed_over(bundle: Bundle) -> None:
     bundle.record.journal_log.write_text('{"time_s": 1.0, "ev\n')
     bundle.record.journal(events.OutputOff(confirmed=False), 1.0)
-    following = Following(bundle)
+    following = JournalTail(bundle)
     assert following.read_on()
     assert following.output.state == "unknown"
 
@@ -126,7 +126,7 @@ def test_without_a_run_the_page_says_so(bundle: Bundle) -> None:
 
 def lost(bundle: Bundle) -> tuple[str, str]:
     """What stands in the banner and beside Output when the process of this run died."""
-    following = Following(bundle)
+    following = JournalTail(bundle)
     following.read_on()
     shown = view(Controller("gone"), following)
     assert shown["banner"]["level"] == "alarm"
@@ -134,7 +134,7 @@ def lost(bundle: Bundle) -> tuple[str, str]:
 
 
 def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: Bundle) -> None:
-    bundle.record.journal(events.Cameras(), 0.0)
+    bundle.record.journal(events.CamerasStarted(), 0.0)
     assert "It had not touched the supply." in lost(bundle)[0]
     bundle.record.journal(events.OutputOn(volts="1.00"), 2.0)
     assert "No guardian watched its output. OUTPUT MAY BE ON" in lost(bundle)[0]
@@ -160,7 +160,7 @@ def test_what_became_of_a_dead_run_s_output_is_what_its_guardian_wrote(bundle: B
 def test_a_supply_that_does_not_answer_is_an_alarm_while_its_run_goes_on(bundle: Bundle) -> None:
     lines = ['{"event": "output_on"}', '{"event": "lost", "cause": "no answer"}']
     bundle.record.guardian_log.write_text("\n".join(lines) + "\n")
-    shown = view(Controller("alive"), Following(bundle))
+    shown = view(Controller("alive"), JournalTail(bundle))
     assert shown["banner"]["title"] == "OUTPUT MAY BE ON"
     assert shown["banner"]["text"].startswith("no answer. Use the switch")
     assert shown["output"] == {"level": "alarm", "text": "MAY BE ON"}
@@ -168,8 +168,8 @@ def test_a_supply_that_does_not_answer_is_an_alarm_while_its_run_goes_on(bundle:
 
 def test_the_live_twin_is_shown_while_its_run_is_heard_of() -> None:
     shown = {"live": {"error_mm": 1.2, "limit_mm": 5.0}}
-    assert view(Controller("alive", shown=shown), None)["live"] == shown["live"]
-    assert view(Controller("gone", shown=shown), None)["live"] is None
+    assert view(Controller("alive", published=shown), None)["live"] == shown["live"]
+    assert view(Controller("gone", published=shown), None)["live"] is None
 
 
 @pytest.mark.parametrize(
@@ -185,7 +185,7 @@ def test_the_live_twin_is_shown_while_its_run_is_heard_of() -> None:
 def test_an_experiment_that_ended_has_its_verdict(
     verdict: tuple[int, int], level: str, title: str
 ) -> None:
-    controller = Controller("ended", shown={"ended": {"kind": "complete", "text": ""}})
+    controller = Controller("ended", published={"ended": {"kind": "complete", "text": ""}})
     banner = view(controller, None, verdict)["banner"]
     assert (banner["level"], banner["title"]) == (level, title)
 

@@ -15,23 +15,23 @@ import numpy as np
 from workbench.bundle import (
     Alignment,
     Bundle,
-    ChannelNoise,
+    ChannelFacts,
     Clocks,
     CommandFacts,
     Compared,
     DelayFacts,
     Driven,
     FloorFacts,
-    Observed,
+    ObserverFacts,
     Released,
     ReleaseFacts,
-    RotorSpeed,
-    Signals,
+    RotorSpeedFacts,
+    SignalFacts,
     Swung,
     TrackFacts,
     sha256,
 )
-from workbench.clamped import Swing, summarize_clamped
+from workbench.clamped import ClampedResponse, summarize_clamped
 from workbench.errors import InputError, WorkbenchError
 from workbench.fit.estimation import estimate
 from workbench.fit.measured import MeasuredRun
@@ -51,7 +51,7 @@ from workbench.motion import (
 )
 from workbench.protocol import (
     BenchFile,
-    Cameras,
+    CameraSettings,
     ModelFile,
     MotorLine,
     ShapeFile,
@@ -77,7 +77,7 @@ from workbench.tracking import (
 )
 from workbench.twin import Command, Release, find_release, make_twin, robot_of
 
-__all__ = ["OtherTwin", "other_twin", "pair", "settings"]
+__all__ = ["OtherTwin", "compare_with_twin", "other_twin", "settings"]
 
 _STILL: dict[Mode, str] = {
     "decay": "T never moves in this take; was it released while the cameras recorded, and is the "
@@ -95,7 +95,7 @@ _TOGETHER_S = 2.0
 _T = TypeVar("_T")
 
 
-class _Pair(NamedTuple):
+class _TrackAndTwin(NamedTuple):
     """A run as tracked, and its twin as simulated."""
 
     track: Track
@@ -118,12 +118,12 @@ class OtherTwin(NamedTuple):
     """
 
     motion: TimeSeries
-    summary: Summary | Swing | RingDown
+    summary: Summary | ClampedResponse | RingDown
     misfit: Misfit
     warnings: tuple[str, ...]
 
 
-def pair(bundle: Bundle) -> None:
+def compare_with_twin(bundle: Bundle) -> None:
     """Track the take, simulate its twin, compare; write series and facts into the bundle.
 
     Raises:
@@ -146,7 +146,7 @@ def pair(bundle: Bundle) -> None:
     bundle.record.note(_signals(bundle, track, twin, made.command))
 
 
-def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
+def _observe(bundle: Bundle, made: _TrackAndTwin, made_from: Mapping[str, str]) -> None:
     """Estimate the run's state and how well the model predicts it; where it cannot be, say why."""
     track, command, release = made.track, made.command, made.release or Release()
     run = MeasuredRun(
@@ -161,11 +161,11 @@ def _observe(bundle: Bundle, made: _Pair, made_from: Mapping[str, str]) -> None:
     try:
         found = estimate(robot_of(made.model, made.shape), run)
     except InputError as error:
-        bundle.record.note(Observed(state=str(error)))
+        bundle.record.note(ObserverFacts(state=str(error)))
         return
     bundle.series.write("state", found.state, made_from)
     apart = misfit(run.motion, made.twin, found.compared_s)
-    facts = Observed(
+    facts = ObserverFacts(
         state="estimated",
         prediction_mm=dict(found.prediction_mm),
         compared_s=found.compared_s,
@@ -200,7 +200,7 @@ def other_twin(bundle: Bundle, model: ModelFile) -> OtherTwin:
     )
 
 
-def _made(bundle: Bundle, model: ModelFile | None = None) -> _Pair:
+def _made(bundle: Bundle, model: ModelFile | None = None) -> _TrackAndTwin:
     """Track the take and simulate its twin, by the bundle's own model where none is given."""
     cameras, calibration = settings(bundle)
     model = model or load(bundle.document("model"), ModelFile).content
@@ -210,14 +210,14 @@ def _made(bundle: Bundle, model: ModelFile | None = None) -> _Pair:
     mode = bundle.asked.mode
     release = _release(bundle, track, command, model, shape)
     twin, outcome = make_twin(mode, model, shape, command, track, release)
-    return _Pair(track, twin, command, release, model, shape, outcome)
+    return _TrackAndTwin(track, twin, command, release, model, shape, outcome)
 
 
-def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
+def settings(bundle: Bundle) -> tuple[CameraSettings, MotorLine]:
     """Return how the cameras see the robot, and the calibration, from bench or sheet."""
     if bundle.document("sheet").exists():
         sheet = load(bundle.document("sheet"), Sheet).content
-        cameras = Cameras(
+        cameras = CameraSettings(
             axes=sheet.tracking, bodies=sheet.bodies, markers=sheet.markers, cleaning=sheet.cleaning
         )
         # what is in SI already is not read once more as text with a unit
@@ -227,7 +227,7 @@ def settings(bundle: Bundle) -> tuple[Cameras, MotorLine]:
     return kept.tracking, kept.line
 
 
-def _track(bundle: Bundle, cameras: Cameras) -> Track:
+def _track(bundle: Bundle, cameras: CameraSettings) -> Track:
     mode = bundle.asked.mode
     take = as_stated(read_take(bundle.take()), _stated(bundle, cameras))
     axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
@@ -237,7 +237,7 @@ def _track(bundle: Bundle, cameras: Cameras) -> Track:
         take,
         bodies=BodyNames(cameras.bodies.foot, cameras.bodies.top, cameras.bodies.rotor),
         axes=axes,
-        markers={name: np.array(places) for name, places in cameras.markers.items()},
+        markers={name: np.array(positions) for name, positions in cameras.markers.items()},
         recipe=cameras.cleaning,
         mode=mode,
     )
@@ -246,7 +246,7 @@ def _track(bundle: Bundle, cameras: Cameras) -> Track:
     return track
 
 
-def _stated(bundle: Bundle, cameras: Cameras) -> Stated:
+def _stated(bundle: Bundle, cameras: CameraSettings) -> Stated:
     """Return what bench or sheet say of the take besides its axes and names."""
     exchanged: tuple[Exchange, ...] = ()
     if bundle.document("sheet").exists():
@@ -276,7 +276,7 @@ def _command(bundle: Bundle, calibration: MotorLine, track: Track) -> Command:
 def _release(
     bundle: Bundle, track: Track, command: Command, model: ModelFile, shape: ShapeFile
 ) -> Release | None:
-    """Return from where the robot was let go: as told, else as the data have it."""
+    """Return from where the robot was let go: as given, else as the data have it."""
     mode = bundle.asked.mode
     if mode in DRIVEN:
         return None
@@ -292,14 +292,16 @@ def _release(
     return Release(pull=-pull if held < 0 else pull)
 
 
-def _summary(mode: Mode, motion: TimeSeries, duration: float) -> Summary | Swing | RingDown:
+def _summary(
+    mode: Mode, motion: TimeSeries, duration: float
+) -> Summary | ClampedResponse | RingDown:
     if mode in RELEASED:
         return summarize_release(motion, mode, duration)
     return (summarize_clamped if mode == "clamped" else summarize)(motion, duration)
 
 
-def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> Signals:
-    """Return noise, rotor speed, floor and clocks for the manifest; null where they are not told.
+def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -> SignalFacts:
+    """Return noise, rotor speed, floor and clocks for the manifest; null where they are not known.
 
     The delay to the twin is that of T's height over the first two seconds, before hops diverge.
     Clocks are compared only with steps that the bench sent itself.
@@ -314,10 +316,10 @@ def _signals(bundle: Bundle, track: Track, twin: TimeSeries, command: Command) -
             driven.times, np.where(driven.validity(ROTOR_ANGLE), driven[ROTOR_ANGLE], np.nan)
         )
     )
-    return Signals(
-        noise_mm={n: ChannelNoise(**v.as_json(1e3)) for n, v in noise.items() if _is_place(n)},
-        noise_rad={n: ChannelNoise(**v.as_json()) for n, v in noise.items() if not _is_place(n)},
-        rotor_speed_rad_s=speed and RotorSpeed(**asdict(speed)),
+    return SignalFacts(
+        noise_mm={n: ChannelFacts(**v.as_json(1e3)) for n, v in noise.items() if _in_metres(n)},
+        noise_rad={n: ChannelFacts(**v.as_json()) for n, v in noise.items() if not _in_metres(n)},
+        rotor_speed_rad_s=speed and RotorSpeedFacts(**asdict(speed)),
         floor=track.floor and FloorFacts(**asdict(track.floor)),
         alignment=Alignment(
             twin_delay=late and DelayFacts(**asdict(late)),
@@ -330,19 +332,19 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def _is_place(channel: str) -> bool:
+def _in_metres(channel: str) -> bool:
     return channel.endswith("_m")
 
 
-def _or_none(tell: Callable[[], _T]) -> _T | None:
-    """Return what a measurement tells, None where the run is too short or too poor for it."""
+def _or_none(measure: Callable[[], _T]) -> _T | None:
+    """Return what a measurement gives, None where the run is too short or too poor for it."""
     try:
-        return tell()
+        return measure()
     except InputError:
         return None
 
 
-def _note(bundle: Bundle, made: _Pair) -> None:
+def _note(bundle: Bundle, made: _TrackAndTwin) -> None:
     """Write what robot and twin did into the manifest, of which the views are made."""
     track, command, mode = made.track, made.command, bundle.asked.mode
     error = misfit(track.motion, made.twin, command.duration)
@@ -378,7 +380,7 @@ def _release_facts(release: Release) -> ReleaseFacts:
     )
 
 
-def _warnings(made: _Pair) -> list[str]:
+def _warnings(made: _TrackAndTwin) -> list[str]:
     backwards = made.release is not None and made.release.pull < 0
     return [
         *made.track.warnings,

@@ -7,10 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.errors import InputError
-from workbench.photo import AsBent
-from workbench.protocol import ShapeFile, load_model, load_shape
-from workbench.readback import (
+from workbench.as_built import (
     Cost,
     deviation_figure,
     deviation_of,
@@ -18,6 +15,9 @@ from workbench.readback import (
     write_as_bent,
     write_readback,
 )
+from workbench.errors import InputError
+from workbench.photo import AsBent
+from workbench.protocol import ShapeFile, load_model, load_shape
 from workbench.sim import make_robot
 
 ERROR = np.radians(0.1)

@@ -22,16 +22,16 @@ from workbench.errors import InputError
 from workbench.fit.measured import measured_run, paced
 from workbench.fit.prediction import predictions
 from workbench.fit.replay import compared, replayed
-from workbench.pairing import other_twin
+from workbench.load_run import load_any, load_comparison
 from workbench.protocol import Document, ModelFile, ShapeFile, load
-from workbench.recall import recall, recall_whatever
-from workbench.review import Comparison, ExperimentPage, Extended, Proof, Replayed
+from workbench.review import Comparison, ExperimentPage, Extended, Replayed, ValidationReplay
 from workbench.twin import robot_of
+from workbench.twin_comparison import other_twin
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-__all__ = ["Shown", "pair_extended", "write_views"]
+__all__ = ["ComparisonSet", "compare_extended", "write_views"]
 
 _MOMENT = 0.8  # of the run: where a picture is taken
 _DRAW: dict[View, Callable[[Bundle, Comparison, Path], None]] = {
@@ -40,7 +40,7 @@ _DRAW: dict[View, Callable[[Bundle, Comparison, Path], None]] = {
         comparison, path, None, _beside(bundle)
     ),
 }
-_OWN = (
+_REPLAY_TEXT = (
     "Both models start as the robot did, and their rotors turn as it was seen to turn. Base is the "
     "model that the run was made with; a diagnosis refits it before it compares."
 )
@@ -58,11 +58,11 @@ def write_views(bundle: Bundle) -> str | None:
         there.
     """
     why: dict[View, str] = {}
-    shown: Comparison | None = None
+    comparison: Comparison | None = None
     for kind, draw in _DRAW.items():
         try:
-            shown = shown or recall_whatever(bundle)
-            bundle.write_view(kind, partial(draw, bundle, shown))
+            comparison = comparison or load_any(bundle)
+            bundle.write_view(kind, partial(draw, bundle, comparison))
         except (KeyboardInterrupt, SystemExit):
             raise
         except BaseException as error:  # a panic inside rerun is no Exception
@@ -86,8 +86,8 @@ def _not_drawn(bundle: Bundle, why: Mapping[View, str]) -> str:
     )
 
 
-def pair_extended(
-    bundle: Bundle, model: Document[ModelFile], proof: Proof | None = None
+def compare_extended(
+    bundle: Bundle, model: Document[ModelFile], validation: ValidationReplay | None = None
 ) -> Comparison:
     """Compare a run with its twin and with that of an extended model; nothing is written.
 
@@ -97,31 +97,34 @@ def pair_extended(
     Args:
         bundle: of the run.
         model: the extended one.
-        proof: both models as a diagnosis compared them; else the run's own model and the extended
+        validation: both models as a diagnosis compared them; else the run's model and the extended
             one are simulated as a diagnosis would.
 
     Raises:
         TakeError, InputError, WorkbenchError: as `pair`, for either model.
     """
-    comparison, name = recall(bundle), model.content.name
+    comparison, name = load_comparison(bundle), model.content.name
     twin = other_twin(bundle, model.content)
     return replace(
         comparison,
-        proof=proof or _replayed(bundle, model.content),
+        validation=validation or _replayed(bundle, model.content),
         extended=Extended(name, twin.motion, twin.summary, twin.misfit),
         facts={**comparison.facts, "extended model": f"{name} ({sha256(model.path)[:12]})"},
         warnings=(*comparison.warnings, *twin.warnings),
     )
 
 
-def _replayed(bundle: Bundle, model: ModelFile) -> Proof | None:
+def _replayed(bundle: Bundle, model: ModelFile) -> ValidationReplay | None:
     """Return the run's own model and an extended one, started and turned as was measured."""
-    own = load(bundle.document("model"), ModelFile).content
+    own_model = load(bundle.document("model"), ModelFile).content
     shape = load(bundle.document("shape"), ShapeFile).content
     try:
         run = paced(measured_run(bundle))
         part = compared(run)
-        robots = {"the run's own model": robot_of(own, shape), model.name: robot_of(model, shape)}
+        robots = {
+            "the run's own model": robot_of(own_model, shape),
+            model.name: robot_of(model, shape),
+        }
         found = {name: replayed(robot, part) for name, robot in robots.items()}
     except InputError:
         return None  # what cannot be observed is shown as commanded
@@ -130,11 +133,11 @@ def _replayed(bundle: Bundle, model: ModelFile) -> Proof | None:
         for name, one in found.items()
     )
     noise = next(iter(found.values())).noise_mm
-    return Proof(base, extended, noise, float(base.error.times[-1]), _OWN)
+    return ValidationReplay(base, extended, noise, float(base.error.times[-1]), _REPLAY_TEXT)
 
 
 @dataclass(frozen=True)
-class Shown:
+class ComparisonSet:
     """Runs that are shown together.
 
     Args:

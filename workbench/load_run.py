@@ -20,10 +20,10 @@ from workbench.bundle import (
     Compared,
     Driven,
     Logged,
-    Observed,
+    ObserverFacts,
     Released,
     Series,
-    Signals,
+    SignalFacts,
     Swung,
     events,
     judgements,
@@ -31,7 +31,7 @@ from workbench.bundle import (
     verify,
 )
 from workbench.bundle.sentences import condition_words, sentence
-from workbench.clamped import Swing, summarize_clamped
+from workbench.clamped import ClampedResponse, summarize_clamped
 from workbench.errors import InputError
 from workbench.motion import (
     FOOT,
@@ -45,18 +45,18 @@ from workbench.motion import (
     Summary,
 )
 from workbench.protocol import ModelFile, ShapeFile, load, load_model, load_shape
-from workbench.review import Comparison, ErrorSources, Figure, Phase, Predicted
+from workbench.review import Comparison, ErrorSources, Figure, Phase, PredictionError
 from workbench.review.condition import condition
 from workbench.review.phases import phases, with_prompts
 from workbench.ringdown import RingDown
 from workbench.timeseries import TimeSeries
 
-__all__ = ["recall", "recall_damaged", "recall_whatever"]
+__all__ = ["load_any", "load_comparison", "load_damaged"]
 
 _NAN = float("nan")
 _CHANNELS = (*FOOT, *TOP, *ROTOR, ROTOR_ANGLE, ROTOR_SPEED, "hinge_0_rad")
 _NOTHING = TimeSeries.of([], {name: [] for name in _CHANNELS})
-"""Stands for a motion that there is none of."""
+"""In place of a motion that there is none of."""
 
 
 class _Kept(NamedTuple):
@@ -70,7 +70,7 @@ class _Kept(NamedTuple):
     mark: str | None = None
 
 
-def recall(bundle: Bundle) -> Comparison:
+def load_comparison(bundle: Bundle) -> Comparison:
     """Return a finished run beside its twin, from the bundle's own series and manifest.
 
     Raises:
@@ -93,7 +93,7 @@ def recall(bundle: Bundle) -> Comparison:
     return _comparison(bundle, kept)
 
 
-def recall_damaged(bundle: Bundle) -> Comparison:
+def load_damaged(bundle: Bundle) -> Comparison:
     """Return what is left of a run that was cut off or damaged, marked as such.
 
     A series that cannot be read is shown as nothing; the warnings name the file.
@@ -108,11 +108,11 @@ def recall_damaged(bundle: Bundle) -> Comparison:
     return _comparison(bundle, kept)
 
 
-def recall_whatever(bundle: Bundle) -> Comparison:
+def load_any(bundle: Bundle) -> Comparison:
     """Return a run as `recall` does where it is whole, else what is left of it, marked."""
     finished = bundle.manifest.status == "complete" and bundle.is_closed()
     whole = finished and not _wrong(bundle)
-    return recall(bundle) if whole else recall_damaged(bundle)
+    return load_comparison(bundle) if whole else load_damaged(bundle)
 
 
 def _wrong(bundle: Bundle) -> list[str]:
@@ -145,7 +145,7 @@ def _mark(bundle: Bundle, wrong: Sequence[str]) -> str:
 
 
 def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
-    """Put series and manifest together; what a run that was cut off lacks is NaN or empty."""
+    """Put series and manifest together; what an interrupted run does not have is NaN or empty."""
     asked, compared = bundle.asked, bundle.manifest.compared
     model, shape = _robot(bundle)
     release = None if compared is None else compared.release
@@ -181,17 +181,17 @@ def _comparison(bundle: Bundle, kept: _Kept) -> Comparison:
     )
 
 
-def _predictions(observed: Observed | None) -> tuple[Predicted, ...]:
+def _predictions(observed: ObserverFacts | None) -> tuple[PredictionError, ...]:
     """Return the errors of predictions from the estimated state, of those that were made."""
     if observed is None:
         return ()
     errors = observed.prediction_mm.items()
-    found = [Predicted(float(ahead), mm) for ahead, mm in errors if mm is not None]
+    found = [PredictionError(float(ahead), mm) for ahead, mm in errors if mm is not None]
     driven = None if observed.compared_s is not None else observed.measured_input_mm
-    return (*found, *([Predicted(math.inf, driven)] if driven is not None else ()))
+    return (*found, *([PredictionError(math.inf, driven)] if driven is not None else ()))
 
 
-def _sources(observed: Observed | None) -> ErrorSources | None:
+def _sources(observed: ObserverFacts | None) -> ErrorSources | None:
     """Return what the twin's error comes from, where no free simulation ended early."""
     if observed is None:
         return None
@@ -206,14 +206,14 @@ def _unestimated(bundle: Bundle, state: TimeSeries | None) -> str:
     """Return why a run has no estimated pose; empty where it has one."""
     if state is not None:
         return ""
-    told = bundle.manifest.observed and bundle.manifest.observed.state
-    if told == "estimated":
+    outcome = bundle.manifest.observed and bundle.manifest.observed.state
+    if outcome == "estimated":
         return "the file of its estimated state is missing or damaged"
-    return told or "the run was not observed"
+    return outcome or "the run was not observed"
 
 
 def _robot(bundle: Bundle) -> tuple[ModelFile, ShapeFile]:
-    """Return model and shape; where one cannot be read, the thesis' stands for the drawing."""
+    """Return model and shape; where one cannot be read, the thesis' is drawn."""
     try:
         model = load(bundle.document("model"), ModelFile).content
     except InputError:
@@ -237,9 +237,9 @@ def _figure(values: dict[str, float], shape: ShapeFile) -> Figure:
 
 def _summary(
     mode: Mode, found: Driven | Swung | Released | None, motion: TimeSeries, duration: float
-) -> Summary | Swing | RingDown:
-    kind = RingDown if mode in RELEASED else Swing if mode == "clamped" else Summary
-    if kind is Swing and isinstance(found, Driven):  # of before clamped runs had their own numbers
+) -> Summary | ClampedResponse | RingDown:
+    kind = RingDown if mode in RELEASED else ClampedResponse if mode == "clamped" else Summary
+    if kind is ClampedResponse and isinstance(found, Driven):  # an early record
         return summarize_clamped(motion, duration)
     known = {} if found is None else found.model_dump()
     return kind(**{name: known.get(name, _NAN) for name in kind.__dataclass_fields__})
@@ -257,7 +257,7 @@ def _label(asked: Asked, shape: ShapeFile) -> tuple[str, ...]:
     return (*condition_words(asked), shape.name, *repeat)
 
 
-def _noise(signals: Signals | None) -> dict[str, float]:
+def _noise(signals: SignalFacts | None) -> dict[str, float]:
     """Return each channel's noise at rest, SI; its white part where there was too little rest."""
     found: dict[str, float] = {}
     if signals is None:
@@ -271,15 +271,17 @@ def _noise(signals: Signals | None) -> dict[str, float]:
 
 
 def _events(bundle: Bundle) -> list[Logged]:
-    """Return the journal on the cameras' clock; what came before them stands at their start."""
+    """Return the journal on the cameras' clock; what came before them is put at their start."""
     logged = bundle.record.events()
-    started = next((k for k, one in enumerate(logged) if isinstance(one.event, events.Cameras)), 0)
+    started = next(
+        (k for k, one in enumerate(logged) if isinstance(one.event, events.CamerasStarted)), 0
+    )
     return [_at_start(one) for one in logged[:started]] + logged[started:]
 
 
 def _at_start(one: Logged) -> Logged:
     event = one.event
-    if isinstance(event, events.Prompt):
+    if isinstance(event, events.PromptAnswered):
         event = event.model_copy(update={"asked_s": 0.0})
     return Logged(0.0, event)
 
@@ -310,7 +312,7 @@ def _phases(bundle: Bundle, begin: float, command: CommandFacts) -> tuple[Phase,
     prompts = [
         (event.asked_s - zero, time - zero)
         for time, event in _events(bundle)
-        if isinstance(event, events.Prompt) and event.asked_s is not None
+        if isinstance(event, events.PromptAnswered) and event.asked_s is not None
     ]
     bar = phases(bundle.asked.mode, begin, command.steps, command.duration_s)
     return with_prompts(bar, prompts)
@@ -318,8 +320,8 @@ def _phases(bundle: Bundle, begin: float, command: CommandFacts) -> tuple[Phase,
 
 def _log(bundle: Bundle) -> tuple[tuple[float, str], ...]:
     zero = _zero(bundle)
-    shown = (one for one in _events(bundle) if not isinstance(one.event, events.Reading))
-    return tuple((time - zero, sentence(event)) for time, event in shown)
+    logged = (one for one in _events(bundle) if not isinstance(one.event, events.SupplyReading))
+    return tuple((time - zero, sentence(event)) for time, event in logged)
 
 
 def _protocol(bundle: Bundle) -> str:

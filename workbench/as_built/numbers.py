@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from workbench.as_built.cost import Cost
+from workbench.as_built.deviation import Deviation
 from workbench.photo import AsBent
-from workbench.readback.cost import Cost
-from workbench.readback.deviation import Deviation
 
 __all__ = ["numbers_of"]
 

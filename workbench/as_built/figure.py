@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.readback.deviation import Deviation
+from workbench.as_built.deviation import Deviation
 from workbench.review import palette
 from workbench.review.drawing import drawn
 
@@ -37,12 +37,12 @@ def _draw(figure: Figure, deviation: Deviation) -> None:
     stations = step * np.arange(len(deviation.bent))
     ax.plot(*bent.points_at(stations).T, "o", color=palette.REAL, markersize=_STATION_MM)
     for joint in deviation.correct:
-        place, normal = bent.points_at(stations[joint]), bent.normals_at(stations[joint])
-        ax.plot(*place, "o", color=palette.SHADES["amps"], markersize=8, fillstyle="none")
-        text = place + _LABEL_MM * normal
+        position, normal = bent.points_at(stations[joint]), bent.normals_at(stations[joint])
+        ax.plot(*position, "o", color=palette.SHADES["amps"], markersize=8, fillstyle="none")
+        text = position + _LABEL_MM * normal
         ax.annotate(
             f"{joint}: {deviation.in_words(joint)}",
-            place,
+            position,
             text,
             ha="right" if normal[0] < 0 else "left",
             va="center",

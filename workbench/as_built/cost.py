@@ -57,8 +57,8 @@ class Cost:
         """Return the change's standard error; None without a doubt to draw from [m]."""
         if len(self.around_bent) < 2:
             return None
-        spread = self.around_bent - self.around_target
-        return float(np.std(spread, ddof=1) / math.sqrt(len(spread)))
+        difference = self.around_bent - self.around_target
+        return float(np.std(difference, ddof=1) / math.sqrt(len(difference)))
 
 
 def simulate_cost(

@@ -9,7 +9,7 @@ from workbench.bundle import Bundle, Event, events, foreign, parse_line
 from workbench.bundle.sentences import sentence
 from workbench.output import OutputState
 
-__all__ = ["Following", "Readings"]
+__all__ = ["JournalTail", "Readings"]
 
 
 @dataclass
@@ -37,7 +37,7 @@ class Readings:
         end = min(end, len(self))  # another thread may be adding one
         return {name: values[first:end] for name, values in vars(self).items()}
 
-    def add(self, time_s: float, reading: events.Reading) -> None:
+    def add(self, time_s: float, reading: events.SupplyReading) -> None:
         """Add a reading of the journal."""
         self.time_s.append(time_s)
         self.set_V.append(reading.set_voltage_V)
@@ -45,7 +45,7 @@ class Readings:
         self.amps.append(reading.current_A)
 
 
-class Following:
+class JournalTail:
     """A bundle that is followed.
 
     Args:
@@ -53,7 +53,7 @@ class Following:
 
     Attributes:
         readings: so far.
-        told: (time [s], sentence) of each event that is no reading; None before the cameras record,
+        notices: (time [s], sentence) of each event that is no reading; None before cameras record,
             with which the run's time begins.
         filming: whether the run's time has begun; it begins with the cameras.
         ended: whether the last line was written.
@@ -62,14 +62,14 @@ class Following:
     def __init__(self, bundle: Bundle) -> None:
         self.bundle = bundle
         self.readings = Readings()
-        self.told: list[tuple[float | None, str]] = []
+        self.notices: list[tuple[float | None, str]] = []
         self.filming = self.ended = False
         self._at = 0
         self._last_s = 0.0
         self._changed = time.time()
 
     def read_on(self) -> bool:
-        """Read what was added; tell whether anything was."""
+        """Read what was added; return whether anything was."""
         if foreign(self.bundle.record.journal_log) is not None:
             return False
         try:
@@ -108,11 +108,11 @@ class Following:
     def _take(self, time_s: float, event: Event) -> None:
         self._last_s = time_s
         match event:
-            case events.Reading():
+            case events.SupplyReading():
                 self.readings.add(time_s, event)
                 return
-            case events.Cameras():
+            case events.CamerasStarted():
                 self.filming = True
             case events.Complete() | events.Stopped():
                 self.ended = True
-        self.told.append((time_s if self.filming else None, sentence(event)))
+        self.notices.append((time_s if self.filming else None, sentence(event)))

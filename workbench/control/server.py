@@ -1,6 +1,6 @@
-"""The desk: a loopback server in the process of a run.
+"""The control server: on loopback, in the process of a run.
 
-    visitor                                         desk
+    client                                          server
     {"token": "...", "want": "stop"}                {"stopped": 1}
     {"token": "...", "want": "answer",
      "question": 3, "text": "12 cm"}                {"taken": true}
@@ -9,7 +9,7 @@
     {"pages": 1}                                    {"phase": "rest 2 s", "question": {...}, ...}
     ...                                             ...
 
-Each visitor has a thread of its own, so one that hangs holds up nobody: the run only ever leaves
+Each client has a thread of its own, so one that hangs holds up nobody: the run only ever leaves
 what it has to say, under a lock that no thread holds while it sends.
 """
 
@@ -29,36 +29,44 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from workbench.desk.card import claim
-from workbench.loopback import HERE, Line, Message
+from workbench.control.session import claim
+from workbench.loopback import HERE, Message, MessageLine
 
 if TYPE_CHECKING:
-    from workbench.takes import Place  # which loads all of tracking
+    from workbench.takes import AnsweredAt  # which loads all of tracking
 
-__all__ = ["BEAT_S", "FOUND_S", "Desk", "Question", "Reply", "Shown", "open_desk"]
+__all__ = [
+    "BEAT_S",
+    "FOUND_S",
+    "ControlServer",
+    "PendingPrompt",
+    "PublishedState",
+    "Reply",
+    "open_control_server",
+]
 
 BEAT_S = 0.25
-"""How often a visitor who watches is sent something, even when nothing is new [s]."""
+"""How often a client that watches is sent something, even when nothing is new [s]."""
 FOUND_S = 1.5
-"""A panel that is open finds a desk that opens within this time [s]."""
+"""A panel that is open finds a server that opens within this time [s]."""
 _HELLO_S = 1.0
-_FAREWELL_S = 0.5  # for those who watch to hear how it ended
+_FAREWELL_S = 0.5  # for those who watch to learn how it ended
 
 
 class Reply(NamedTuple):
     """What was answered, and where."""
 
     text: str
-    place: Place
+    answered_at: AnsweredAt
 
 
-class Question:
+class PendingPrompt:
     """A prompt that waits for its first reply.
 
     Args:
         number: of this question.
         text: of the prompt.
-        default: what nothing typed stands for.
+        default: taken when nothing is typed.
     """
 
     def __init__(self, number: int, text: str, default: str) -> None:
@@ -81,13 +89,13 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Shown:
+class PublishedState:
     """What everybody who watches sees.
 
     Args:
         phase: what the run does now.
         since: when that began, by `time.monotonic()`.
-        notice: the last thing that the operator was told, of this phase or question.
+        notice: the last text for the operator, of this phase or question.
         question: that waits for an answer: `number`, `text`, `typed`, `default`, `picture`,
             `choices`.
         stops: how often STOP was pressed.
@@ -111,7 +119,7 @@ class Shown:
         return facts | {"since": round(time.monotonic() - facts["since"], 3)}
 
 
-class Desk:
+class ControlServer:
     """Where a run leaves what it does, and others answer and stop it.
 
     Attributes:
@@ -126,27 +134,27 @@ class Desk:
         self._listener = socket.create_server((HERE, 0))
         self.port: int = self._listener.getsockname()[1]
         self._news = threading.Condition()
-        self._shown, self._version = Shown(), 0
-        self._question: Question | None = None
+        self._state, self._version = PublishedState(), 0
+        self._question: PendingPrompt | None = None
         self._numbers = itertools.count(1)
         self._opened = time.monotonic()
-        self._pages: dict[int, int] = {}  # of each visitor who watches
-        threading.Thread(target=self._receive_visitors, name="desk", daemon=True).start()
+        self._pages: dict[int, int] = {}  # of each client that watches
+        threading.Thread(target=self._receive_clients, name="control", daemon=True).start()
 
     @property
     def attended(self) -> bool:
         """Whether somebody looks at the run from elsewhere, and could answer there.
 
-        A desk that has just been opened gives a page that waits for it the time to find it.
+        A server that has just been opened gives a page that waits for it the time to find it.
         """
         with self._news:
-            left = self._opened + FOUND_S - time.monotonic()
-            return self._news.wait_for(lambda: any(self._pages.values()), max(left, 0.0))
+            remaining_s = self._opened + FOUND_S - time.monotonic()
+            return self._news.wait_for(lambda: any(self._pages.values()), max(remaining_s, 0.0))
 
     @property
     def pausing(self) -> bool:
         """Whether somebody wants to be asked after this run."""
-        return self._shown.pausing
+        return self._state.pausing
 
     def want_pause(self, on: bool) -> None:
         """Ask after this run what is done next, or do not; safe in any thread."""
@@ -157,7 +165,7 @@ class Desk:
         self._show(phase=text, since=time.monotonic(), notice="")
 
     def show_notice(self, text: str) -> None:
-        """Show what the operator is told."""
+        """Show a text for the operator."""
         self._show(notice=text)
 
     def show_live(self, facts: Mapping[str, Any] | None) -> None:
@@ -173,22 +181,22 @@ class Desk:
         default: str = "",
         picture: Path | None = None,
         choices: Sequence[str] = (),
-    ) -> Iterator[Question]:
+    ) -> Iterator[PendingPrompt]:
         """Let a prompt be answered until the block ends.
 
         Args:
             text: of the prompt.
             typed: whether something is to be typed, not only confirmed.
-            default: what nothing typed stands for.
+            default: taken when nothing is typed.
             picture: shown with it.
             choices: the only answers that will be taken; none where any may be.
         """
-        question = Question(next(self._numbers), text, default)
-        told = {"number": question.number, "text": text, "typed": typed, "default": default}
-        told |= {"picture": None if picture is None else str(picture.resolve())}
-        told |= {"choices": list(choices)}
+        question = PendingPrompt(next(self._numbers), text, default)
+        published = {"number": question.number, "text": text, "typed": typed, "default": default}
+        published |= {"picture": None if picture is None else str(picture.resolve())}
+        published |= {"choices": list(choices)}
         self._question = question
-        self._show(question=told)
+        self._show(question=published)
         try:
             yield question
         finally:
@@ -207,10 +215,10 @@ class Desk:
 
     def _show(self, **changed: Any) -> None:
         with self._news:
-            self._shown, self._version = replace(self._shown, **changed), self._version + 1
+            self._state, self._version = replace(self._state, **changed), self._version + 1
             self._news.notify_all()
 
-    def _receive_visitors(self) -> None:
+    def _receive_clients(self) -> None:
         for number in itertools.count():
             try:
                 link, _ = self._listener.accept()
@@ -220,19 +228,19 @@ class Desk:
             threading.Thread(target=self._receive, args=arguments, daemon=True).start()
 
     def _receive(self, link: socket.socket, number: int) -> None:
-        line = Line(link)
+        line = MessageLine(link)
         with suppress(OSError):
             hello = line.receive(_HELLO_S) or {}
             if hmac.compare_digest(str(hello.get("token", "")).encode(), self.token.encode()):
                 self._serve(line, hello, number)
         line.close()
 
-    def _serve(self, line: Line, hello: Message, number: int) -> None:
+    def _serve(self, line: MessageLine, hello: Message, number: int) -> None:
         match hello.get("want"):
             case "stop":
                 press_ctrl_c()  # before anything that could take time
                 line.send({"stopped": 1})
-                self._show(stops=self._shown.stops + 1)
+                self._show(stops=self._state.stops + 1)
             case "pause":
                 self.want_pause(hello.get("on") is True)
                 line.send({"pausing": self.pausing})
@@ -250,23 +258,23 @@ class Desk:
             return False
         return question.offer(Reply(text.strip() or question.default, "panel"))
 
-    def _let_watch(self, line: Line, number: int) -> None:
+    def _let_watch(self, line: MessageLine, number: int) -> None:
         self._note_pages(number, 0)
-        seen, shown = -1, self._shown
-        while shown.ended is None:
-            seen, shown = self._news_after(seen)
-            line.send(shown.message())
-            while (told := line.receive(0.0)) is not None:
-                self._note_pages(number, int(told.get("pages", 0)))
+        seen, state = -1, self._state
+        while state.ended is None:
+            seen, state = self._news_after(seen)
+            line.send(state.message())
+            while (message := line.receive(0.0)) is not None:
+                self._note_pages(number, int(message.get("pages", 0)))
 
-    def _news_after(self, seen: int) -> tuple[int, Shown]:
+    def _news_after(self, seen: int) -> tuple[int, PublishedState]:
         """Wait for something new, or a beat, and return it with its number."""
         with self._news:
             self._news.wait_for(lambda: self._version != seen, BEAT_S)
-            return self._version, self._shown
+            return self._version, self._state
 
     def _note_pages(self, number: int, pages: int | None) -> None:
-        """Note how many pages a visitor shows, None when it has left."""
+        """Note how many pages a client shows, None when it has left."""
         with self._news:
             self._pages.pop(number, None)
             self._pages |= {} if pages is None else {number: pages}
@@ -283,32 +291,34 @@ def press_ctrl_c() -> None:
 
 
 @contextmanager
-def open_desk(runs: Path, experiment: str, facts: Mapping[str, Any]) -> Iterator[Desk]:
-    """Carry out an experiment at a desk of its own; its card is there until the block ends.
+def open_control_server(
+    runs: Path, experiment: str, facts: Mapping[str, Any]
+) -> Iterator[ControlServer]:
+    """Serve an experiment, with its session file, until the block ends.
 
     Args:
         runs: folder of all bundles.
         experiment: name of the experiment.
-        facts: for the card, besides `port` and `token`.
+        facts: for the session file, besides `port` and `token`.
 
     Raises:
         InputError: when another process carries it out.
     """
-    desk, kind, text = Desk(), "", ""
-    place = {"port": desk.port, "token": desk.token}
+    server, kind, text = ControlServer(), "", ""
+    address = {"port": server.port, "token": server.token}
     try:
-        with claim(runs, experiment, {**facts, **place}), _ctrl_c_heard():
-            yield desk
-        kind = text = desk.outcome
+        with claim(runs, experiment, {**facts, **address}), _sigint_enabled():
+            yield server
+        kind = text = server.outcome
     except BaseException as error:
         kind, text = type(error).__name__, str(error)
         raise
     finally:
-        desk.close(kind, text)
+        server.close(kind, text)
 
 
 @contextmanager
-def _ctrl_c_heard() -> Iterator[None]:
+def _sigint_enabled() -> Iterator[None]:
     """Let SIGINT end the program even where its parent had it ignored, as a shell does with `&`."""
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     if not ignored or threading.current_thread() is not threading.main_thread():
