@@ -80,6 +80,20 @@ def test_the_process_noise_falls_where_the_model_lacks_nothing() -> None:
     assert np.mean(list(fit.ratios.values())) == pytest.approx(1.0, abs=0.12)
 
 
+def test_a_derivative_at_a_bound_is_taken_to_the_side_that_is_left() -> None:
+    system = undriven()
+    vector = ParameterVector(system.parameters)
+    estimator = Estimator.of(system, vector, system.strong, threads=1)
+    for bound in vector.bounds:
+        x = np.where(np.isfinite(bound), bound, 0.0)
+        found = estimator.jacobian(x, central=True)
+        inside = estimator.jacobian(np.clip(x, vector.bounds[0] + 0.1, vector.bounds[1] - 0.1))
+        assert np.isfinite(found).all()
+        moved = np.flatnonzero(np.isfinite(bound))
+        norms = np.linalg.norm(found[:, moved], axis=0) / np.linalg.norm(inside[:, moved], axis=0)
+        assert np.all((norms > 0.3) & (norms < 3)), norms
+
+
 def test_two_numbers_that_act_together_are_said_to() -> None:
     spec = mujoco.MjSpec.from_string("""
       <mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody><body name="cart">

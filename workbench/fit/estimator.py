@@ -232,8 +232,11 @@ class Estimator:
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds
-        ahead = np.where(x + steps <= high, x + steps, np.maximum(x - steps, low))
-        behind = np.maximum(x - steps, low) if central else x
+        ahead, behind = np.minimum(x + steps, high), x
+        if central:
+            behind = np.maximum(x - steps, low)
+        else:
+            ahead = np.where(x + steps <= high, ahead, np.maximum(x - steps, low))
         jobs = []
         for k, i in moves:
             for end in (ahead, behind) if central else (ahead,):
