@@ -26,7 +26,7 @@ def carry_out_here(
     course: Course | None = None,
     pause: bool = False,
 ) -> Iterator[tuple[Bundle, list[str]]]:
-    """Carry an experiment out as `carry_out_with_control` does, with the person at this terminal."""
+    """Carry out an experiment with the person at this terminal; see `carry_out_with_control`."""
     return carry_out_with_control(
         experiment, bench, runs, operator_here, tell, draw_views, course, pause
     )
