@@ -18,8 +18,8 @@ COURSES = {
     "hop": Course("hop", 2.0, ramp(17.0)),
     "decay": Course("decay", 2.0, pull=0.4),
 }
-SIZE = {"beam": 2e-4, "foot": 5e-3}
-NONE = {"beam": 0.0, "foot": 0.0}
+SIZE = {"beam": 2e-4, "hopping beam": 2e-4, "foot": 5e-3}
+NONE = dict.fromkeys(SIZE, 0.0)
 
 
 @cache

@@ -18,7 +18,7 @@ def run_protocol(
     protocol: str | Path,
     bench: str | Path = "virtual",
     folder: str | Path = "runs",
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
 ) -> Runs:
     """Carry out a protocol on a virtual bench: drive, track, simulate the twin, compare.
 
@@ -29,7 +29,7 @@ def run_protocol(
         protocol: path of the file.
         bench: `virtual`, or path of a bench file with a section `virtual`.
         folder: of all runs.
-        tell: is told each stage, such as `print`.
+        progress: called with each stage, such as `print`.
 
     Raises:
         InputError: when the bench is a real one, or a file is missing.
@@ -37,7 +37,7 @@ def run_protocol(
         WorkbenchError: when a run failed; its folder holds what there is, and why.
 
     Example:
-        >>> (run,) = wb.run_protocol("protocols/hop-17.yaml", tell=print)
+        >>> (run,) = wb.run_protocol("protocols/hop-17.yaml", progress=print)
     """
     from workbench.bench import load_bench, make_bench
     from workbench.engine import carry_out
@@ -53,18 +53,18 @@ def run_protocol(
         )
     device = make_bench(lab.content)
     asked = read_experiment(Path(protocol), lab, device.voltage_step)
-    return Runs(map(Run, carry_out(asked, device, Path(folder), QuietOperator(tell), tell)))
+    return Runs(map(Run, carry_out(asked, device, Path(folder), QuietOperator(progress), progress)))
 
 
 def ingest_sheet(
-    sheet: str | Path, folder: str | Path = "runs", tell: Progress = lambda text: None
+    sheet: str | Path, folder: str | Path = "runs", progress: Progress = lambda text: None
 ) -> Runs:
     """Make runs of takes that were measured elsewhere, each with its twin.
 
     Args:
         sheet: path of the YAML file that lists the takes.
         folder: of all runs.
-        tell: is told each take, such as `print`.
+        progress: called with each take, such as `print`.
 
     Raises:
         FileFaults: with every fault of the sheet; nothing was written.
@@ -76,4 +76,4 @@ def ingest_sheet(
     from workbench.ingest import ingest_sheet as ingest
     from workbench.protocol import Sheet, load
 
-    return Runs(map(Run, ingest(load(Path(sheet), Sheet), Path(folder), tell)))
+    return Runs(map(Run, ingest(load(Path(sheet), Sheet), Path(folder), progress)))

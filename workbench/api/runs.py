@@ -1,4 +1,4 @@
-"""Runs of the robot: opened, told in three lines, their series as tables."""
+"""Runs of the robot: opened, described in three lines, their series as tables."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Runs(tuple[Run, ...]):
         self,
         parameters: str | Iterable[str] = (),
         out: str | Path | None = None,
-        tell: Progress = lambda text: None,
+        progress: Progress = lambda text: None,
     ) -> Fitted:
         """Fit parameters of the model to the runs with role `train`, as `workbench identify` does.
 
@@ -204,7 +204,7 @@ class Runs(tuple[Run, ...]):
         Args:
             parameters: names in the model file; stiffness and damping of the beam where left out.
             out: new model file; by default `models/MODEL-DAY.yaml`. Its report lies beside it.
-            tell: is told each stage, such as `print`.
+            progress: called with each stage, such as `print`.
 
         Returns:
             `found.estimates`, values with 90 % intervals in the unit of the model file,
@@ -221,13 +221,13 @@ class Runs(tuple[Run, ...]):
 
         target = None if out is None else Path(out)
         names = (parameters,) if isinstance(parameters, str) else tuple(parameters)
-        return fit_runs([run.bundle for run in self], names or BEAM, target, tell)
+        return fit_runs([run.bundle for run in self], names or BEAM, target, progress)
 
     def diagnose(
         self,
         out: str | Path | None = None,
         look_ahead: bool = True,
-        tell: Progress = lambda text: None,
+        progress: Progress = lambda text: None,
     ) -> Diagnosed:
         """Find what the simulation gets wrong in the runs, as `workbench diagnose` does.
 
@@ -236,7 +236,7 @@ class Runs(tuple[Run, ...]):
         Args:
             out: folder of model, answer and page; by default `diagnoses/TIME`.
             look_ahead: whether to look for the runs that would show more.
-            tell: is told each stage, such as `print`.
+            progress: called with each stage, such as `print`.
 
         Returns:
             `found`, with `kind`, `reason`, `causes`, `refit` and `errors`, what is `proposed` to be
@@ -247,13 +247,13 @@ class Runs(tuple[Run, ...]):
             DataFault: when so many runs are at fault that the others cannot be judged.
 
         Example:
-            >>> wb.open_runs("runs/april").diagnose("diagnoses/april", tell=print)
+            >>> wb.open_runs("runs/april").diagnose("diagnoses/april", progress=print)
         """
         from workbench.diagnose import diagnose_into, robot_of
 
         bundles = [run.bundle for run in self]
         target = None if out is None else Path(out)
-        return diagnose_into(target, *robot_of(bundles, tell), bundles, tell, look_ahead)
+        return diagnose_into(target, *robot_of(bundles, progress), bundles, progress, look_ahead)
 
     def __repr__(self) -> str:
         """Return them in three lines: how they ended, what was asked, their names."""
@@ -290,7 +290,7 @@ def open_runs(*runs: RunWord, folder: RunWord = "runs") -> Runs:
 
     Args:
         runs: paths, names, numbers or parts of names of runs, folders of runs, protocols and
-            experiments; each stands for all runs that it means.
+            experiments; each means all of its runs.
         folder: of all runs.
 
     Raises:

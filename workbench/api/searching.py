@@ -27,7 +27,7 @@ def optimize_shape(
     bounds: str = "thesis",
     robust: bool = False,
     out: str | Path | None = None,
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
 ) -> Searched:
     """Search for a beam that hops farther, or is better in another way, as `workbench optimize`.
 
@@ -44,7 +44,7 @@ def optimize_shape(
         bounds: of the angles, `thesis` or `appendix-e`.
         robust: whether a candidate is judged by mean and spread over what may be built.
         out: folder of the search; by default `searches/TIME`.
-        tell: is told each generation, such as `print`.
+        progress: called with each generation, such as `print`.
 
     Returns:
         `found`, best first, with `values` by name and unit, the file `shape` of the best, the
@@ -71,5 +71,5 @@ def optimize_shape(
     start = load_shape(str(shape), Path())
     study = Study.begin(folder, settings, load_model(str(model), Path()), start)
     with Fanout() as fanout:
-        history = study.run(fanout, tell)
+        history = study.run(fanout, progress)
     return finish_search(study, history)

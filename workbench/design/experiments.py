@@ -83,7 +83,7 @@ Part = ExperimentTable | ExperimentFigure
 """What an experiment yields."""
 
 
-class Searched(NamedTuple):
+class FinishedSearch(NamedTuple):
     """A search that is done."""
 
     study: Study
@@ -122,7 +122,7 @@ class Lab:
     progress: Progress
     report: Progress
 
-    def searched(self, omega: float, seed: int = 0) -> Searched:
+    def searched(self, omega: float, seed: int = 0) -> FinishedSearch:
         """Return the search for a speed; it is begun, gone on with, or read when it is done.
 
         Raises:
@@ -139,7 +139,7 @@ class Lab:
         else:
             study = Study.begin(folder, settings, self.model, self.start)
         self.report(f"{omega:g} rad/s, seed {seed}: {settings.evaluations} evaluations, {folder}")
-        return Searched(study, study.run(self.fanout, self.progress))
+        return FinishedSearch(study, study.run(self.fanout, self.progress))
 
     def first(self, omega: float) -> Appraisal:
         """Return what the first shape is at a speed."""

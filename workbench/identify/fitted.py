@@ -61,7 +61,7 @@ def fit_runs(
     bundles: Sequence[Bundle],
     names: Sequence[str] = BEAM,
     out: Path | None = None,
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
 ) -> Fitted:
     """Fit parameters to runs with role train, and validate them on those held out.
 
@@ -69,7 +69,7 @@ def fit_runs(
         bundles: of the runs; those that are not complete are left out.
         names: of the model's parameters.
         out: new model file; by default `models/MODEL-DAY.yaml`. Its report lies beside it.
-        tell: is told each stage.
+        progress: called with each stage.
 
     Raises:
         InputError: when `out` exists, the runs are of several robots, none is complete, or a
@@ -78,20 +78,22 @@ def fit_runs(
     stated, shape = same_robot(bundles)
     named = Path("models") / f"{stated.content.name}-{date.today().isoformat()}.yaml"
     target = new_target(out, named, _results)
-    measured = measured_runs(bundles, tell)
+    measured = measured_runs(bundles, progress)
     train = [run for run in measured if run.role == "train"]
-    found = identify(train, stated.content, shape.content, names, progress=portion(tell, 0.05, 0.8))
+    found = identify(
+        train, stated.content, shape.content, names, progress=portion(progress, 0.05, 0.8)
+    )
     used = tuple(run.name for run in found.runs)
     written = write_model(
         target, stated, found.values, found.estimates, used, date.today(), found.robot.increments
     )
-    tell(Stage("validate on runs that the fit has not seen", 0.8))
+    progress(Stage("validate on runs that the fit has not seen", 0.8))
     held = [run for run in measured if run.role == "held_out"]
     validation = validate(held, stated.content, written.content, shape.content)
     robot = make_robot(written.content.values(), shape.content, written.content.increments)
     whole = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
     made = made_from(whole, stated, written)
-    tell(Stage("draw the report", 0.95))
+    progress(Stage("draw the report", 0.95))
     report = report_fit(target.with_suffix(".html"), found, measured, robot, validation, made)
     return Fitted(found, validation, written, report)
 

@@ -22,8 +22,8 @@ __all__ = [
     "Protocol",
     "ProtocolLimits",
     "Role",
-    "Run",
     "RunFields",
+    "RunStep",
     "Staircase",
     "Step",
     "Sweep",
@@ -112,7 +112,7 @@ class _Timed(RunFields):
     """Time from switching the output on to switching it off, or from the release to the end."""
 
 
-class Run(_Timed):
+class RunStep(_Timed):
     """One condition."""
 
     speed: Speed | None = None
@@ -124,7 +124,7 @@ class Run(_Timed):
     """Height of the fall, in mode drop."""
 
     @model_validator(mode="after")
-    def _complete(self) -> Run:
+    def _complete(self) -> RunStep:
         self._require_drive("speed", "voltage")
         self._require_release("pull", "height")
         return self
@@ -198,7 +198,7 @@ class Step(Section):
     """For the operator, before the next run; after the last run where none follows."""
     pause: PauseOrTime | None = None
     """Wait before the next run."""
-    run: Run | None = None
+    run: RunStep | None = None
     sweep: Sweep | None = None
     staircase: Staircase | None = None
     include: str | None = None

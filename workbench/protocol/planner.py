@@ -11,7 +11,15 @@ from typing import NoReturn
 
 from workbench.errors import FileFault, FileFaults, InputError
 from workbench.protocol.bench import BenchFile
-from workbench.protocol.experiment import PartFile, Protocol, Run, RunFields, Staircase, Step, Sweep
+from workbench.protocol.experiment import (
+    PartFile,
+    Protocol,
+    RunFields,
+    RunStep,
+    Staircase,
+    Step,
+    Sweep,
+)
 from workbench.protocol.files import Document
 from workbench.protocol.parts import Parts, part_of
 from workbench.protocol.plan import (
@@ -244,17 +252,16 @@ class _Planner:
             return list(self._staircase(step.staircase, at.to("staircase")))
         return self.lay_out(self.parts[part_of(at.document, step.include or "")])
 
-    def _run(self, run: Run, at: _Position) -> list[PlannedRun]:
+    def _run(self, run: RunStep, at: _Position) -> list[PlannedRun]:
         self._grow(at, run.repeats, run.repeats * (run.rest + run.duration), run)
         action = self._action(run, at)
-        if action is None:
-            return []
         return [
             self._planned(run, action, run.duration, repeat, at)
             for repeat in range(1, run.repeats + 1)
+            if action is not None
         ]
 
-    def _action(self, run: Run, at: _Position) -> PlannedDrive | PlannedRelease | None:
+    def _action(self, run: RunStep, at: _Position) -> PlannedDrive | PlannedRelease | None:
         """Return what follows the rest, or note the fault."""
         if run.pull is not None:
             return pull(run.pull)
@@ -317,16 +324,14 @@ class _Planner:
 
     def _level(self, speed: float | None, volts: float | None, at: _Position) -> Level | None:
         """Return what the supply can set and the speed it gives, or note the fault."""
-        calibration = self.bench.line
         try:
-            exact = calibration.voltage(speed) if speed is not None else float(volts or 0)
+            exact = self.bench.line.voltage(speed) if speed is not None else float(volts or 0)
             rounded = Decimal(repr(exact)).quantize(self.voltage_step, ROUND_HALF_EVEN)
-            level = Level(0.0, rounded, calibration.speed(float(rounded)))
+            level = Level(0.0, rounded, self.bench.line.speed(float(rounded)))
         except InputError as error:
             self._fault(at, str(error))
             return None
-        beyond = self._beyond(level)
-        if beyond is not None:
+        if beyond := self._beyond(level):
             self._fault(at, beyond)
             return None
         return level
@@ -371,7 +376,6 @@ class _Planner:
                 "`tracking: live:`; name the stream there, or remove stop_when"
             )
             self._fault(at.to("stop_when"), text)
-        beside = at.document.path.parent
         before = enumerate(condition.before)
         after = enumerate(condition.after)
         return PlannedRun(
@@ -382,7 +386,9 @@ class _Planner:
             duration=duration,
             role=condition.role,
             repeat=repeat,
-            shape=None if condition.shape is None else Named(condition.shape, beside),
+            shape=None
+            if condition.shape is None
+            else Named(condition.shape, at.document.path.parent),
             expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
             before=tuple(self._prompt(one, at.to("before", i)) for i, one in before),
             after=tuple(self._prompt(one, at.to("after", i)) for i, one in after),
