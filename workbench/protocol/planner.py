@@ -376,8 +376,8 @@ class _Planner:
                 "`tracking: live:`; name the stream there, or remove stop_when"
             )
             self._fault(at.to("stop_when"), text)
-        before = enumerate(condition.before)
-        after = enumerate(condition.after)
+        beside = at.document.path.parent
+        before, after = enumerate(condition.before), enumerate(condition.after)
         return PlannedRun(
             number=0,
             mode=condition.mode,
@@ -386,9 +386,7 @@ class _Planner:
             duration=duration,
             role=condition.role,
             repeat=repeat,
-            shape=None
-            if condition.shape is None
-            else Named(condition.shape, at.document.path.parent),
+            shape=None if condition.shape is None else Named(condition.shape, beside),
             expect=() if condition.expect is None else (*condition.expect.ranges().items(),),
             before=tuple(self._prompt(one, at.to("before", i)) for i, one in before),
             after=tuple(self._prompt(one, at.to("after", i)) for i, one in after),
