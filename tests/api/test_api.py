@@ -32,10 +32,10 @@ def test_the_package_offers_what_its_room_does_and_each_name_says_how() -> None:
         methods = [one] if inspect.isfunction(one) else [m for _, m in inspect.getmembers(one)]
         for method in methods:
             if inspect.isfunction(method) and not method.__name__.startswith("_"):
-                told = inspect.getdoc(method) or ""
+                text = inspect.getdoc(method) or ""
                 given = set(inspect.signature(method).parameters) - {"self"}
-                assert all(f"    {word}: " in told for word in given), (name, method.__name__)
-                assert not given or "Example:" in told or name == "Simulated", method.__name__
+                assert all(f"    {word}: " in text for word in given), (name, method.__name__)
+                assert not given or "Example:" in text or name == "Simulated", method.__name__
 
 
 def test_a_name_that_does_not_exist_is_answered_with_one_that_does() -> None:
@@ -87,11 +87,11 @@ def test_a_twin_turned_as_measured_is_nearer_than_one_as_commanded(finished: Pat
 
 def test_a_simulation_is_that_of_the_command(workbench: Command) -> None:
     words = ("--omega", 16, "--duration", 2, "--spread", 3, "--slope", 1, "--json")
-    told = workbench("simulate", *words).json
+    printed = workbench("simulate", *words).json
     done = wb.simulate(16, 2, slope=np.radians(1))
-    assert json.loads(json.dumps(done.summary)) == {key: told[key] for key in done.summary}
-    assert done.spread(3).as_json() == told["distance_spread"]
-    assert done.table()["time_s"][-1].as_py() == told["simulated_s"]
+    assert json.loads(json.dumps(done.summary)) == {key: printed[key] for key in done.summary}
+    assert done.spread(3).as_json() == printed["distance_spread"]
+    assert done.table()["time_s"][-1].as_py() == printed["simulated_s"]
     assert len(repr(done).splitlines()) <= MOST_LINES
     lighter = wb.simulate(16, 2, slope=np.radians(1), parameters={"top_mass": 0.08})
     assert lighter.summary["distance_m"] != done.summary["distance_m"]
@@ -125,10 +125,10 @@ runs:
 
 def test_a_sheet_makes_runs_of_takes(finished: Path, tmp_path: Path) -> None:
     at_bench = wb.open_run("decay", folder=finished)
-    sheet, told = tmp_path / "sheet.yaml", list[str]()
+    sheet, stages = tmp_path / "sheet.yaml", list[str]()
     sheet.write_text(SHEET.format(take=at_bench.bundle.take().resolve()), "utf-8")
-    (run,) = wb.ingest_sheet(sheet, tmp_path / "runs", told.append)
-    assert (run.status, run.asked.role, len(told)) == ("complete", "held_out", 1)
+    (run,) = wb.ingest_sheet(sheet, tmp_path / "runs", stages.append)
+    assert (run.status, run.asked.role, len(stages)) == ("complete", "held_out", 1)
     assert run.summary["real"] == pytest.approx(at_bench.summary["real"], rel=0.01)
     assert wb.open_runs(folder=tmp_path / "runs")[0].name == run.name
 
@@ -169,7 +169,7 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
 
 @pytest.mark.parametrize("what", WRONG)
 def test_a_wrong_word_is_refused_with_the_right_ones(what: str, finished: Path) -> None:
-    call, told = WRONG[what]
-    with pytest.raises(WorkbenchError, match=told) as refused:
+    call, message = WRONG[what]
+    with pytest.raises(WorkbenchError, match=message) as refused:
         call(finished)
     assert isinstance(refused.value, InputError)

@@ -232,11 +232,11 @@ class Estimator:
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds
-        ahead, behind = np.minimum(x + steps, high), x
+        below = np.maximum(x - steps, low)
         if central:
-            behind = np.maximum(x - steps, low)
+            ahead, behind = np.minimum(x + steps, high), below
         else:
-            ahead = np.where(x + steps <= high, ahead, np.maximum(x - steps, low))
+            ahead, behind = np.where(x + steps <= high, x + steps, below), x
         jobs = []
         for k, i in moves:
             for end in (ahead, behind) if central else (ahead,):

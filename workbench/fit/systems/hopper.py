@@ -174,10 +174,10 @@ class Hopper:
 
     def process(self, run: int, noise: Mapping[str, float]) -> Array:
         """Return the process noise, (nv,) [N sqrt(s), N m sqrt(s)]; that of the rotor is zero."""
-        beam = noise[BEAM if _clamped(self.runs[run]) else HOPPING_BEAM]
+        clamped, lever = _clamped(self.runs[run]), self.robot.values["foot_length"] / 2
+        beam = noise[BEAM if clamped else HOPPING_BEAM]
         hinges = [beam for hinge in self.robot.hinges if hinge.stiffness is not None]
-        lever = self.robot.values["foot_length"] / 2
-        foot = [] if _clamped(self.runs[run]) else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
+        foot = [] if clamped else [noise[FOOT], noise[FOOT], noise[FOOT] * lever]
         return np.array([*foot, *hinges, 0.0])
 
     def modes(self, run: int) -> Modes:
