@@ -82,7 +82,7 @@ def behind(found: Diagnosis) -> dict[str, Any]:
     promises = [[one.name, round(one.gain, 2)] for one in found.promises[:_FEW]]
     parts = {
         name: {
-            "missing": part.lack,
+            "missing": part.missing,
             "compared": [
                 [*one.names, round(gains.gain, 2), round(gains.held, 2), round(gains.sure, 2)]
                 for one, gains in part.compared[:_FEW]

@@ -15,7 +15,7 @@ from tests.bundles import carried_out
 from tests.conftest import Command
 from tests.diagnose.test_diagnose_report import diagnosis, text_of
 from workbench.bundle import Bundle
-from workbench.diagnose import HopperRig, kept_proof, proof_of, write_report
+from workbench.diagnose import HopperRig, kept_replay, replay_of, write_report
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.wording import digits
 from workbench.fit import measured_run
@@ -97,7 +97,7 @@ def test_page_recording_and_answer_have_one_error(
 def test_what_was_kept_is_what_was_compared(found: Diagnosis, bundle: Bundle, page: Path) -> None:
     assert found.extended is not None
     name = bundle.path.name
-    made, kept = proof_of(found, name), kept_proof(found.extended.source, name, bundle.take())
+    made, kept = replay_of(found, name), kept_replay(found.extended.source, name, bundle.take())
     assert made is not None
     assert kept is not None
     for one, other in zip(made.both, kept.both, strict=True):
@@ -113,7 +113,7 @@ def test_another_take_of_that_name_is_not_what_was_compared(
     assert found.extended is not None
     other = tmp_path / bundle.take().name
     other.write_bytes(bundle.take().read_bytes() + b"\n")
-    assert kept_proof(found.extended.source, bundle.path.name, other) is None
+    assert kept_replay(found.extended.source, bundle.path.name, other) is None
 
 
 def test_the_page_draws_the_residual_first(page: Path) -> None:

@@ -95,7 +95,7 @@ def test_two_others_take_the_place_of_one_where_they_are_surely_ahead() -> None:
 
 def test_a_number_far_off_is_paid_for_in_full_where_noise_repeats_itself() -> None:
     one, other = scored("a", gain=800), scored("a", gain=790)
-    far = Scored(one.names, 30.0, one.blocks, one.held, one.lack, one.power)
+    far = Scored(one.names, 30.0, one.blocks, one.held, one.missing, one.power)
     assert versus(other, far, 9.0).gain == pytest.approx(30 - 10 / 9)
 
 
@@ -115,7 +115,7 @@ def test_noise_that_repeats_itself_counts_less() -> None:
 def test_a_cause_that_one_run_alone_supports_is_not_named() -> None:
     one = scored("a", gain=800)
     base = Scored(
-        (), 0.0, BASE.blocks, BASE.held, BASE.lack, BASE.power, {"first": 0.0, "second": 0.0}
+        (), 0.0, BASE.blocks, BASE.held, BASE.missing, BASE.power, {"first": 0.0, "second": 0.0}
     )
     lonely = Scored(
         one.names, 0.0, one.blocks, one.held, 0.1, 0.01, {"first": -798.0, "second": -2.0}

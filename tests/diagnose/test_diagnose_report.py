@@ -18,7 +18,7 @@ from tests.fit.filmed import ROBOT, measured, twin_motion
 from workbench.diagnose.decide import Kind, Part, Scored, Versus
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.drive import DRIVE
-from workbench.diagnose.findings import Cause, Found, Refit, Rival
+from workbench.diagnose.findings import Alternative, Cause, Found, Refit
 from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.kept import write_answer
 from workbench.diagnose.report import write_diagnosis
@@ -102,7 +102,8 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     )
     rig: Any = SimpleNamespace(name="paper robot", source=model)
     return Diagnosis(
-        rig, kind, causes, "air_drag <b>or</b> nothing", (Rival("root_play", "it is worth less"),),
+        rig, kind, causes, "air_drag <b>or</b> nothing",
+        (Alternative("root_play", "it is worth less"),),
         base, base, (), (Promise("air_drag", 160.0, 3.0, near, {}),),
         {"observer": part(kind, best, *gains), "drive": part("CLEAN", scored(), *drive)},
         (Refit("top_mass", 0.088, 0.0912, 0.09, 0.0924, "kg", 1.6),
@@ -209,4 +210,4 @@ def test_the_answer_is_written_as_it_is_printed(tmp_path: Path) -> None:
     told = json.loads((tmp_path / "answer.json").read_text())
     assert told["answer"] == "NAMED"
     assert told["causes"][0]["parameters"]["c"]["value"] == 0.02
-    assert told["rules"]["worth"] == RULES.worth
+    assert told["rules"]["least_gain"] == RULES.least_gain

@@ -63,7 +63,7 @@ def test_the_run_that_separates_is_chosen(rig: HopperRig) -> None:
     assert found.trials == (STRONG,)
     assert found.chance > 0.9
     assert found.minutes == minutes_of([STRONG, STRONG])  # one run names no cause
-    assert {(one.truth, one.rival) for one in found.separations} == {
+    assert {(one.truth, one.alternative) for one in found.separations} == {
         (CUBIC[0], DAMPING[0]),
         (DAMPING[0], CUBIC[0]),
     }
@@ -85,7 +85,7 @@ def test_what_a_rival_may_imitate_separates_nothing(rig: HopperRig) -> None:
     assert told[0] is not None
     assert told[1] is not None
     apart = [
-        next(s.distance for s in one.separations if s.rival == "none of them")
+        next(s.distance for s in one.separations if s.alternative == "none of them")
         for one in told
         if one is not None
     ]

@@ -18,8 +18,8 @@ from workbench.diagnose import (
     Rig,
     diagnose_into,
     load_mechanism,
-    proof_of,
     refused,
+    replay_of,
     robot_of,
 )
 from workbench.errors import DataFault, InputError
@@ -87,7 +87,7 @@ def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
         shown = load_any(worst)
     else:
         model = load_model(str(found.extended.source), Path())
-        shown = compare_extended(worst, model, proof_of(found, worst.path.name))
+        shown = compare_extended(worst, model, replay_of(found, worst.path.name))
     image = picture_of(ComparisonSet([worst], [shown]))
     return None if image is None else views.as_jpeg(image)
 

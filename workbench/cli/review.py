@@ -13,7 +13,7 @@ from workbench.bundle import Bundle, runs_named
 from workbench.cli.output import RunArguments, RunsFolder, people, show_table, tell
 from workbench.cli.showing import picture_of
 from workbench.comparison_set import ComparisonSet, compare_extended
-from workbench.diagnose import extended_model_of, kept_proof
+from workbench.diagnose import extended_model_of, kept_replay
 from workbench.load_run import load_any
 from workbench.protocol import Document, ModelFile, load_model
 from workbench.review import Comparison, ValidationReplay
@@ -108,7 +108,7 @@ def _proof(bundle: Bundle, model: Document[ModelFile]) -> ValidationReplay | Non
     """Return what the diagnosis that wrote a model compared with the run, if it did."""
     if not bundle.has_take():
         return None
-    return kept_proof(model.path, bundle.path.name, bundle.take())
+    return kept_replay(model.path, bundle.path.name, bundle.take())
 
 
 def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float) -> None:

@@ -65,5 +65,5 @@ def show_diagnosis(found: Diagnosis) -> None:
         [[one.name.replace("_", " "), f"{one.stated:.4g}", f"{one.now:.4g} {one.unit}",
           f"{one.share:+.2f}"] for one in found.refit],
     )  # fmt: skip
-    if found.rivals:
-        show_table("not taken", ["cause", "why"], [[r.name, r.why_not] for r in found.rivals])
+    if found.alternatives:
+        show_table("not taken", ["cause", "why"], [[r.name, r.why_not] for r in found.alternatives])

@@ -10,17 +10,17 @@ the motor by the rotor's angle alone. `decide` turns them into an answer, by the
 model, `validate` judges the file by runs held out.
 
 Before any fit `soundness` leaves out runs that are not what they are said to be: `hopper_faults`
-puts `drive_faults`, `body_faults` and `release_faults` together, `onset` tells when something
+puts `drive_faults`, `body_faults` and `release_faults` together, `onset` says when something
 began. A new check is a function there that yields a sentence.
 
-`missing` tells which force is missing, and what it depends on; `report`, `report_tables` and
+`missing` says which force is missing, and what it depends on; `report`, `report_tables` and
 `figures` are the page, `kept` the answer as a file and `compared` the motions behind its errors,
 both read by `workbench review`, `written` puts all into the folder of the diagnosis. Then:
-`remaining` is what an answer leaves, `next_experiment` the runs that would tell, `next_protocol`
-the menu of a bench and the file, `investigation` the loop of runs and diagnoses.
+`remaining` is what an answer leaves, `next_experiment` the runs that would separate it,
+`next_protocol` the menu of a bench and the file, `investigation` the loop of runs and diagnoses.
 """
 
-from workbench.diagnose.compared import kept_proof, proof_of
+from workbench.diagnose.compared import kept_replay, replay_of
 from workbench.diagnose.diagnosis import Diagnosis, diagnose
 from workbench.diagnose.facts import Trial
 from workbench.diagnose.investigation import Round, investigate
@@ -49,13 +49,13 @@ __all__ = [
     "diagnose_into",
     "extended_model_of",
     "investigate",
-    "kept_proof",
+    "kept_replay",
     "load_mechanism",
     "minutes_of",
     "next_object",
-    "proof_of",
     "propose",
     "refused",
+    "replay_of",
     "robot_of",
     "write_answer",
     "write_diagnosis",

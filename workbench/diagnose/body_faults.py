@@ -65,13 +65,13 @@ def body_faults(runs: Sequence[MeasuredRun], expected: Sequence[Expected]) -> li
     for k, (run, model) in enumerate(zip(runs, expected, strict=True)):
         texts = [*_foot(run, model), *_exchanged(run, model), *_jumps(run), *_late_rotor(run)]
         found += [Fault(k, text) for text in texts]
-    told = {fault.run for fault in found}
-    rest = [k for k in range(len(runs)) if k not in told]
+    faulty = {fault.run for fault in found}
+    rest = [k for k in range(len(runs)) if k not in faulty]
     return [*found, *_elsewhere(runs, expected, rest), *_loose(runs, rest)]
 
 
 def _foot(run: MeasuredRun, model: Expected) -> Iterator[str]:
-    """Tell a clamped foot that moves, and a free one that does not."""
+    """Find a clamped foot that moves, and a free one that does not."""
     if FOOT[0] not in run.motion:
         return
     path = position(run.motion, FOOT)[:, [0, 2]]
@@ -117,7 +117,7 @@ def _middle(run: MeasuredRun, body: tuple[str, str, str]) -> Array:
 
 
 def _exchanged(run: MeasuredRun, model: Expected) -> Iterator[str]:
-    """Tell T so far off that exchanged axes or bodies explain it better than any beam."""
+    """Find T so far off that exchanged axes or bodies explain it better than any beam."""
     if run.mode == "drop":
         return  # a hand holds the robot at any tilt
     seen = _middle(run, TOP) - _at_rest(run, FOOT)
@@ -148,7 +148,7 @@ def _exchanged(run: MeasuredRun, model: Expected) -> Iterator[str]:
 
 
 def _jumps(run: MeasuredRun) -> Iterator[str]:
-    """Tell a path of T that goes on elsewhere from one picture to the next."""
+    """Find a path of T that goes on elsewhere from one picture to the next."""
     path = position(run.motion, TOP)[:, [0, 2]]
     if len(path) < 2 * _SIDE:
         return
@@ -168,7 +168,7 @@ def _jumps(run: MeasuredRun) -> Iterator[str]:
 
 @cache
 def _steps() -> Array:
-    """Return weights (w, 12) that tell the step in the middle of a smooth path, beside a cubic.
+    """Return weights (w, 12) that measure the step in the middle of a smooth path, beside a cubic.
 
     Each leaves out up to two of the samples: some of them are deaf to any two glitches.
     """
@@ -202,7 +202,7 @@ def _scatter(way: Array) -> float:
 
 
 def _late_rotor(run: MeasuredRun) -> Iterator[str]:
-    """Tell a rotor that was filmed at other instants than T: its rigid arm would breathe."""
+    """Find a rotor that was filmed at other instants than T: its rigid arm would breathe."""
     if ROTOR[0] not in run.motion or len(run.motion) < 2 * _LATEST_SAMPLES:
         return
     now = _scatter(_arm(run))
@@ -218,7 +218,7 @@ def _late_rotor(run: MeasuredRun) -> Iterator[str]:
 
 
 def _loose(runs: Sequence[MeasuredRun], chosen: Sequence[int]) -> Iterator[Fault]:
-    """Tell a run in which the way from T to the rotor varies more than in its fellows."""
+    """Find a run in which the way from T to the rotor varies more than in its fellows."""
     scatter = {k: _scatter(_arm(runs[k])) for k in chosen if ROTOR[0] in runs[k].motion}
     for driven in (True, False):
         group = {k: way for k, way in scatter.items() if runs[k].driven == driven}
@@ -237,7 +237,7 @@ def _loose(runs: Sequence[MeasuredRun], chosen: Sequence[int]) -> Iterator[Fault
 def _elsewhere(
     runs: Sequence[MeasuredRun], expected: Sequence[Expected], chosen: Sequence[int]
 ) -> Iterator[Fault]:
-    """Tell a run in which T rests otherwise than in its fellows; their common place is a cause."""
+    """Find a run in which T rests otherwise than in its fellows; their common place is a cause."""
     for mode in ("clamped", "hop"):
         group = [k for k in chosen if runs[k].mode == mode]
         off = {}

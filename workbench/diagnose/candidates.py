@@ -52,12 +52,12 @@ class Candidate:
         quantities: name of each quantity -> its parameter; zero is absent. Empty where the cause
             frees numbers of the model.
         frees: names of those numbers.
-        freed: name and unit of the quantity that is told of them: a share of what is stated, or
+        freed: name and unit of the quantity that is reported of them: a share of what is stated, or
             what comes on top of it.
-        sentence: what a technician is told, as `sim.effects.effect` has it.
+        sentence: what a technician reads, as `sim.effects.effect` has it.
         shows_in: modes of runs.
         confused_with: names of candidates that look alike.
-        separated_by: what tells it from those, in words.
+        separated_by: what separates it from those, in words.
     """
 
     name: str

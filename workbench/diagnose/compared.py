@@ -20,7 +20,7 @@ from workbench.motion import FOOT_ERROR, TOP_ERROR
 from workbench.review import Replayed, ValidationReplay
 from workbench.timeseries import TimeSeries
 
-__all__ = ["kept_proof", "proof_of", "write_compared"]
+__all__ = ["kept_replay", "replay_of", "write_compared"]
 
 _FOLDER = "compared"
 _BASE = "refitted"
@@ -31,7 +31,7 @@ _DRIVEN = (
 )
 
 
-def proof_of(found: Diagnosis, run: str) -> ValidationReplay | None:
+def replay_of(found: Diagnosis, run: str) -> ValidationReplay | None:
     """Return base and extended model beside a run held out; None of another rig, or another run."""
     base, extended = found.errors, found.extended_errors
     if base is None or extended is None or run not in base.motions or run not in extended.motions:
@@ -45,7 +45,7 @@ def proof_of(found: Diagnosis, run: str) -> ValidationReplay | None:
     }  # fmt: skip
     part = found.parts.get("drive")
     driven = bool(part and part.best.names)
-    return _proof(shown, base.noise[run], found.extended.source.parent.name, driven)
+    return _replay(shown, base.noise[run], found.extended.source.parent.name, driven)
 
 
 def write_compared(folder: Path, found: Diagnosis) -> None:
@@ -56,7 +56,7 @@ def write_compared(folder: Path, found: Diagnosis) -> None:
             write_series(_path(folder, run, who), _joined(motion, errors, run), {})
 
 
-def kept_proof(model: Path, run: str, take: Path) -> ValidationReplay | None:
+def kept_replay(model: Path, run: str, take: Path) -> ValidationReplay | None:
     """Return what the diagnosis that wrote a model compared with a run; None where it did not.
 
     Args:
@@ -66,23 +66,23 @@ def kept_proof(model: Path, run: str, take: Path) -> ValidationReplay | None:
     """
     for file in sorted(model.parent.glob("*.json")):
         answer = read_answer(file)
-        told: dict[str, Any] = answer.get("errors_by_run", {}).get(run, {})
-        if Path(answer.get("extended_model") or "").name != model.name or not told:
+        figures: dict[str, Any] = answer.get("errors_by_run", {}).get(run, {})
+        if Path(answer.get("extended_model") or "").name != model.name or not figures:
             continue
         if answer.get("files", {}).get(run) != sha256(take):
             continue
         try:
             shown = {
-                who: _parted(read_series(_path(model.parent, run, who)), name, told[who])
+                who: _parted(read_series(_path(model.parent, run, who)), name, figures[who])
                 for who, name in (("base", _BASE), ("extended", model.stem))
             }
         except InputError:
             return None
-        return _proof(shown, told["noise_floor"], file.stem, bool(answer.get("drive_compared")))
+        return _replay(shown, figures["noise_floor"], file.stem, bool(answer.get("drive_compared")))
     return None
 
 
-def _proof(
+def _replay(
     shown: Mapping[str, Replayed], noise: float, diagnosis: str, driven: bool
 ) -> ValidationReplay:
     until = float(shown["base"].error.times[-1])
@@ -101,10 +101,10 @@ def _joined(motion: TimeSeries, errors: Errors | None, run: str) -> TimeSeries:
     return TimeSeries.of(motion.times, columns, valid)
 
 
-def _parted(joined: TimeSeries, name: str, told: Mapping[str, Any]) -> Replayed:
+def _parted(joined: TimeSeries, name: str, figures: Mapping[str, Any]) -> Replayed:
     error = joined.select([one for one in (FOOT_ERROR, TOP_ERROR) if one in joined])
     motion = joined.select([one for one in joined.names if one not in error])
-    return Replayed(name, motion, error, root_mean_square(error), told["ahead"])
+    return Replayed(name, motion, error, root_mean_square(error), figures["ahead"])
 
 
 def _path(folder: Path, run: str, who: str) -> Path:

@@ -2,7 +2,7 @@
 
 The runs' seconds vote: where one model is likelier than another, the gain is a sum over seconds of
 runs fitted and held out, and its scatter from second to second says how sure it is, whatever both
-models lack (Vuong, Econometrica 57, 1989, 307). A cause is there where its gain over the base is no
+models miss (Vuong, Econometrica 57, 1989, 307). A cause is there where its gain over the base is no
 chance, of a practical size, sure, and confirmed by runs that no fit has seen. It is named where the
 same seconds prefer it to every other; those that are not behind are a set with it.
 """
@@ -33,7 +33,7 @@ class Scored:
         prior: part of the cost that is no run's.
         blocks: (b,) cost of each second of the fitted runs.
         held: of each run held out, the cost of its seconds.
-        lack: how much less likely the runs are if nothing is missing, over what counts.
+        missing: how much less likely the runs are if nothing is missing, over what counts.
         power: of the missing force, or of what the drive leaves; its scale is that of the base.
         by_run: fitted run -> its cost.
     """
@@ -42,7 +42,7 @@ class Scored:
     prior: float
     blocks: Array
     held: tuple[Array, ...]
-    lack: float
+    missing: float
     power: float
     by_run: Mapping[str, float] = field(default_factory=dict)
 
@@ -73,7 +73,7 @@ def versus(one: Scored, other: Scored, repeats: float = 1.0) -> Versus:
     """Compare a hypothesis with another.
 
     Args:
-        one: whose gain is told.
+        one: whose gain is returned.
         other: that it is compared with.
         repeats: how often the innovations repeat one another.
     """
@@ -99,7 +99,7 @@ class Part:
         kind: NAMED, SET, PARTIAL, NONE or CLEAN.
         best: the hypothesis that holds; the base where none does.
         alike: hypotheses that explain the same, the best first.
-        lack: how much less likely the runs are if nothing but the best is missing, over what
+        missing: how much less likely the runs are if nothing but the best is missing, over what
             counts.
         explained: share of the power of what is missing that the best explains.
         reason: in a sentence.
@@ -109,7 +109,7 @@ class Part:
     kind: Kind
     best: Scored
     alike: tuple[Scored, ...]
-    lack: float
+    missing: float
     explained: float
     reason: str
     compared: tuple[tuple[Scored, Versus], ...]
@@ -147,36 +147,43 @@ def decide(
             if holds:
                 best = pair
                 break
-    rest, explained = best.lack, 1 - best.power / base.power
+    rest, explained = best.missing, 1 - best.power / base.power
     likelier = [one for one, found in compared if found.gain > rules.suspected and found.held > 0]
     alike = _alike(best, likelier, rules, repeats)
-    told = tuple(compared)
+    comparisons = tuple(compared)
     if best is base:
-        return _without(base, told, samples / repeats, rules)
+        return _without(base, comparisons, samples / repeats, rules)
     words = " with ".join(best.names)
     if rest > 1 and explained < rules.material:
         reason = (
-            f"{_lacking(rest)}, and no known cause explains it; {words} would explain next to none"
+            f"{_missing_words(rest)}, and no known cause explains it; "
+            f"{words} would explain next to none"
         )
-        return Part("NONE", base, (), rest, 0.0, reason, told)
+        return Part("NONE", base, (), rest, 0.0, reason, comparisons)
     if len(alike) > 1:
         names = ", ".join(dict.fromkeys(name for one in alike for name in one.names))
         return Part(
-            "SET", best, alike, rest, explained, f"{names} cannot be separated by these runs", told
+            "SET",
+            best,
+            alike,
+            rest,
+            explained,
+            f"{names} cannot be separated by these runs",
+            comparisons,
         )
     if rest > 1 and explained < rules.explained:
         reason = f"{words} explains {100 * explained:.0f} % of what the model misses, not the rest"
-        return Part("PARTIAL", best, alike, rest, explained, reason, told)
-    alone = _carrier(best, base, rules, repeats)
+        return Part("PARTIAL", best, alike, rest, explained, reason, comparisons)
+    alone = _influential_run(best, base, rules, repeats)
     if alone is not None:
         reason = f"{words} may be there, but {alone} alone supports it; repeat that run"
-        return Part("SET", best, alike, rest, explained, reason, told)
+        return Part("SET", best, alike, rest, explained, reason, comparisons)
     reason = f"{words}: every other cause leaves clearly more unexplained, in runs held out as well"
-    return Part("NAMED", best, alike, rest, explained, reason, told)
+    return Part("NAMED", best, alike, rest, explained, reason, comparisons)
 
 
 def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: float) -> bool:
-    """Tell whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
+    """Return whether a hypothesis is more than chance, of a practical size, sure and confirmed."""
     found = versus(one, simpler, repeats)
     return (
         found.gain > rules.practical(samples / repeats)
@@ -187,12 +194,12 @@ def _holds(one: Scored, simpler: Scored, samples: int, rules: Rules, repeats: fl
 
 
 def _behind(one: Scored, other: Scored, rules: Rules, repeats: float) -> bool:
-    """Tell whether the same seconds put a hypothesis surely behind another."""
+    """Return whether the same seconds put a hypothesis surely behind another."""
     found = versus(other, one, repeats)
     return found.sure >= rules.apart and found.gain + found.held >= rules.suspected
 
 
-def _carrier(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
+def _influential_run(one: Scored, base: Scored, rules: Rules, repeats: float) -> str | None:
     """Return the run without which all others together do not speak for a hypothesis."""
     gains = {run: (base.by_run[run] - cost) / repeats for run, cost in one.by_run.items()}
     whole = sum(gains.values())
@@ -237,18 +244,18 @@ def _without(
         and found.gain > max(rules.suspected, rules.size * samples)
         and found.held > 0
     ]
-    left = base.lack
+    left = base.missing
     if suspects and left <= 1:
         alike = tuple(one for one, _ in suspects)
         names = ", ".join(one.names[0] for one in alike)
         reason = f"{names} may be there, but the runs do not agree on it"
         return Part("SET", alike[0], alike, left, 0.0, reason, compared)
     if left > 1:
-        reason = f"{_lacking(left)}, and no known cause explains it"
+        reason = f"{_missing_words(left)}, and no known cause explains it"
         return Part("NONE", base, (), left, 0.0, reason, compared)
     reason = "nothing is missing above what the noise accounts for"
     return Part("CLEAN", base, (), left, 0.0, reason, compared)
 
 
-def _lacking(lack: float) -> str:
-    return f"the model lacks {lack:.2g} times what a whole one may"
+def _missing_words(missing: float) -> str:
+    return f"the model misses {missing:.2g} times what a whole one may"

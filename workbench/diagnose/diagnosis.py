@@ -1,7 +1,7 @@
-"""The whole diagnosis: runs of a rig in, an answer with its proof out.
+"""The whole diagnosis: runs of a rig in, an answer with its validation out.
 
 1. Runs that are not what they are said to be are left out (`soundness`).
-2. The base is fitted within its tolerances, and the process noise that it asks for tells whether a
+2. The base is fitted within its tolerances, and the process noise that it asks for says whether a
    force is missing (`fits`).
 3. One Jacobian of all candidates says what each promises; those that promise most are fitted, then
    a second beside the best (`linear`, `fits`). The drive is judged by the rotor's angle (`drive`).
@@ -19,7 +19,7 @@ from typing import Any
 
 from workbench.diagnose.decide import Kind, Part, versus
 from workbench.diagnose.drive_part import drive_part
-from workbench.diagnose.findings import Cause, Refit, Rival
+from workbench.diagnose.findings import Alternative, Cause, Refit
 from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.observer_part import observer_part
 from workbench.diagnose.rig import Rig
@@ -42,7 +42,7 @@ class Diagnosis:
         kind: of the answer.
         causes: named, or all of a set.
         reason: in a sentence.
-        rivals: what was not taken.
+        alternatives: what was not taken.
         base: the base as fitted.
         best: the hypothesis of the observer that holds; the base where none does.
         tried: all that were fitted.
@@ -63,7 +63,7 @@ class Diagnosis:
     kind: Kind
     causes: tuple[Cause, ...]
     reason: str
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...]
     base: Hypothesis
     best: Hypothesis
     tried: tuple[Hypothesis, ...]
@@ -98,9 +98,9 @@ class Diagnosis:
                 }
                 for one in self.causes
             ],
-            "rivals": [{"effect": one.name, "why_not": one.why_not} for one in self.rivals],
+            "rivals": [{"effect": one.name, "why_not": one.why_not} for one in self.alternatives],
             "explained": {name: part.explained for name, part in self.parts.items()},
-            "missing": {name: part.lack for name, part in self.parts.items()},
+            "missing": {name: part.missing for name, part in self.parts.items()},
             "process_noise": {
                 "base": dict(self.base.estimator.noise),
                 "best": dict(self.best.estimator.noise),
@@ -157,7 +157,7 @@ def diagnose(
     rig: Rig,
     out: Path,
     name: str = "diagnosis",
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
     rules: Rules = RULES,
     threads: int = 0,
 ) -> Diagnosis:
@@ -167,7 +167,7 @@ def diagnose(
         rig: with runs to fit and runs held out.
         out: folder that the model is written into.
         name: of the diagnosis.
-        tell: is told each stage.
+        progress: called at each stage.
         rules: that decide.
         threads: of the simulation; 0 takes all cores.
 
@@ -176,13 +176,13 @@ def diagnose(
         DataFault: when so many runs are at fault that the others cannot be judged.
     """
     begin = time.perf_counter()
-    tell(Stage("look for faults in the runs", 0.0))
+    progress(Stage("look for faults in the runs", 0.0))
     sound = soundness(rig)
-    fits = Fits(rig, rules, tell, threads, {fault.run for fault in sound.faults})
-    fits.tell = portion(tell, 0.1, 0.4)
-    fits.tell("fit the base within its tolerances")
+    fits = Fits(rig, rules, progress, threads, {fault.run for fault in sound.faults})
+    fits.progress = portion(progress, 0.1, 0.4)
+    fits.progress("fit the base within its tolerances")
     base = fits.base()
-    fits.tell = portion(tell, 0.4, 0.85)
+    fits.progress = portion(progress, 0.4, 0.85)
     observer = observer_part(fits, base)
     drive = drive_part(fits, observer.best)
     parts = {"observer": observer.part}
@@ -195,7 +195,7 @@ def diagnose(
         kind = "DATA_FAULT"
     if sound.faults:
         kind, reason = "DATA_FAULT", sound.before(kind, reason)
-    tell(Stage("write the model and judge it by the runs held out", 0.9))
+    progress(Stage("write the model and judge it by the runs held out", 0.9))
     effects = {
         one.name: {key: (q.value, q.error) for key, q in one.quantities.items()}
         for one in causes
@@ -215,7 +215,7 @@ def diagnose(
         reason = f"simulated freely, the runs held out are {times:.2g} times their noise off"
         reason += ", and no known cause explains it"
     return Diagnosis(
-        rig, kind, tuple(causes), reason, _rivals(fits, parts), base, observer.best,
+        rig, kind, tuple(causes), reason, _alternatives(fits, parts), base, observer.best,
         observer.tried, observer.promises, parts, observer.refit,
         tuple(rig.names[k] for k in fits.held),
         errors,
@@ -233,8 +233,8 @@ def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
     """Return one answer of what robot and drive say each by itself."""
     kinds = {part.kind for part in parts.values()}
     one = len(parts) == 1
-    told = [part.reason if one else f"{name}: {part.reason}" for name, part in parts.items()]
-    reason = "; ".join(told)
+    reasons = [part.reason if one else f"{name}: {part.reason}" for name, part in parts.items()]
+    reason = "; ".join(reasons)
     order: tuple[Kind, ...] = ("SET", "PARTIAL")
     for kind in order:
         if kind in kinds:
@@ -244,12 +244,12 @@ def _together(parts: Mapping[str, Part]) -> tuple[Kind, str]:
     return ("NONE" if "NONE" in kinds else "CLEAN"), reason
 
 
-def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
+def _alternatives(fits: Fits, parts: Mapping[str, Part]) -> tuple[Alternative, ...]:
     """Return what was fitted and not taken, and why."""
     found = []
     for part in parts.values():
         listed = {name for one in part.alike for name in one.names}
-        for one, told in part.compared:
+        for one, gained in part.compared:
             name = " with ".join(one.names)
             if len(one.names) > 1 or name in listed:
                 continue
@@ -258,8 +258,8 @@ def _rivals(fits: Fits, parts: Mapping[str, Part]) -> tuple[Rival, ...]:
             why = (
                 f"its log-likelihood is {digits(behind.gain + behind.held)} below that of {against}"
                 if part.best.names
-                else f"gain {digits(told.gain)} in the runs fitted and {digits(told.held)} in "
+                else f"gain {digits(gained.gain)} in the runs fitted and {digits(gained.held)} in "
                 "those held out: no more than chance, or of no practical size"
             )
-            found.append(Rival(name, why))
+            found.append(Alternative(name, why))
     return tuple(found)

@@ -8,7 +8,7 @@ the motor does otherwise:
 w the commanded speed, p the rotor's angle in the world, the torque that which the rotor's mass
 takes about T. All of it is linear in what is asked for, so each cause is a column of angles, and
 every set of causes is one regression. Each run has a start angle, a lag, a delay and a small share
-of its own. The point taken for T may sit off T: the rotor's arm, which is rigid, tells where it is.
+of its own. The point taken for T may sit off T: the rotor's arm, which is rigid, shows where it is.
 Glitches are left out, and noise with a memory is whitened: r[k] - memory r[k-1] counts.
 """
 
@@ -38,10 +38,10 @@ DRIVE = ("speed_scale", "speed_offset", "speed_drift", "motor_droop", "speed_rip
 
 _OWN = {"start": 10.0, "delay": 0.01, "lag": 0.05, "gain": 1e-3}
 """What a run keeps to itself -> how far it may be off [rad, s, s, 1]."""
-_FIRST_S = 0.1  # of a run, that tells where it starts
+_FIRST_S = 0.1  # of a run, that shows where it starts
 _SMOOTH_S = 0.15  # over which T's acceleration is taken
 _OFFSETS = ("marker forward", "marker up")
-_CLUTTER_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
+_TOLERATED_M = 2e-4  # how far the point taken for T may sit off T and nobody minds
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def drive_fits(system: Hopper, turns: Sequence[Array], arm: Arm) -> DriveFits:
     tolerances = {
         f"{name} {q.name}": q.tolerance for name in DRIVE for q in EFFECTS[name].quantities
     }
-    wide = dict(zip(_OFFSETS, np.hypot(np.minimum(arm.deviation, 1.0), _CLUTTER_M), strict=True))
+    wide = dict(zip(_OFFSETS, np.hypot(np.minimum(arm.deviation, 1.0), _TOLERATED_M), strict=True))
     shared, driven = (
         [*tolerances, *_OFFSETS],
         [k for k, run in enumerate(system.runs) if run.driven],

@@ -31,7 +31,7 @@ _WINDOW_S = 2.0
 _LEAST_WINDOW_S = 0.8
 _LEAST_SAMPLES = 30
 _FASTEST_RAD_S = 150.0
-_GRID_RAD_S = 0.5  # a quarter of what a window of two seconds tells apart
+_GRID_RAD_S = 0.5  # a quarter of what a window of two seconds separates
 _STANDS_RAD_S = 0.5
 _STALLED = 0.5  # of the usual speed
 _APART = 0.02  # of the speed: what lines, unsteady motion and tilt of the tip leave of a sound run
@@ -113,11 +113,11 @@ def drive_faults(runs: Sequence[MeasuredRun]) -> list[Fault]:
             faults.append(Fault(k, wrong))
         else:
             turning.append(spin)
-    return faults + list(_liars(turning))
+    return faults + list(_contradicted(turning))
 
 
 def _spin(k: int, run: MeasuredRun) -> _Spin | None:
-    """Return how a rotor turned; None where it is seen too little to tell."""
+    """Return how a rotor turned; None where it is seen too little for that."""
     rises = [t for t, speed in run.steps if speed]
     if not rises:
         return None
@@ -181,8 +181,8 @@ def _wrong_way(spin: _Spin) -> str:
     return ""
 
 
-def _liars(spins: Sequence[_Spin]) -> Iterator[Fault]:
-    """Tell the runs that no line of a motor joins with the others."""
+def _contradicted(spins: Sequence[_Spin]) -> Iterator[Fault]:
+    """Find the runs that no line of a motor joins with the others."""
     if not spins:
         return
     line = _line(spins)
@@ -218,24 +218,24 @@ def _line(spins: Sequence[_Spin]) -> _Line:
 
 
 def _lie(spin: _Spin, line: _Line, joined: int) -> str:
-    told = (
+    words = (
         f"the sheet says {spin.said:g} rad/s, but the rotor turned at {spin.speed:.2f} rad/s "
         f"({100 * (spin.speed / spin.said - 1):+.1f} %)"
     )
     if joined:
-        told += (
+        words += (
             f"; {joined} other driven run(s) agree with each other, and the same motor would turn "
             f"at {line.at(spin):.2f} rad/s"
         )
     for ratio, units in _UNITS.items():
         for times in (ratio, 1 / ratio):
             if abs(spin.speed / spin.said / times - 1) < _SAME_UNIT:
-                return f"{told}; {units} seem to be exchanged"
-    return f"{told}. Is it another run's line of the sheet, or another voltage?"
+                return f"{words}; {units} seem to be exchanged"
+    return f"{words}. Is it another run's line of the sheet, or another voltage?"
 
 
 def _late(run: MeasuredRun) -> Iterator[str]:
-    """Tell a time zero that is not the rotor's first motion."""
+    """Find a time zero that is not the rotor's first motion."""
     angle = np.where(run.motion.validity(ROTOR_ANGLE), run.motion[ROTOR_ANGLE], np.nan)
     seen = np.isfinite(angle)
     times, direction = run.motion.times[seen], np.exp(1j * angle[seen])

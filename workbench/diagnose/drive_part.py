@@ -41,7 +41,7 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     regressions = fits.drive(best)
     if regressions is None:
         return None
-    fits.tell("judge the drive by the rotor's angle")
+    fits.progress("judge the drive by the rotor's angle")
     fitted, held = regressions
     names = [name for name in DRIVE if name in fitted.quantities]
     every = [(), *((name,) for name in names), *combinations(names, 2)]
@@ -51,11 +51,11 @@ def drive_part(fits: Fits, best: Hypothesis) -> DrivePart | None:
     def scored(names: tuple[str, ...]) -> Scored:
         found = solved[names]
         own = found.cost - float(found.blocks.sum())
-        lack = float(found.blocks.sum()) / samples / fits.rules.whole**2
+        missing = float(found.blocks.sum()) / samples / fits.rules.whole**2
         judged = tuple(held.by_run(held.like(fitted, found))) if fits.held else ()
         runs = zip(fitted.runs, fitted.by_run(found), strict=True)
         by_run = {fits.rig.names[fits.train[k]]: float(blocks.sum()) for k, blocks in runs}
-        return Scored(names, own, found.blocks, judged, lack, lack, by_run)
+        return Scored(names, own, found.blocks, judged, missing, missing, by_run)
 
     tried = [scored(one) for one in every if one]
     part = decide(scored(()), tried, samples, fits.rules)

@@ -1,4 +1,4 @@
-"""The run that tells causes of the drive apart, from the rotor's speed alone.
+"""The run that separates causes of the drive, from the rotor's speed alone.
 
 Each cause changes a run's mean speed by its amount times a lever: a scale by the speed, an offset
 by one, a drift by the speed and half the run's time. Causes that agree at the speeds that were run
@@ -43,7 +43,7 @@ _OWN_SHARE = 1e-3  # of its speed that a run keeps to itself, as the drive's reg
 
 
 def propose_speed(found: Diagnosis, menu: Sequence[Trial]) -> Proposal | None:
-    """Return the run whose speed tells causes of the drive apart; None where no speed does.
+    """Return the run whose speed separates causes of the drive; None where no speed does.
 
     Args:
         found: the diagnosis, whose drive may be a set.
@@ -61,7 +61,7 @@ def propose_speed(found: Diagnosis, menu: Sequence[Trial]) -> Proposal | None:
 def propose_speed_among(
     causes: Sequence[Cause], weights: Sequence[float], menu: Sequence[Trial], rules: Rules
 ) -> Proposal | None:
-    """Return the run whose speed tells some causes apart; None where no speed does.
+    """Return the run whose speed separates some causes; None where no speed does.
 
     Args:
         causes: with what was found of their amounts.
@@ -94,11 +94,11 @@ def propose_speed_among(
     return best if best.chance >= LEAST_CHANCE else None
 
 
-def _gain(truth: Cause, rival: Cause, trial: Trial) -> float:
+def _gain(truth: Cause, alternative: Cause, trial: Trial) -> float:
     """Return the gain that `TIMES` runs of a trial bring for one cause over another."""
     speed, time = trial.amount, trial.duration
-    true, false = _LEVERS[truth.name](speed, time), _LEVERS[rival.name](speed, time)
-    amount, other = (next(iter(one.quantities.values())) for one in (truth, rival))
+    true, false = _LEVERS[truth.name](speed, time), _LEVERS[alternative.name](speed, time)
+    amount, other = (next(iter(one.quantities.values())) for one in (truth, alternative))
     apart = amount.value * true - other.value * false
     variance = (_OWN_SHARE * speed) ** 2 / TIMES + (other.error * false) ** 2
     return max(apart**2 / variance, 1e-9)

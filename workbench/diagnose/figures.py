@@ -61,7 +61,7 @@ class Bar:
 
 
 def force_figure(missing: Missing) -> Figure:
-    """Draw the missing force at T against time in the run that lacks most.
+    """Draw the missing force at T against time in the run that misses most.
 
     The band is twice what the cameras' noise alone makes, to either side.
     """

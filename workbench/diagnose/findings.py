@@ -1,4 +1,4 @@
-"""What an answer lists: causes with their quantities, rivals, and what a fit changed."""
+"""What an answer lists: causes with their quantities, alternatives, and what a fit changed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.diagnose.wording import Amount
 
-__all__ = ["Cause", "Found", "Refit", "Rival", "found_of"]
+__all__ = ["Alternative", "Cause", "Found", "Refit", "found_of"]
 
 _T90 = 1.645  # standard errors to either side of a 90 % interval
 
@@ -31,8 +31,8 @@ class Cause:
     Args:
         name: canonical.
         quantities: what was found of each.
-        sentence: what a technician is told, with its numbers.
-        separated_by: what tells it from others, in words.
+        sentence: what a technician reads, with its numbers.
+        separated_by: what separates it from others, in words.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class Rival:
+class Alternative:
     """A candidate that was not taken, and why."""
 
     name: str

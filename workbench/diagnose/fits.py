@@ -84,7 +84,7 @@ class Fits:
     Args:
         rig: with its runs.
         rules: of the diagnosis.
-        tell: is told each stage.
+        progress: called at each stage.
         threads: 0 takes all cores.
         left_out: numbers of runs that are not looked at.
     """
@@ -93,11 +93,11 @@ class Fits:
         self,
         rig: Rig,
         rules: Rules = RULES,
-        tell: Progress = lambda text: None,
+        progress: Progress = lambda text: None,
         threads: int = 0,
         left_out: Collection[int] = (),
     ) -> None:
-        self.rig, self.rules, self.tell, self.threads = rig, rules, tell, threads
+        self.rig, self.rules, self.progress, self.threads = rig, rules, progress, threads
         runs = [k for k in range(len(rig.roles)) if k not in left_out]
         self.train = [k for k in runs if rig.roles[k] == "train"]
         self.held = [k for k in runs if rig.roles[k] != "train"]
@@ -116,20 +116,21 @@ class Fits:
         fit = fit_system(
             system,
             ParameterVector(system.parameters),
-            progress=self.tell,
+            progress=self.progress,
             threads=self.threads,
             central=False,
         )
         return self._hypothesis((), fit.estimator, fit.x, fit.jacobian)
 
-    def lack(self, one: Hypothesis) -> float:
+    def missing(self, one: Hypothesis) -> float:
         """Return how much less likely the runs are at the process noise a whole model may have.
 
         In units of a gain of practical size; 0 where the hypothesis asks for no more.
         """
         estimator, strong = one.estimator, one.estimator.system.strong
         whole = {
-            group: min(q, self.rules.lack * strong[group]) for group, q in estimator.noise.items()
+            group: min(q, self.rules.noise_share * strong[group])
+            for group, q in estimator.noise.items()
         }
         if whole == estimator.noise:
             return 0.0
@@ -139,11 +140,11 @@ class Fits:
         return max(0.0, float(cost + one.prior - one.cost) / self.repeats() / least)
 
     def missing_power(self, one: Hypothesis) -> float:
-        """Return the power of the missing force, over what a whole model may lack."""
+        """Return the power of the missing force, over what a whole model may miss."""
         estimator, strong = one.estimator, one.estimator.system.strong
         return max(
-            ((q / (self.rules.lack * strong[group])) ** 2 for group, q in estimator.noise.items()
-             if estimator.depends_on(group)), default=1.0,
+            ((q / (self.rules.noise_share * strong[group])) ** 2
+             for group, q in estimator.noise.items() if estimator.depends_on(group)), default=1.0,
         )  # fmt: skip
 
     def samples(self) -> int:
@@ -152,7 +153,7 @@ class Fits:
         return sum(int(np.isfinite(seen(k)).sum()) for k in range(len(self.train)))
 
     def frees(self, name: str) -> bool:
-        """Tell whether a candidate frees numbers of the model, and adds none."""
+        """Return whether a candidate frees numbers of the model, and adds none."""
         return name in self.candidates and bool(self.candidates[name].frees)
 
     def repeats(self) -> float:

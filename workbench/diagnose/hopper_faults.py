@@ -38,9 +38,11 @@ def hopper_faults(robot: Robot, runs: Sequence[MeasuredRun]) -> list[Fault]:
         for k, run in enumerate(runs)
     ]
     bodies = body_faults(runs, expected)
-    told = {fault.run for fault in bodies}  # whose drive or release would only show the same again
-    releases = release_faults(runs, expected, [k for k in range(len(runs)) if k not in told])
-    return [*bodies, *(fault for fault in drive if fault.run not in told), *releases]
+    faulty = {
+        fault.run for fault in bodies
+    }  # whose drive or release would only show the same again
+    releases = release_faults(runs, expected, [k for k in range(len(runs)) if k not in faulty])
+    return [*bodies, *(fault for fault in drive if fault.run not in faulty), *releases]
 
 
 def _top(robot: Robot, run: MeasuredRun, pull: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What every candidate is worth where residuals are straight: one Jacobian for the whole library.
+"""What every candidate would gain where residuals are straight: one Jacobian for the whole library.
 
 With residuals r and their Jacobian J around numbers x of unit prior deviation, and robust weights
 W, the least cost where some numbers move is that of a linear regression,

@@ -113,7 +113,7 @@ class MechanismRig:
         return _WHOLE
 
     def faults(self) -> Sequence[Fault]:
-        """Return nothing: what a mechanism that nobody knows should do, only a fit tells."""
+        """Return nothing: what a mechanism that nobody knows should do, only a fit shows."""
         return ()
 
     def repeats(self) -> float:

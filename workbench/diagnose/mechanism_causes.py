@@ -32,7 +32,7 @@ class Kind:
         group: kind of cause.
         quantity: name of its one number.
         sentence: with `{owner}`; the quantity in double braces, as in `sim.effects.effect`.
-        separated_by: what tells it from what it is confused with.
+        separated_by: what separates it from what it is confused with.
         confused_with: `effect` of the same owner, or `section.effect` of any.
         added: the quantity's name in older files, where it was added to the file's number.
     """
@@ -201,7 +201,7 @@ class Asked:
 
     @property
     def sentence(self) -> str:
-        """Return what a technician is told, with the quantity in braces."""
+        """Return what a technician reads, with the quantity in braces."""
         return self.kind.sentence.format(owner=self.owner)
 
     @property
@@ -260,7 +260,7 @@ def _freed(parameter: Parameter) -> str:
 
 
 def _alike(one: Asked, other: Asked) -> bool:
-    """Tell whether an effect is said to be confused with another."""
+    """Return whether an effect is said to be confused with another."""
     same = (one.section, one.owner) == (other.section, other.owner)
     named = one.kind.confused_with
     return (same and other.effect in named) or f"{other.section}.{other.effect}" in named

@@ -62,7 +62,7 @@ def write_extended(
         names: of its parameters, in their order.
         values: of the parameters as refitted, by name; others stay as they are.
         effects: candidate -> quantity -> value and standard error, SI; one without quantities is
-            told by the values alone.
+            known from the values alone.
         diagnosis: name of what it came from.
 
     Raises:

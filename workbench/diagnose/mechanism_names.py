@@ -1,4 +1,4 @@
-"""Whether what a rig file names is in its model, each fault told at line and column."""
+"""Whether what a rig file names is in its model, each fault with line and column."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OFF = int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT) | int(mujoco.mjtDisableBit.mj
 
 
 def require_names(file: Document[RigFile], model: mujoco.MjModel) -> None:
-    """Look up every name of a rig file, and what only the model tells of it.
+    """Look up every name of a rig file, and what only the model says of it.
 
     Raises:
         FileFaults: with all that is not there, and the names that are.
@@ -84,7 +84,7 @@ def _units(file: Document[RigFile], model: mujoco.MjModel) -> Iterator[FileFault
 
 
 def _starts(file: Document[RigFile]) -> Iterator[FileFault]:
-    """Yield the starts that no channel tells."""
+    """Yield the starts that no channel shows."""
     channels = file.content.channels.values()
     followed = {one.joint for one in channels if one.quantity == "position"}
     for k, run in enumerate(file.content.runs):

@@ -26,11 +26,11 @@ _LEAST = 12  # samples of a run
 _UNEVEN = 0.1  # of a sample: beyond, the values are interpolated
 _DECIMALS = 9  # most of a stamp
 _FINER = 8  # points of a curve from one stamp of an input to the next
-_REST_S = 1.0  # the last of it tells where a joint was held
+_REST_S = 1.0  # the last of it shows where a joint was held
 _WEAK = 10.0  # sigma: the prior of a start that was read from the run's own samples
 _SAME = 1e-3  # of a sample rate
 _AT_ZERO = 1e-6  # of a sample
-_LEAST_REST = 30  # samples that tell of the noise's memory
+_LEAST_REST = 30  # samples that show the noise's memory
 _GLITCH = 3.0  # deviations beyond which a difference of rest counts no more
 _RESTS = 3.0  # sigma that a scatter of rest may have
 
@@ -115,7 +115,7 @@ def read_measured(file: Document[RigFile], k: int, name: str) -> Measured:
 
 
 def noise_of(channels: Mapping[str, float | None], runs: Sequence[Measured]) -> list[float | None]:
-    """Return each channel's noise as stated, or as the runs show it; None where neither tells.
+    """Return each channel's noise as stated, or as the runs show it; None where neither says it.
 
     Args:
         channels: name -> standard deviation, where it is stated.
@@ -167,7 +167,7 @@ def repeats_of(runs: Sequence[Measured], sigma: Mapping[int, float]) -> float:
 
 
 def at_one_rate(runs: Sequence[Measured]) -> list[Measured]:
-    """Return the runs at the rate of the fastest; samples that a slower one lacks are not seen.
+    """Return the runs at the rate of the fastest; samples that a slower one misses are not seen.
 
     Raises:
         InputError: where a rate is no whole fraction of the fastest.
@@ -199,7 +199,7 @@ def run_of(
         given: what is known of channels.
 
     Raises:
-        FileFaults: for a start that its samples do not tell.
+        FileFaults: for a start that its samples do not show.
     """
     run, begun = file.content.runs[k], measured.begun
     starts = {}

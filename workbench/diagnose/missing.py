@@ -1,4 +1,4 @@
-"""The force that a robot's model lacks, run by run, and what it depends on.
+"""The force that a robot's model misses, run by run, and what it depends on.
 
 The smoother says which force at T would make the model do as the robot did (`fit.smoother`). A
 robust regression of that force on one coordinate at a time, each with some terms, says which of
@@ -98,7 +98,7 @@ class Dependence:
         share: of the variance beyond that of noise, in pieces that the regression has not seen.
         law: the term that explains it nearly alone, or how it changes sides with speed; empty where
             neither is.
-        direction: (2,) forward and up, in which the force is told.
+        direction: (2,) forward and up, in which the force is given.
         where: what to call that direction.
         size: root mean square of the force in it [N].
         sign: 1 where it goes with the coordinate, -1 against it; 0 where it is across it.
@@ -116,7 +116,7 @@ class Dependence:
 
 @dataclass(frozen=True, eq=False)
 class Missing:
-    """What a model lacks in the fitted runs.
+    """What a model misses in the fitted runs.
 
     Args:
         forces: of each run.
@@ -132,16 +132,16 @@ class Missing:
 
     @property
     def worst(self) -> MissingForce:
-        """Return the run that lacks most."""
+        """Return the run that misses most."""
         return max(self.forces, key=lambda one: one.rms)
 
 
 def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
-    """Return the force that a hypothesis lacks in its fitted runs; None of another rig's.
+    """Return the force that a hypothesis misses in its fitted runs; None of another rig's.
 
     Args:
         base: with its estimator, process noise and parameters.
-        rules: that tell how much process noise the cameras alone ask for.
+        rules: that say how much process noise the cameras alone ask for.
     """
     estimator, system = base.estimator, base.estimator.system
     if not isinstance(system, Hopper) or not any(estimator.noise.values()):
@@ -149,14 +149,14 @@ def missing_force(base: Hypothesis, rules: Rules = RULES) -> Missing | None:
     forces = tuple(force_of(base, system, k) for k in range(len(system.names)))
     names = [name for name in _TERMS if any(name in f.coordinates for f in forces)]
     found = sorted((_dependence(forces, name) for name in names), key=lambda one: -one.share)
-    lacks = any(
-        q > rules.lack * system.strong[group]
+    misses = any(
+        q > rules.noise_share * system.strong[group]
         for group, q in estimator.noise.items()
         if estimator.depends_on(group)
     )
     rows = _rows(forces, "time", [])
     power = float(np.mean(rows.force**2)) / rows.noise
-    sentence = _sentence(found[0], lacks) if power > _PRESENT else ABSENT
+    sentence = _sentence(found[0], misses) if power > _PRESENT else ABSENT
     return Missing(forces, tuple(found), sentence, power)
 
 
@@ -208,14 +208,14 @@ def _dependence(forces: Sequence[MissingForce], name: str) -> Dependence:
         pushed = pushed * direction[_AXES.index(axis)]  # zero where the force is across it
     sign = float(np.sign(pushed @ coordinate)) if np.any(pushed) else 0.0
     turning = _turning(coordinate, pushed) if kind == "velocity" else ""
-    told = law if clear else turning
-    return Dependence(name, _UNITS[name], max(best, 0.0), told, direction, where, size, sign)
+    chosen = law if clear else turning
+    return Dependence(name, _UNITS[name], max(best, 0.0), chosen, direction, where, size, sign)
 
 
 def _direction(forces: Sequence[MissingForce], fitted: Array) -> tuple[Array, str]:
-    """Return the direction in which a fitted force is told, (2,), and what to call it.
+    """Return the direction in which a fitted force is given, (2,), and what to call it.
 
-    A path that is longer than wide tells of forces along it only: two components would share one
+    A path that is longer than wide shows forces along it only: two components would share one
     force. Else the component is taken that is more sure.
     """
     moved = np.concatenate(
@@ -318,10 +318,10 @@ def _columns(term: _Term, coordinate: Array) -> Array:
     return values if values.ndim == 2 else values[:, None]
 
 
-def _sentence(best: Dependence, lacks: bool) -> str:
+def _sentence(best: Dependence, misses: bool) -> str:
     """Return what is missing, in words."""
     if best.share < _CHANCE:
-        return INDEPENDENT if lacks else ABSENT
+        return INDEPENDENT if misses else ABSENT
     size, share = f"{digits(best.size)} N", f"({100 * best.share:.0f} % of what is missing)"
     kind = best.name.split(" ")[0]
     own = best.sign != 0

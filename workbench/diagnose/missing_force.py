@@ -1,4 +1,4 @@
-"""The force at T that a robot's model lacks in a run, and what it may depend on.
+"""The force at T that a robot's model misses in a run, and what it may depend on.
 
 The smoother draws a force towards zero by as much as the cameras leave open (`fit.smoother`). About
 the robot's rest it is a Wiener filter: with G what the channels make of modal forces of density q,
@@ -66,7 +66,7 @@ class Response:
 
 @dataclass(frozen=True, eq=False)
 class MissingForce:
-    """The force at T that the model lacks in one run, means over 0.05 s.
+    """The force at T that the model misses in one run, means over 0.05 s.
 
     Args:
         run: its name.
@@ -75,7 +75,7 @@ class MissingForce:
         sigma: (n, 2) its standard deviation [N].
         information: (n, 2, 2) inverse of its covariance.
         coordinates: name -> (n,) SI, those that the run has.
-        usable: (n,) samples that the cameras tell of.
+        usable: (n,) samples that the cameras show.
         response: of the smoother.
     """
 
@@ -95,7 +95,7 @@ class MissingForce:
 
 
 def force_of(base: Hypothesis, system: Hopper, k: int) -> MissingForce:
-    """Return the force that a hypothesis lacks in one run.
+    """Return the force that a hypothesis misses in one run.
 
     Args:
         base: with its estimator, process noise and parameters.
@@ -161,10 +161,10 @@ def _response(
     weighed = np.linalg.solve(covariance, slopes.T)
     at_top = np.linalg.solve(slopes @ weighed, weighed.T)[top : top + 2]
     mean = np.sinc(w / (2 * np.pi) * WINDOW * seconds)
-    told = mean * (at_top @ k)
-    density = (told @ noise @ told.conj().swapaxes(1, 2)).real
+    response = mean * (at_top @ k)
+    density = (response @ noise @ response.conj().swapaxes(1, 2)).real
     total = (2 * density.sum(axis=0) - density[0]) / (length * seconds)
-    shares = np.asarray(mean * np.eye(2) if top else told @ g @ slopes[top : top + 2].T)
+    shares = np.asarray(mean * np.eye(2) if top else response @ g @ slopes[top : top + 2].T)
     shares = shares.astype(np.complex128)
     return Response(shares, length, total)
 

@@ -1,10 +1,10 @@
-"""The next experiment: of all runs that a bench can make, those that tell best what still remains.
+"""The next experiment: of all runs that a bench can make, those that separate best what remains.
 
 Each hypothesis that remains predicts each run, and the observer of every other judges what is
 predicted. As far as that other still misses it, its base, its own quantities and what belongs to
-the run adapted within what the runs that exist allow, the run tells them apart (T-optimality:
-Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule is the diagnosis' own, so a run is worth
-the chance that it rejects rivals, for each minute that it takes.
+the run adapted within what the runs that exist allow, the run separates them (T-optimality:
+Atkinson and Fedorov, Biometrika 62, 1975, p. 57). The rule is the diagnosis' own, so a run's
+score is the chance that it rejects alternatives, for each minute that it takes.
 """
 
 from __future__ import annotations
@@ -41,48 +41,50 @@ __all__ = ["TIMES", "Proposal", "Separation", "minutes_of", "propose", "propose_
 
 Array = NDArray[np.float64]
 
-_CLOSER = 5  # trials whose rivals are allowed to adapt; that takes a simulation for each number
-_BEGIN_S = 3.0  # of each trial, that tells which are looked at closer
+_CLOSER = (
+    5  # trials whose alternatives are allowed to adapt; that takes a simulation for each number
+)
+_BEGIN_S = 3.0  # of each trial, that says which are looked at closer
 _MOST_RUNS = 3  # in one proposal
-_SILENT = 1e-6  # of the gain: what two rivals predict alike
+_SILENT = 1e-6  # of the gain: what two alternatives predict alike
 _ROUNDS = 4  # of the robust weights in one linearisation
 
 
 def propose(
-    found: Diagnosis, menu: Sequence[Trial], tell: Progress = lambda text: None
+    found: Diagnosis, menu: Sequence[Trial], progress: Progress = lambda text: None
 ) -> Proposal | None:
-    """Return the runs that tell best, each minute, what a diagnosis leaves.
+    """Return the runs that separate best, each minute, what a diagnosis leaves.
 
     Args:
         found: the diagnosis.
         menu: the runs that the bench can make.
-        tell: is told each stage.
+        progress: called at each stage.
 
     Returns:
         None where the data are at fault, where at most one hypothesis remains, where the rig cannot
-        tell what other runs would show, or where no run on the menu separates what remains.
+        say what other runs would show, or where no run on the menu separates what remains.
     """
     if found.kind == "DATA_FAULT" or not isinstance(found.rig, HopperRig) or not menu:
         return None
     if found.parts["observer"].kind != "SET":  # a set of the drive is asked about first
-        return propose_speed(found, menu) or _of_observer(found, found.rig, menu, tell)
-    return _of_observer(found, found.rig, menu, tell) or propose_speed(found, menu)
+        return propose_speed(found, menu) or _of_observer(found, found.rig, menu, progress)
+    return _of_observer(found, found.rig, menu, progress) or propose_speed(found, menu)
 
 
 def _of_observer(
-    found: Diagnosis, rig: HopperRig, menu: Sequence[Trial], tell: Progress
+    found: Diagnosis, rig: HopperRig, menu: Sequence[Trial], progress: Progress
 ) -> Proposal | None:
-    """Return the runs that tell best what the observer leaves; None where none does."""
+    """Return the runs that separate best what the observer leaves; None where none does."""
     part, fits = found.parts["observer"], found.fits
     strict = BEYOND if part.kind in ("NAMED", "PARTIAL") else 1.0
     wide = rig.with_modes({trial.mode for trial in menu})
     setting = Setting(wide, found.rules, fits.repeats(), fits.samples(), strict, fits.threads)
     left = remaining(found, wide)
-    menu = _telling(left, rig, menu)
+    menu = _informative(left, rig, menu)
     if len(left) > MOST:
-        tell(f"see which of {len(left) - 1} causes other runs could show")
+        progress(f"see which of {len(left) - 1} causes other runs could show")
         left = _shown(left, setting, menu)
-    return propose_among(left, setting, menu, tell)
+    return propose_among(left, setting, menu, progress)
 
 
 def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -> list[Remaining]:
@@ -96,8 +98,8 @@ def _shown(left: Sequence[Remaining], setting: Setting, menu: Sequence[Trial]) -
     return [left[0], *(replace(left[1 + k], weight=1 / len(most)) for k in most)]
 
 
-def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:
-    """Return the trials of modes that can tell.
+def _informative(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -> list[Trial]:
+    """Return the trials of modes that can separate them.
 
     A mode that brings numbers nobody has fitted yet, as the ground does, is expensive to simulate
     and says little of what other modes show as well; it counts where a cause shows in no other.
@@ -114,23 +116,25 @@ def _telling(left: Sequence[Remaining], rig: HopperRig, menu: Sequence[Trial]) -
     }
     plain = {mode for mode in modes if len(rig.with_modes({mode}).base) == len(rig.base)}
     plainly = {name for mode in plain for name in shown[mode]}
-    telling = {mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)}
-    return [trial for trial in menu if trial.mode in telling]
+    informative = {
+        mode for mode in modes if shown[mode] and (mode in plain or shown[mode] - plainly)
+    }
+    return [trial for trial in menu if trial.mode in informative]
 
 
 def propose_among(
     left: Sequence[Remaining],
     setting: Setting,
     menu: Sequence[Trial],
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
 ) -> Proposal | None:
-    """Return the runs that tell best which of some hypotheses is true; None where none does.
+    """Return the runs that say best which of some hypotheses is true; None where none does.
 
     Args:
         left: the hypotheses that remain.
         setting: rig and rules.
         menu: the runs that the bench can make.
-        tell: is told each stage.
+        progress: called at each stage.
     """
     pairs = [
         (i, j)
@@ -139,28 +143,33 @@ def propose_among(
     ]
     if not pairs or not menu:
         return None
-    tell(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
+    progress(f"predict {len(menu)} runs by each of {len(left)} hypotheses that remain")
     closer = _promising(Predicted(left, setting, menu, _BEGIN_S), pairs)
     if not closer:
         return None
-    tell(f"refit the alternatives in {len(closer)} of them")
+    progress(f"refit the alternatives in {len(closer)} of them")
     return _Adapted(Predicted(left, setting, closer), pairs).best()
 
 
-def _already(truth: Remaining, rival: Remaining, setting: Setting) -> bool:
-    """Tell whether the runs that exist reject a rival if another hypothesis is true."""
-    total, seconds = rival.behind(truth)
-    return total / setting.repeats > _least(truth, rival, setting, seconds, 0, 0.0)
+def _already(truth: Remaining, alternative: Remaining, setting: Setting) -> bool:
+    """Return whether the runs that exist reject an alternative if another hypothesis is true."""
+    total, seconds = alternative.behind(truth)
+    return total / setting.repeats > _least(truth, alternative, setting, seconds, 0, 0.0)
 
 
 def _least(
-    truth: Remaining, rival: Remaining, setting: Setting, seconds: Array, more: int, gain: float
+    truth: Remaining,
+    alternative: Remaining,
+    setting: Setting,
+    seconds: Array,
+    more: int,
+    gain: float,
 ) -> float:
-    """Return the gain that rejects a rival, in all runs, as `decide` has it.
+    """Return the gain that rejects an alternative, in all runs, as `decide` has it.
 
     Args:
         truth: what is taken as true.
-        rival: that is to be rejected.
+        alternative: that is to be rejected.
         setting: with the rules.
         seconds: (b,) gains of all seconds.
         more: samples that the runs would add.
@@ -168,30 +177,29 @@ def _least(
     """
     rules = setting.rules
     if not truth.names:
-        return -rules.suspected  # a cause always fits better than none; it must be worth little
+        return -rules.suspected  # a cause always fits better than none; it must gain little
     each = seconds / setting.repeats
     scatter = float(np.sqrt(np.var(each) * len(each) + 4 * gain))
-    if not rival.names:
+    if not alternative.names:
         size = rules.size * (setting.samples + more) / setting.repeats
-        return max(rules.worth, size, rules.sure * scatter)
+        return max(rules.least_gain, size, rules.sure * scatter)
     return setting.strict * max(rules.suspected, rules.apart * scatter)
 
 
 def _promising(predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> list[Trial]:
-    """Return the trials that may tell most each minute, of each mode in turn.
+    """Return the trials that may separate most each minute, of each mode in turn.
 
-    Rivals that do not adapt lie farther apart than those that do, so this is what a trial could
-    tell at best.
+    Alternatives that do not adapt lie farther apart than those that do: more cannot be separated.
     """
     if not predicted.menu:
         return []
     menu, apart = predicted.menu, predicted.apart(pairs)
-    worth = {
+    scores = {
         t: (min(row) / minutes_of([menu[t]]), float(np.median(row)))
         for t, row in enumerate(apart)
         if max(row) > _SILENT
     }
-    order = sorted(worth, key=lambda t: worth[t], reverse=True)
+    order = sorted(scores, key=lambda t: scores[t], reverse=True)
     modes = list(dict.fromkeys(menu[t].mode for t in order))
     queues = [[t for t in order if menu[t].mode == mode] for mode in modes]
     turns = [t for turn in zip_longest(*queues) for t in turn if t is not None]
@@ -203,7 +211,7 @@ class _Adapted:
 
     Args:
         predicted: the trials that are looked at closer.
-        pairs: numbers of what is taken as true and of its rival.
+        pairs: numbers of what is taken as true and of its alternative.
     """
 
     def __init__(self, predicted: Predicted, pairs: Sequence[tuple[int, int]]) -> None:
@@ -223,27 +231,27 @@ class _Adapted:
     def best(self) -> Proposal | None:
         """Return the trials that reject most each minute; more are added while that pays."""
         chosen: list[int] = []
-        worth, found = 0.0, None
+        most, found = 0.0, None
         count = len(self.predicted.menu)
         while len(chosen) < min(_MOST_RUNS, count):
             options = {k: self._proposal([*chosen, k]) for k in range(count) if k not in chosen}
             best = max(options, key=lambda k: (options[k].chance / options[k].minutes, -k))
             value = options[best].chance / options[best].minutes
-            if value <= worth:
+            if value <= most:
                 break
-            found, worth = options[best], value
+            found, most = options[best], value
             chosen.append(best)
         return found if found is not None and found.chance >= LEAST_CHANCE else None
 
     def _proposal(self, chosen: list[int]) -> Proposal:
-        """Return what some of the trials are expected to tell."""
+        """Return what some of the trials are expected to show."""
         separations, shares = [], np.zeros(len(self.left))
         own = {i: self._cost(i, i, chosen) for i in {first for first, _ in self.pairs}}
         for i, j in self.pairs:
-            truth, rival = self.left[i], self.left[j]
+            truth, alternative = self.left[i], self.left[j]
             gain, chance = self._chance(i, j, chosen, own[i])
             distance = min(float(np.sqrt(gain)), FURTHEST)
-            separations.append(Separation(truth.name, rival.name, distance, chance))
+            separations.append(Separation(truth.name, alternative.name, distance, chance))
             shares[i] += chance / sum(first == i for first, _ in self.pairs)
         trials = tuple(self.predicted.menu[k] for k in chosen)
         separations.sort(key=lambda one: one.distance)
@@ -253,18 +261,18 @@ class _Adapted:
     def _chance(
         self, i: int, j: int, chosen: list[int], own: tuple[float, Array]
     ) -> tuple[float, float]:
-        """Return the gain that trials are expected to bring, and the chance that a rival falls.
+        """Return the gain that trials are expected to bring, and the chance that one falls.
 
         Of a gain that noise without misfit makes zero, r' r with residuals r of unit noise, the
         variance is four times itself.
         """
-        setting, truth, rival = self.setting, self.left[i], self.left[j]
+        setting, truth, alternative = self.setting, self.left[i], self.left[j]
         cost, seconds = self._cost(i, j, chosen)
         gain = max(cost - own[0], _SILENT) / setting.repeats
-        before, every = rival.behind(truth)
+        before, every = alternative.behind(truth)
         every = np.concatenate([every, *([seconds - own[1]] * TIMES)])
         more = TIMES * sum(self.residuals[i, i][k].size for k in chosen)
-        least = _least(truth, rival, setting, every, more, gain)
+        least = _least(truth, alternative, setting, every, more, gain)
         margin = before / setting.repeats + gain - least
         return gain, float(scipy.stats.norm.cdf(margin / np.sqrt(4 * gain)))
 

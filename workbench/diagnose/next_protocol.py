@@ -43,7 +43,7 @@ __all__ = [
 
 _REST_S, _DURATION_S = 2.0, 8.0
 _LONGEST_TITLE = 120
-_LIKELY = 0.5  # chance from which a pair is told of
+_LIKELY = 0.5  # chance from which a pair is mentioned
 _PAIRS = 3
 
 _AMOUNTS: dict[str, tuple[float, ...]] = {
@@ -53,7 +53,7 @@ _AMOUNTS: dict[str, tuple[float, ...]] = {
     "drop": (0.01, 0.02, 0.03, 0.04),
 }
 """Mode -> speeds [rad/s], pulls [N] or heights [m]. Between 7 and 11 rad/s the clamped beam swings
-by 0.3 m and hardly repeats; what it shows there tells of chance."""
+by 0.3 m and hardly repeats; what it shows there is chance."""
 _KEYS = {
     "clamped": ("speed", 1.0, "rad/s"),
     "hop": ("speed", 1.0, "rad/s"),
@@ -90,10 +90,10 @@ class Following:
         """Return it in words: the runs, and the pairs that they distinguish, the hardest first."""
         proposal = self.proposal
         runs = ", ".join(_worded(trial) for trial in proposal.trials)
-        told = [one for one in proposal.separations if one.chance >= _LIKELY]
+        likely = [one for one in proposal.separations if one.chance >= _LIKELY]
         pairs = "; ".join(
-            f"if {one.truth} is true, {one.rival} is {one.distance:.1f} sigma off"
-            for one in told[:_PAIRS]
+            f"if {one.truth} is true, {one.alternative} is {one.distance:.1f} sigma off"
+            for one in likely[:_PAIRS]
         )
         likely = f"probability of rejecting a wrong cause {100 * proposal.chance:.0f} %"
         sentence = f"{runs}, each {TIMES} times, about {proposal.minutes:.0f} min: {likely}"
@@ -104,12 +104,12 @@ def next_object(proposed: Following | None) -> dict[str, Any]:
     """Return what the command line's object says of the next experiment."""
     if proposed is None:
         return {"next_protocol": None, "next_experiment": None}
-    told = proposed.proposal.as_json()
-    return {"next_protocol": str(proposed.protocol.path), "next_experiment": told}
+    experiment = proposed.proposal.as_json()
+    return {"next_protocol": str(proposed.protocol.path), "next_experiment": experiment}
 
 
 def following(
-    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, tell: Progress
+    found: Diagnosis, bundles: Sequence[Bundle], out: Path, name: str, progress: Progress
 ) -> Following | None:
     """Propose what the bench of some runs should do next and write it as a protocol.
 
@@ -118,15 +118,15 @@ def following(
         bundles: of the runs, of one robot.
         out: folder that `<name>-next.yaml` is written into.
         name: of the diagnosis.
-        tell: is told each stage.
+        progress: called at each stage.
 
     Returns:
-        None where nothing is left to tell apart, or no run that the bench can make does it.
+        None where nothing is left to separate, or no run that the bench can make does it.
 
     Raises:
         InputError: when the file exists.
     """
-    proposal = propose(found, menu_of(bench_of(bundles)), tell)
+    proposal = propose(found, menu_of(bench_of(bundles)), progress)
     if proposal is None:
         return None
     first = bundles[0]
@@ -180,7 +180,7 @@ def write_next(
 
 def _text(name: str, proposal: Proposal, robot: Sequence[str] = ()) -> str:
     pairs = [
-        f"#   if {one.truth} is true, {one.rival} stays {one.distance:.1f} sigma off: "
+        f"#   if {one.truth} is true, {one.alternative} stays {one.distance:.1f} sigma off: "
         f"rejected with a probability of {100 * one.chance:.0f} %"
         for one in proposal.separations
     ]
@@ -216,7 +216,7 @@ def _steps(trials: Sequence[Trial]) -> list[str]:
 
 
 def _can(trial: Trial, bench: BenchFile, voltage_step: Decimal) -> bool:
-    """Tell whether a bench allows a trial."""
+    """Return whether a bench allows a trial."""
     asked = Proposal((trial,), 0.0, (), 0.0)
     try:
         make_plan(parse(Path("trial.yaml"), _text("menu", asked), Protocol), bench, voltage_step)

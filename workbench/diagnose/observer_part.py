@@ -42,8 +42,8 @@ class ObserverPart:
 
 def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     """Return what the observer says of the candidates."""
-    rules, tell = fits.rules, fits.tell
-    tell(Stage("see what each candidate promises", 0.0))
+    rules, progress = fits.rules, fits.progress
+    progress(Stage("see what each candidate promises", 0.0))
     promises = fits.promises(base)
     little = rules.promised * rules.size * fits.samples()
     most = promises[0].gain if promises else 0.0
@@ -51,27 +51,29 @@ def observer_part(fits: Fits, base: Hypothesis) -> ObserverPart:
     short = [one for one in promises if one.gain >= least][: rules.shortlist]
     singles = []
     for number, one in enumerate(short):
-        tell(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
+        progress(Stage(f"fit {one.name}", 0.15 + 0.45 * number / len(short)))
         singles.append(fits.refit((one.name,), base, one))
     before = {one.names: one for one in singles}
     singles = _weighed(fits, base, singles)
     pairs: list[Hypothesis] = []
-    if singles and base.cost - singles[0].cost > rules.worth:
+    if singles and base.cost - singles[0].cost > rules.least_gain:
         first = singles[0]
-        tell(Stage(f"see what each candidate promises beside {first.names[0]}", 0.6))
-        added = [one for one in fits.promises(first) if one.gain > rules.worth][: rules.seconds]
+        progress(Stage(f"see what each candidate promises beside {first.names[0]}", 0.6))
+        added = [one for one in fits.promises(first) if one.gain > rules.least_gain][
+            : rules.seconds
+        ]
         for number, one in enumerate(added):
             share = 0.65 + 0.25 * number / len(added)
-            tell(Stage(f"fit {first.names[0]} with {one.name}", share))
+            progress(Stage(f"fit {first.names[0]} with {one.name}", share))
             pairs.append(fits.refit((*first.names, one.name), first, one))
         pairs = _weighed(fits, first, pairs)
         for names, one in fits.pairs_without(first.names[0], base, promises):
-            tell(f"fit {' with '.join(names)}")
+            progress(f"fit {' with '.join(names)}")
             pair = fits.refit(names, base, one)
             better = _cost(pair) < _cost(before[first.names])  # at the base's process noise
             pairs.append(fits.weighed(pair) if better else pair)
     tried = [*singles, *pairs]
-    tell(Stage("judge by the runs held out", 0.9))
+    progress(Stage("judge by the runs held out", 0.9))
     scored = {one.names: _scored(fits, one) for one in (base, *tried)}
     part = decide(
         scored[()], [scored[one.names] for one in tried], fits.samples(), rules, fits.repeats()
@@ -94,8 +96,8 @@ def _weighed(fits: Fits, base: Hypothesis, found: Sequence[Hypothesis]) -> list[
     if not found:
         return []
     gain = max(base.cost - one.cost for one in found)
-    if gain > fits.rules.worth:
-        least = gain - max((1 - fits.rules.near) * gain, fits.rules.worth)
+    if gain > fits.rules.least_gain:
+        least = gain - max((1 - fits.rules.near) * gain, fits.rules.least_gain)
         found = [fits.weighed(one) if base.cost - one.cost > least else one for one in found]
     return sorted(found, key=lambda one: one.cost)
 
@@ -116,7 +118,9 @@ def _scored(fits: Fits, one: Hypothesis) -> Scored:
     names = one.estimator.system.names
     by_run = {name: float(run.sum()) for name, run in zip(names, one.blocks, strict=True)}
     judged = fits.judged(one)
-    return Scored(one.names, prior, blocks, judged, fits.lack(one), fits.missing_power(one), by_run)
+    return Scored(
+        one.names, prior, blocks, judged, fits.missing(one), fits.missing_power(one), by_run
+    )
 
 
 def _cause(candidate: Candidate, holder: Hypothesis, fits: Fits) -> Cause:

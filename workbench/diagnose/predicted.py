@@ -32,7 +32,7 @@ class Setting:
         rules: of the diagnosis.
         repeats: how often the innovations repeat one another.
         samples: that the fitted runs have, of all channels.
-        strict: times the thresholds by which a rival is to be rejected.
+        strict: times the thresholds by which an alternative is to be rejected.
         threads: of the simulation; 0 takes all cores.
     """
 
@@ -114,8 +114,8 @@ class Predicted:
             defect = (exact - coarse)[:count]
             before = [float(np.sum(soft(part, ROBUST))) for part in whole]
             for j in (j for first, j in pairs if first == i):
-                rival, x = self.estimator(j, i)
-                cheap = replace(rival, defect=np.zeros(0)).residuals(x)[:count] + defect
+                alternative, x = self.estimator(j, i)
+                cheap = replace(alternative, defect=np.zeros(0)).residuals(x)[:count] + defect
                 for t, part in enumerate(self.parts(cheap, self.systems[i])):
                     found[t].append(abs(float(np.sum(soft(part, ROBUST))) - before[t]))
         return found

@@ -1,4 +1,4 @@
-"""Runs that should be made next, what they cost and what they are expected to tell."""
+"""Runs that should be made next, what they cost and what they are expected to show."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ TIMES = 2
 """How often a proposed run is to be made: what one run alone shows is not named."""
 
 LEAST_CHANCE = 0.1
-"""Of rejecting a rival: a proposal below it is none."""
+"""Of rejecting an alternative: a proposal below it is none."""
 FURTHEST = 100.0
-"""Noise deviations: farther than that no linearisation predicts how far."""
+"""Sigmas: farther than that no linearisation predicts how far."""
 
 
 @dataclass(frozen=True)
 class Separation:
-    """What a proposal is expected to tell if one hypothesis is true.
+    """What a proposal is expected to show if one hypothesis is true.
 
     Args:
         truth: what is taken as true.
-        rival: what is refitted to it.
-        distance: that remains between the two predictions, in noise deviations of all samples; 100
+        alternative: what is refitted to it.
+        distance: that remains between the two predictions, in sigma of all samples; 100
             means that or more, for a linearisation predicts no farther.
-        chance: that the next diagnosis rejects the rival.
+        chance: that the next diagnosis rejects the alternative.
     """
 
     truth: str
-    rival: str
+    alternative: str
     distance: float
     chance: float
 
@@ -50,8 +50,8 @@ class Proposal:
     Args:
         trials: the runs; each is to be made `TIMES` times.
         minutes: that all of it takes on a bench.
-        separations: of each pair that they could tell apart, the hardest first.
-        chance: that they reject a rival of what is true.
+        separations: of each pair that they could separate, the hardest first.
+        chance: that they reject an alternative of what is true.
     """
 
     trials: tuple[Trial, ...]
@@ -66,7 +66,7 @@ class Proposal:
             "minutes": self.minutes,
             "chance": round(self.chance, 4),
             "separations": [
-                {"truth": one.truth, "rival": one.rival, "distance": round(one.distance, 3),
+                {"truth": one.truth, "rival": one.alternative, "distance": round(one.distance, 3),
                  "chance": round(one.chance, 4)}
                 for one in self.separations
             ],

@@ -1,6 +1,6 @@
 """Ring-downs and drops judged on their own: what was pulled or lifted beside what was seen.
 
-How far T is held from the middle of its swings tells the pull, by the model's own static sag. A
+How far T is held from the middle of its swings shows the pull, by the model's own static sag. A
 model that is too soft shows that in all ring-downs alike, which is a cause; one run that disagrees
 with the others was pulled otherwise than its sheet says.
 """
@@ -44,11 +44,11 @@ def release_faults(
 ) -> list[Fault]:
     """Return those of the chosen ring-downs and drops that are not what they are said to be."""
     found = [Fault(k, text) for k in chosen if runs[k].mode in RELEASED for text in _alone(runs[k])]
-    told = {fault.run for fault in found}
+    faulty = {fault.run for fault in found}
     pulls = {
         k: _pull_share(runs[k], expected[k])
         for k in chosen
-        if runs[k].mode == "decay" and k not in told
+        if runs[k].mode == "decay" and k not in faulty
     }
     known = {k: share for k, share in pulls.items() if np.isfinite(share)}
     ways = {k: float(np.linalg.norm(expected[k].top - expected[k].free)) for k in known}
@@ -56,7 +56,7 @@ def release_faults(
 
 
 def _alone(run: MeasuredRun) -> Iterator[str]:
-    """Tell what one run shows without the others; a rotor that turns explains all the rest."""
+    """Find what one run shows without the others; a rotor that turns explains all the rest."""
     turns = list(_turns(run))
     yield from turns or (*_no_swing(run), *_late(run), *_fall(run))
 
@@ -72,7 +72,7 @@ def _turns(run: MeasuredRun) -> Iterator[str]:
 
 
 def _no_swing(run: MeasuredRun) -> Iterator[str]:
-    """Tell a ring-down in which nothing swings, or swings more and more."""
+    """Find a ring-down in which nothing swings, or swings more and more."""
     if run.mode != "decay":
         return
     after = run.motion.between(0.0, np.inf)
@@ -96,7 +96,7 @@ def _no_swing(run: MeasuredRun) -> Iterator[str]:
 
 
 def _late(run: MeasuredRun) -> Iterator[str]:
-    """Tell a time zero that is not the release."""
+    """Find a time zero that is not the release."""
     path = position(run.motion, RELEASED[run.mode])
     seen = np.isfinite(path).all(axis=1)
     times, path = run.motion.times[seen], path[seen]
@@ -114,7 +114,7 @@ def _late(run: MeasuredRun) -> Iterator[str]:
 
 
 def _fall(run: MeasuredRun) -> Iterator[str]:
-    """Tell a drop from another height than the sheet says."""
+    """Find a drop from another height than the sheet says."""
     if run.mode != "drop":
         return
     height = position(run.motion, FOOT)[:, 2]

@@ -71,7 +71,7 @@ class Remaining:
         return " with ".join(self.names) or "none of them"
 
     def within(self, parameters: Sequence[Parameter]) -> Array:
-        """Return the information on some parameters, (p, p); a prior alone where no run tells."""
+        """Return the information on some parameters, (p, p); a prior where no run shows them."""
         found = np.eye(len(parameters))
         places = [(i, self.known[p.name]) for i, p in enumerate(parameters) if p.name in self.known]
         if places:
@@ -89,7 +89,7 @@ class Remaining:
 
 
 def remaining(found: Diagnosis, rig: Rig) -> list[Remaining]:
-    """Return what a diagnosis leaves, the most likely first; at most one: nothing to tell.
+    """Return what a diagnosis leaves, the most likely first; at most one: nothing to separate.
 
     Before hidden causes, which may be more than `MOST`, the base is first.
 
@@ -129,11 +129,11 @@ def _chosen(found: Diagnosis, part: Part) -> Sequence[Scored]:
 
 
 def _evident(found: Diagnosis, part: Part) -> bool:
-    """Tell whether the best is more than chance, so that the base does not remain."""
+    """Return whether the best is more than chance, so that the base does not remain."""
     rules, fits = found.rules, found.fits
-    told = next((v for one, v in part.compared if one.names == part.best.names), None)
+    best = next((v for one, v in part.compared if one.names == part.best.names), None)
     least = rules.practical(fits.samples() / fits.repeats())
-    return told is not None and told.gain > least and told.sure > rules.sure and told.held > 0
+    return best is not None and best.gain > least and best.sure > rules.sure and best.held > 0
 
 
 def _of(one: Hypothesis, rig: Rig, scored: Scored | None = None) -> Remaining:

@@ -150,21 +150,21 @@ def _warnings(found: Diagnosis) -> Iterator[str]:
 
 
 def _missing(found: Diagnosis) -> Markup:
-    """Return what force the refitted base lacks, and what it depends on."""
+    """Return what force the refitted base misses, and what it depends on."""
     missing = missing_force(found.base, found.rules)
     if missing is None:
         return Markup()
-    told = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
+    opening = Markup("<p>{}.</p>").format(_sentence(missing.sentence))
     words = "What the refitted base would need at T to do as the robot did, means over 0.05 s."
     if missing.sentence == ABSENT:
         size = f"{digits(missing.power)} times the power that the cameras' noise alone makes of it"
-        return told + Markup("<p>{}</p>").format(f"The smoothed force at T has {size}.")
+        return opening + Markup("<p>{}</p>").format(f"The smoothed force at T has {size}.")
     best = missing.dependences[0]
     rows = [(one.name, f"{100 * one.share:.0f} %", one.law) for one in missing.dependences]
     return (
-        told
+        opening
         + _drawn(force_figure(missing), "force", (
-            f"{words} The run that lacks most; the band is twice what noise alone makes. The force "
+            f"{words} The run with the most; the band is twice what noise alone makes. The force "
             "is drawn towards zero by as much as the cameras leave open."
         ))
         + _drawn(coordinate_figure(missing), "coordinate", (
@@ -210,30 +210,34 @@ def _gains(found: Diagnosis) -> Markup:
         "numbers: when it was fitted; two together where they gain clearly more than one. Green: "
         "in the answer. Below the threshold it may be chance."
     )
-    return _drawn(gain_figure(bars, found.rules.worth), "gain", caption)
+    return _drawn(gain_figure(bars, found.rules.least_gain), "gain", caption)
 
 
 def _fitted(part: Part, rules: Rules) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield what hypotheses gained; of two causes together only where that is more than of one."""
-    single = {one.names[0]: told.gain for one, told in part.compared if len(one.names) == 1}
-    for one, told in part.compared:
+    single = {one.names[0]: against.gain for one, against in part.compared if len(one.names) == 1}
+    for one, against in part.compared:
         alone = max((single.get(name, 0.0) for name in one.names), default=0.0)
-        if len(one.names) == 1 or one.names == part.best.names or told.gain > alone + rules.worth:
-            yield one.names, told.gain
+        if (
+            len(one.names) == 1
+            or one.names == part.best.names
+            or against.gain > alone + rules.least_gain
+        ):
+            yield one.names, against.gain
 
 
 def _alternatives(found: Diagnosis) -> Markup:
     """Return every cause that was not taken, and why; those that were not fitted as well."""
     reason = Markup("<p>{}.</p>").format(_sentence(_spoken(found.reason)))
-    rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.rivals]
-    told = {one.name for one in (*found.rivals, *found.causes)}
+    rows = [(_spoken(one.name), _spoken(one.why_not)) for one in found.alternatives]
+    listed = {one.name for one in (*found.alternatives, *found.causes)}
     best = found.promises[0].gain if found.promises else 0.0
     repeats, rules = found.fits.repeats(), found.rules
     rows += [
         (_spoken(one.name), f"not fitted: its estimated gain is {digits(one.gain / repeats)}, "
          f"{100 * one.gain / best:.2g} % of the greatest")
         for one in found.promises
-        if one.name not in told and one.gain / repeats > rules.worth
+        if one.name not in listed and one.gain / repeats > rules.least_gain
     ]  # fmt: skip
     return reason + table(rows, ("Cause", "Why it is out"), css="facts") if rows else reason
 

@@ -31,8 +31,8 @@ def errors(found: Diagnosis) -> Markup:
         rows.append((_ALL, *(digits(one.rmse) for one in models.values())))
     for key in base.ahead:
         ahead = (one.ahead.get(key) for one in models.values())
-        told = ("" if value is None else digits(value) for value in ahead)
-        rows.append((f"{key} s ahead{', ' + _ALL if several else ''}", *told))
+        shown = ("" if value is None else digits(value) for value in ahead)
+        rows.append((f"{key} s ahead{', ' + _ALL if several else ''}", *shown))
     for row, run in enumerate(base.by_run):
         rows[row] += (digits(base.noise[run]),)
     noise = digits(base.noise_floor)
@@ -61,7 +61,7 @@ def _driven(found: Diagnosis) -> bool:
 def causes(found: Diagnosis) -> Markup:
     """Return what was found of each cause, with its interval."""
     rows = [
-        (_spoken(cause.name), _spoken(key), *_told(amount))
+        (_spoken(cause.name), _spoken(key), *_displayed(amount))
         for cause in found.causes
         for key, amount in cause.quantities.items()
     ]
@@ -95,15 +95,15 @@ def drive(found: Diagnosis) -> Markup:
     part = found.parts.get("drive")
     if part is None:
         return Markup()
-    gains = {one.names[0]: told for one, told in part.compared if len(one.names) == 1}
+    gains = {one.names[0]: against for one, against in part.compared if len(one.names) == 1}
     listed, sizes = {one.name for one in found.causes}, _sizes(found)
     rows, how = list[tuple[str, ...]](), "possible" if part.kind == "SET" else "found"
     for name in (one for one in DRIVE if one in gains):
         gain, held = digits(gains[name].gain), digits(gains[name].held)
         title = f"{_spoken(name)} ({how})" if name in listed else _spoken(name)
         for key, amount in sizes.get(name, {"": None}).items():
-            told = ("", "", "") if amount is None else _told(amount)
-            rows.append((title, _spoken(key), *told, gain, held))
+            shown = ("", "", "") if amount is None else _displayed(amount)
+            rows.append((title, _spoken(key), *shown, gain, held))
             title = gain = held = ""
     words = _spoken(f"{part.reason[:1].upper()}{part.reason[1:]}.")
     heads = ("Cause", "Quantity", "Value", "90 % interval", "Unit", "Gain", "Held out")
@@ -132,12 +132,12 @@ def _sizes(found: Diagnosis) -> dict[str, dict[str, Amount]]:
 def _within(quantity: Quantity, value: float, error: float) -> Amount:
     """Return a quantity with its 90 % interval, no farther than its bounds."""
     wide, low, high = _T90 * error, quantity.low, quantity.high
-    told, least, most = (min(max(e, low), high) for e in (value, value - wide, value + wide))
-    return Amount(told, least, most, quantity.unit)
+    centre, least, most = (min(max(e, low), high) for e in (value, value - wide, value + wide))
+    return Amount(centre, least, most, quantity.unit)
 
 
-def _told(amount: Amount) -> tuple[str, str, str]:
-    value, low, high, unit = amount.told
+def _displayed(amount: Amount) -> tuple[str, str, str]:
+    value, low, high, unit = amount.displayed
     return digits(value), f"{digits(low)} to {digits(high)}", unit
 
 

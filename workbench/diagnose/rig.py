@@ -242,14 +242,14 @@ class HopperRig:
         return Facts(run.name, run.mode, run.role, run.channels, values)
 
 
-def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict[str, Path]]:
+def robot_of(bundles: Sequence[Bundle], progress: Progress) -> tuple[HopperRig, dict[str, Path]]:
     """Return the robot that made some runs, and the files that it is known from.
 
     A run that is not complete, such as one that was stopped, is left out with a word.
 
     Args:
         bundles: of the runs.
-        tell: is told each run that is read.
+        progress: called at each run that is read.
 
     Returns:
         the rig; the shape under `shape`, and each run's take under the name of its bundle.
@@ -257,7 +257,7 @@ def robot_of(bundles: Sequence[Bundle], tell: Progress) -> tuple[HopperRig, dict
     Raises:
         InputError: when several robots made them, a take is missing, or none is complete.
     """
-    runs = measured_runs(bundles, tell)
+    runs = measured_runs(bundles, progress)
     whole = [bundle for bundle in bundles if bundle.manifest.status == "complete"]
     stated, shape = same_robot(bundles)
     files = {"shape": shape.path} | {bundle.path.name: bundle.take() for bundle in whole}

@@ -21,17 +21,17 @@ class Rules:
         promised: share of a practical size that it must promise; what is large promises less than
             it holds, for residuals are not straight so far.
         near: share of the best gain within which a candidate's process noise is weighed anew.
-        worth: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
+        least_gain: gain of a cause that is no chance: 1 in 3000, for some thirty of them.
         suspected: gain of one that may well be there.
-        size: gain for each sample and channel, of a practical size: (0.12 noise deviations)^2.
+        size: gain for each sample and channel, of a practical size: (0.12 sigma)^2.
         sure: gain over its scatter, of a cause against none.
         agree: share of the runs held out that must prefer it.
         apart: gain over its scatter, of a cause against another.
         material: share of what is missing that a cause must explain to be listed, where more is
-            left than a whole model may lack.
+            left than a whole model may miss.
         explained: share that it must explain to be named there.
-        whole: of the noise, root mean square of a drive that lacks nothing.
-        lack: of the strong process noise: what a model that lacks nothing may ask for.
+        whole: of the noise, root mean square of a drive that misses nothing.
+        noise_share: of the strong process noise: what a model that misses nothing may ask for.
     """
 
     shortlist: int = 5
@@ -39,7 +39,7 @@ class Rules:
     promising: float = 0.1
     promised: float = 0.25
     near: float = 0.5
-    worth: float = 16.0
+    least_gain: float = 16.0
     suspected: float = 8.0
     size: float = 0.0144
     sure: float = 2.0
@@ -48,7 +48,7 @@ class Rules:
     material: float = 0.2
     explained: float = 0.5
     whole: float = 1.15
-    lack: float = 0.5
+    noise_share: float = 0.5
 
     def practical(self, samples: float) -> float:
         """Return the gain that is no chance and of a practical size.
@@ -56,7 +56,7 @@ class Rules:
         Args:
             samples: of all channels, over how often they repeat one another.
         """
-        return max(self.worth, self.size * samples)
+        return max(self.least_gain, self.size * samples)
 
 
 RULES = Rules()

@@ -1,7 +1,7 @@
 """Which runs a diagnosis may trust: what shows a fault before anything is fitted.
 
 Checks that need nothing but samples stand here; what a kind of system knows of itself, the rig
-tells (`Rig.faults`). A run at fault is left out, whatever else it may tell: a fit would explain it
+says (`Rig.faults`). A run at fault is left out, whatever else it may say: a fit would explain it
 with a cause. What all runs have alike is left to the engine, for that is what a cause looks like.
 """
 
@@ -16,7 +16,7 @@ from workbench.diagnose.facts import Facts, Fault
 from workbench.diagnose.rig import Rig
 from workbench.errors import DataFault, InputError
 
-__all__ = ["Soundness", "refused", "soundness", "told"]
+__all__ = ["Soundness", "faults_as_json", "refused", "soundness"]
 
 _LEAST_TRAIN, _LEAST_HELD = 2, 1
 _MOST_FAULTY = 1 / 3  # of all runs: a set with more faults is not believed elsewhere either
@@ -70,7 +70,7 @@ def refused(fault: DataFault) -> dict[str, object]:
     return {
         "answer": "DATA_FAULT",
         "reason": str(fault),
-        "faults": told(fault.evidence),
+        "faults": faults_as_json(fault.evidence),
         "causes": [],
         "rivals": [],
         "rmse_mm": {"noise_floor": None, "base": None, "extended": None},
@@ -82,7 +82,7 @@ def refused(fault: DataFault) -> dict[str, object]:
     }
 
 
-def told(evidence: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+def faults_as_json(evidence: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
     """Return the evidence of faults as the command line prints it."""
     return [{"run": run, "evidence": text} for run, text in evidence]
 

@@ -69,10 +69,10 @@ class Errors:
         """Return time ahead [s] -> root mean square error of all predictions [mm]."""
         if not self.motions:
             return {}
-        told = {key: [o[key] for o in self.predicted.values() if key in o] for key in _AHEAD}
+        by_horizon = {key: [o[key] for o in self.predicted.values() if key in o] for key in _AHEAD}
         return {
             key: float(np.sqrt(np.mean(np.square(values)))) if values else None
-            for key, values in told.items()
+            for key, values in by_horizon.items()
         }
 
 

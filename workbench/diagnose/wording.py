@@ -32,7 +32,7 @@ class Amount:
     `{mass:heavier|lighter}` the word for its sign.
 
     Args:
-        value: in its unit; shares are told in percent.
+        value: in its unit; shares are given in percent.
         low: of its 90 % interval.
         high: of its 90 % interval.
         unit: SI.
@@ -48,15 +48,15 @@ class Amount:
         plus, either, minus = spec.partition("|")
         if either:
             return minus if self.value < 0 else plus
-        value, low, high, unit = self.told
+        value, low, high, unit = self.displayed
         if spec == "size" and value < 0:
             value, low, high = -value, -high, -low
         again = " %" if unit == "%" else ""
         return f"{digits(value)} {unit} ({digits(low)} to {digits(high)}{again})"
 
     @property
-    def told(self) -> tuple[float, float, float, str]:
-        """Return value, interval and unit as people are told them: shares in percent."""
+    def displayed(self) -> tuple[float, float, float, str]:
+        """Return value, interval and unit as people read them: shares in percent."""
         if self.unit == "1":
             return 100 * self.value, 100 * self.low, 100 * self.high, "%"
         return self.value, self.low, self.high, self.unit

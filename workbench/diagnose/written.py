@@ -51,7 +51,7 @@ def diagnose_into(
     rig: Rig,
     files: Mapping[str, Path],
     bundles: Sequence[Bundle] = (),
-    tell: Progress = lambda text: None,
+    progress: Progress = lambda text: None,
     look_ahead: bool = True,
     moving: Callable[[Diagnosis], bytes | None] = lambda found: None,
 ) -> Diagnosed:
@@ -63,7 +63,7 @@ def diagnose_into(
         files: what it is made from.
         bundles: of the runs; those that are not in `files` were left out, and without any nothing
             is proposed.
-        tell: is told each stage.
+        progress: called at each stage.
         look_ahead: whether to look for the runs that would show more.
         moving: draws a JPEG of the viewer with a run, for the page.
 
@@ -73,11 +73,11 @@ def diagnose_into(
     folder = out or Path("diagnoses") / datetime.now().strftime("%Y-%m-%d_%H%M%S")
     bundles = [one for one in bundles if one.path.name in files]
     look_ahead = look_ahead and bool(bundles)
-    found = diagnose(rig, folder, folder.name, portion(tell, 0.0, 0.7 if look_ahead else 0.95))
-    ahead = portion(tell, 0.7, 0.95)
+    found = diagnose(rig, folder, folder.name, portion(progress, 0.0, 0.7 if look_ahead else 0.95))
+    ahead = portion(progress, 0.7, 0.95)
     proposed = following(found, bundles, folder, folder.name, ahead) if look_ahead else None
     picture = moving(found)
-    tell(Stage("draw the page", 0.95))
+    progress(Stage("draw the page", 0.95))
     return Diagnosed(
         found, proposed, write_report(folder, found, files, proposed, picture, bundles)
     )

@@ -7,7 +7,7 @@ robot and any MJCF. `observer` simulates runs and corrects the state after every
 far start to the minimum, `process` how much process noise the data ask for, `intervals` and
 `identifiability` how sure the answer is, `soundness` what speaks against the data.
 
-`smoother` and `state` give the robot's whole pose over a run and the force that its model lacks,
+`smoother` and `state` give the robot's whole pose over a run and the force that its model misses,
 `prediction` how far the model is off some time ahead, `estimation` both for the record of a run.
 
 Nothing here knows of a diagnosis, a report or a command line.
@@ -16,7 +16,7 @@ Nothing here knows of a diagnosis, a report or a command line.
 from workbench.fit.drive import commanded_angle
 from workbench.fit.estimator import Estimator
 from workbench.fit.fitting import Fit, fit_near, fit_system, minimised, refined, settled
-from workbench.fit.identifiability import Combination, told_apart, undetermined
+from workbench.fit.identifiability import Combination, separable, undetermined
 from workbench.fit.intervals import Covariance, Interval, covariance, intervals
 from workbench.fit.measured import MeasuredRun, measured_run, measured_runs, paced, same_robot
 from workbench.fit.observer import Innovations, Job, Observation, Start, observe
@@ -57,8 +57,8 @@ __all__ = [
     "paced",
     "refined",
     "same_robot",
+    "separable",
     "settled",
-    "told_apart",
     "undetermined",
     "warnings_of",
 ]

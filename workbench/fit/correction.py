@@ -5,7 +5,7 @@ modes (q = basis c) and P their covariance before the sample:
 
     e = y - h(q, q') - v,   S = H P H' + R,   z += P H' S^-1 e
 
-v is what the noise before tells of this sample's, where it has a memory; it is corrected with z.
+v is what the noise before says of this sample's, where it has a memory; it is corrected with z.
 A sample that was not seen in a channel (NaN) leaves that channel out, and so does one that is
 farther off than a gate: a glitch would kick the state, and every sample after it would be off as
 well. What is off for longer than a glitch lasts is let in. Written in scalars: an array made here

@@ -1,8 +1,8 @@
 """The drive is an input: the rotor's angle against T, as the cameras saw it.
 
-What the motor was told and what it did differ by a gain, a lag and a delay. That regression is made
-without a simulation; what it leaves is smoothed without lag and added to it. The angle against T is
-the one in the world less T's turn, which the observer estimates: so two or three passes are made.
+What was commanded and what the motor did differ by a gain, a lag and a delay. That regression is
+made without a simulation; what it leaves is smoothed without lag and added to it. The angle against
+T is the one in the world less T's turn, which the observer estimates: two or three passes are made.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def fit_drive(
 
 
 def calm(left: Array, sigma: float) -> NDArray[np.bool_]:
-    """Tell which samples of a remainder, (n,), were seen and are no glitches.
+    """Return which samples of a remainder, (n,), were seen and are no glitches.
 
     Args:
         left: remainder of an angle [rad], NaN where not seen.

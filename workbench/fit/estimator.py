@@ -12,7 +12,7 @@ For a run with samples k, theta the parameters:
 
 The innovations e are one-step prediction errors: their sum is smooth in theta where a free
 simulation dephases or becomes chaotic (Ljung, System Identification, 1999, chapter 7). Q is the
-process noise per group of joints, what the model lacks in N m sqrt(s) and N sqrt(s); with Q = 0
+process noise per group of joints, what the model misses in N m sqrt(s) and N sqrt(s); with Q = 0
 they are simulation errors. P stays the same while theta changes, so derivatives are plain
 differences.
 """
@@ -117,7 +117,7 @@ class Estimator:
         return replace(self, noise=nothing, gains=gains)
 
     def depends_on(self, group: str) -> bool:
-        """Tell whether a group's process noise acts in any run."""
+        """Return whether a group's process noise acts in any run."""
         probe = dict.fromkeys(self.system.groups, 0.0) | {group: 1.0}
         return any(self.system.process(k, probe).any() for k in range(len(self.system.names)))
 

@@ -96,7 +96,7 @@ def fit_system(
         system: with its runs.
         vector: of the parameters; those of single runs are held in the first stage.
         start: (p,) the minimiser's numbers to begin at [1]; nominal where left out.
-        progress: is told each stage.
+        progress: called at each stage.
         threads: 0 takes all cores.
         central: whether the Jacobian at the end is taken anew, by differences to both sides.
 
@@ -121,7 +121,7 @@ def fit_near(estimator: Estimator, x: Array, progress: Progress = lambda text: N
     Args:
         estimator: with the process noise to begin with.
         x: (p,) the minimiser's numbers there [1].
-        progress: is told each stage.
+        progress: called at each stage.
     """
     x = _inside(estimator.vector, x)
     begin = Minimum(x, np.zeros(0), np.zeros((0, len(x))), 0, False, np.inf)
@@ -222,7 +222,7 @@ def _minimum(
         free: (p,) which are moved; all where left out.
         most: evaluations of the residuals.
         near: of `minimum`.
-        before: Jacobian of an earlier stage: it tells how far differences may reach.
+        before: Jacobian of an earlier stage: it says how far differences may reach.
         known: whether it is also that of these residuals.
         radius: of `minimum`.
     """

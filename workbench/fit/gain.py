@@ -5,7 +5,7 @@ The robot about its rest, in coordinates z = (c, c') of its lowest modes: with m
     z[k+1] = A z[k] + w,   c'' = -w_m^2 c - 2 zeta w_m c' + f,   f white, cov(f) = basis' q^2 basis
 
 q is the process noise of each degree of freedom [N m sqrt(s)] or [N sqrt(s)]: forces that the model
-lacks. P, the covariance before a sample, is the stationary one of the Kalman filter: it solves the
+misses. P, the covariance before a sample, is the stationary one of the Kalman filter: it solves the
 discrete algebraic Riccati equation (Anderson and Moore, Optimal Filtering, 1979, eq. 4.4.2). The
 correction acts in the span of these modes only: one of all joints would kick modes of kilohertz.
 """

@@ -1,4 +1,4 @@
-"""Which parameters the data tell apart: the null space of the scaled information.
+"""Which parameters the data separate: the null space of the scaled information.
 
 What only single runs know is eliminated; what is left is scaled by the parameters' prior
 deviations. A direction along which the data leave more than half a deviation is not determined:
@@ -18,7 +18,7 @@ from workbench.fit.intervals import covariance
 from workbench.fit.parameters import Parameter, ParameterVector, Scope
 from workbench.progress import Progress
 
-__all__ = ["Combination", "told_apart", "undetermined"]
+__all__ = ["Combination", "separable", "undetermined"]
 
 Array = NDArray[np.float64]
 
@@ -86,8 +86,8 @@ def undetermined(vector: ParameterVector, information: Array) -> list[Combinatio
     return found
 
 
-def told_apart(fit: Fit, progress: Progress = lambda text: None) -> tuple[Fit, list[Combination]]:
-    """Return the fit of what the data tell apart, and the directions that they leave open.
+def separable(fit: Fit, progress: Progress = lambda text: None) -> tuple[Fit, list[Combination]]:
+    """Return the fit of what the data separate, and the directions that they leave open.
 
     Of each direction the parameter that was stated most exactly is held at its nominal value, the
     others are moved along and fitted again: they carry the product or ratio that is determined.

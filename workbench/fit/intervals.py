@@ -1,11 +1,11 @@
-"""How sure a fit is, counting what the model lacks.
+"""How sure a fit is, counting what the model misses.
 
 With J the Jacobian, r the residuals and w their robust weights, the parameters' covariance is
 
     C = B^-1 M B^-1,   B = J' w J + priors,   M = n / (n - 1) sum over blocks of g g' + priors,
 
 g = J' w r of a block of one second (the sandwich; White, Econometrica 50, 1982, 1). Where the
-innovations are white both middle parts agree and C = B^-1; where the model lacks something they
+innovations are white both middle parts agree and C = B^-1; where the model misses something they
 remember each other, and the blocks know of it. A prior enters with its own spread.
 """
 
@@ -27,7 +27,7 @@ __all__ = ["BLOCK_S", "Covariance", "Interval", "covariance", "intervals"]
 
 Array = NDArray[np.float64]
 
-_FEW, _INSTEAD = 8, 16  # fewer blocks of a run do not tell how they scatter: shorter ones then
+_FEW, _INSTEAD = 8, 16  # fewer blocks of a run do not show how they scatter: shorter ones then
 
 BLOCK_S = 1.0
 """Longer than what the cameras' noise and the robot's faster modes remember [s]."""

@@ -1,6 +1,6 @@
 """What a fit sees of runs: the raw samples of their channels, their noise, and what was asked.
 
-Which robot made them is told here, too: a fit of two robots at once is of neither.
+Which robot made them is found here, too: a fit of two robots at once is of neither.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _NONE_COMPLETE = (
 )
 _LEAST_NOISE_M = 2e-5  # what cameras resolve at best; a noise of zero would blow up weights
 _LEAST_NOISE_RAD = 5e-4
-_LEAST_REST = 30  # samples at rest that tell of noise
+_LEAST_REST = 30  # samples at rest that show noise
 _MEMORY = 1.4  # times what differences show: beyond chance
 _LEAST_S = 0.5
 _PACE = 0.01  # by how much the cameras' rate may differ from the observer's
@@ -78,7 +78,7 @@ class MeasuredRun:
 
     @property
     def driven(self) -> bool:
-        """Tell whether the motor ran."""
+        """Return whether the motor ran."""
         return self.mode in DRIVEN
 
     @property
@@ -153,12 +153,12 @@ def measured_run(bundle: Bundle) -> MeasuredRun:
     )
 
 
-def measured_runs(bundles: Sequence[Bundle], tell: Progress) -> list[MeasuredRun]:
+def measured_runs(bundles: Sequence[Bundle], progress: Progress) -> list[MeasuredRun]:
     """Return what a fit sees of bundles, in their order; one that is not complete is left out.
 
     Args:
         bundles: of the runs.
-        tell: is told each run that is read, and each that is left out.
+        progress: called at each run that is read, and each that is left out.
 
     Raises:
         InputError: when none is complete.
@@ -167,9 +167,9 @@ def measured_runs(bundles: Sequence[Bundle], tell: Progress) -> list[MeasuredRun
     for number, bundle in enumerate(bundles, start=1):
         status = bundle.manifest.status
         if status != "complete":
-            tell(f"left out {bundle.path.name}: its status is {status}")
+            progress(f"left out {bundle.path.name}: its status is {status}")
             continue
-        tell(counted(f"read {bundle.path.name}", number, len(bundles)))
+        progress(counted(f"read {bundle.path.name}", number, len(bundles)))
         measured.append(measured_run(bundle))
     if not measured:
         raise InputError(_NONE_COMPLETE)

@@ -2,7 +2,7 @@
 
     memory = sum v[k] v[k+1] / sum v[k]^2
 
-One second of rest tells it to a tenth, all runs of a day to a few hundredths; the cameras were the
+One second of rest shows it to a tenth, all runs of a day to a few hundredths; the cameras were the
 same. Noise that is taken for white where it has a memory looks like a force that is missing.
 """
 

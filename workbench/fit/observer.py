@@ -283,7 +283,7 @@ class Together:
     def step(
         self, control: Array, samples: int = 1, rows: NDArray[np.int32] | None = None
     ) -> NDArray[np.bool_]:
-        """Step to the next sample and tell which simulations blew up, (s,).
+        """Step to the next sample and say which simulations blew up, (s,).
 
         Args:
             control: (s, nu) until then.

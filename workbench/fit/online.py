@@ -73,7 +73,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class MissingForce:
-    """Forces that the model lacks, at points of it.
+    """Forces that the model misses, at points of it.
 
     Args:
         samples_ago: how old the sample is that they are about.
@@ -179,7 +179,7 @@ class OnlineObserver:
         return Estimate(qpos[0].copy(), predicted, error)
 
     def missing_force(self) -> MissingForce | None:
-        """Return the newest force that the model lacks; None before there were enough samples."""
+        """Return the newest force that the model misses; None before there were enough samples."""
         if len(self._last) < _FORCE_SAMPLES:
             return None
         gain, modes, process = self._smoothing

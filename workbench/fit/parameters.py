@@ -1,6 +1,6 @@
 """What a fit may change, and how the numbers of a minimiser become values with units.
 
-A parameter says by itself where it belongs and how it acts; nothing is told from its name. The
+A parameter says by itself where it belongs and how it acts; nothing follows from its name. The
 minimiser sees x = 0 at the nominal value and x = 1 one prior deviation above it; a parameter that
 must stay positive moves in logarithms.
 """

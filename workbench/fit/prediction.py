@@ -1,7 +1,7 @@
 """How well a model predicts a run: from the estimated state, over stated times ahead.
 
 A free simulation of the whole run mixes what the motor did otherwise than commanded, where the
-robot was released, and what the model lacks, and after some hops it is chaotic. A prediction starts
+robot was released, what the model misses, and after some hops chaos. A prediction starts
 where the robot was seen to be and is driven as it was seen to turn: what it is off is the model's.
 """
 
@@ -81,10 +81,10 @@ def predictions(robot: Robot, run: MeasuredRun) -> dict[str, float]:
     out.
     """
     try:
-        told = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
+        errors = prediction_errors(observed(Hopper(robot, [run]), coarse=True))
     except InputError:
         return {}
-    return {f"{s:g}": float(mm) for s, mm in told.items() if np.isfinite(mm)}
+    return {f"{s:g}": float(mm) for s, mm in errors.items() if np.isfinite(mm)}
 
 
 def _squares(one: Observed, lives: Mapping[int, int]) -> list[Array]:

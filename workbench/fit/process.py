@@ -1,4 +1,4 @@
-"""Process noise by maximum likelihood: what the model lacks, in N m sqrt(s) and N sqrt(s).
+"""Process noise by maximum likelihood: what the model misses, in N m sqrt(s) and N sqrt(s).
 
 Strong noise lets the observer follow whatever was seen and forget at once: the cost is smooth even
 far from the truth, and little is learnt. Weak noise remembers and learns more, and sees every

@@ -1,4 +1,4 @@
-"""The smoother: what all samples of a run say of its state and of the forces that the model lacks.
+"""The smoother: what all samples of a run say of its state and of the forces that the model misses.
 
 The observer knows at each sample what came before; this knows what came after as well. Its state
 differs from the robot's by d, in the coordinates z = (c, c') of the modes, with its errors e,

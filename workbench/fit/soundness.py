@@ -23,7 +23,7 @@ LOST = 6.0
 """Innovations over what noise and process noise allow, over half a second, of a lost observer."""
 _LOST_S, _GAP_S = 0.5, 0.5
 _RATE = 0.02  # share by which the cameras' rate may differ from the simulation's samples
-_SLOW = 3e-4  # share of the speed: ten times what ten seconds of turns tell
+_SLOW = 3e-4  # share of the speed: ten times what ten seconds of turns show
 _SURE = 4.0
 
 

@@ -1,4 +1,4 @@
-"""The estimated state of the hopping robot: its whole pose over a run, and the force it lacks.
+"""The estimated state of the hopping robot: its whole pose over a run, and the force it misses.
 
 Nobody sees the beam; the observer's model, corrected at foot and T, says where it is. What the
 model would need in addition to do as the robot did is the missing force.
@@ -73,7 +73,7 @@ def estimated_state(
     noise: Mapping[str, float] | None = None,
     passes: int = _PASSES,
 ) -> TimeSeries:
-    """Return the whole pose of the robot over a run, and the force that its model lacks.
+    """Return the whole pose of the robot over a run, and the force that its model misses.
 
     Channels of `workbench.motion` and `hinge_K_rad`, all of one chain, places against the foot's at
     the start. A `*_sigma_*` is the standard deviation of the channel of that name:

@@ -54,11 +54,11 @@ class System(Protocol):
         ...
 
     def feels(self, run: int, parameter: Parameter) -> bool:
-        """Tell whether a parameter of the model or of a candidate can change a run."""
+        """Return whether a parameter of the model or of a candidate can change a run."""
         ...
 
     def lands(self, run: int) -> bool:
-        """Tell whether landings and slips make its residuals kinked in every parameter."""
+        """Return whether landings and slips make its residuals kinked in every parameter."""
         ...
 
     def drive_words(self, run: int) -> list[str]:

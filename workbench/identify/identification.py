@@ -28,7 +28,7 @@ from workbench.fit import (
     free_parameters,
     intervals,
     paced,
-    told_apart,
+    separable,
     warnings_of,
 )
 from workbench.fit.systems.hopper import FOOT as FOOT_JOINTS
@@ -182,7 +182,7 @@ def identify(
         if _log_likelihood(other) > _log_likelihood(fit):
             robot, fit, other = finer, other, fit
     unlike = _unlike(fit, other) if other is not None and misses_physics(fit) else {}
-    fit, open_ = told_apart(fit, progress)
+    fit, open_ = separable(fit, progress)
     members = {name for one in open_ for name in one.names}
     estimates = _estimates(fit, model, members, unlike)
     values = {

@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 BEAM, HOPPING_BEAM, FOOT = "beam", "hopping beam", "foot"
 """Groups of joints; process noise in N m sqrt(s) at a hinge, in N sqrt(s) at the foot. What a model
-lacks grows with the motion: the independent engine's beam in 16 increments asks for 6e-4 near a
+misses grows with the motion: the independent engine's beam in 16 increments asks for 6e-4 near a
 resonance, where it hops for 6e-5."""
 
 OF_FLOOR = (
@@ -151,13 +151,13 @@ class Hopper:
         return self._seen[run].channels
 
     def feels(self, run: int, parameter: Parameter) -> bool:
-        """Tell whether a parameter can change a run: a clamped foot feels no floor."""
+        """Return whether a parameter can change a run: a clamped foot feels no floor."""
         if parameter in self.candidates:
             return self.runs[run].mode in EFFECTS[self.candidates[parameter][0]].excited_by
         return not (_clamped(self.runs[run]) and parameter.name in OF_FLOOR)
 
     def lands(self, run: int) -> bool:
-        """Tell whether its foot is free: landings and slips make kinks in every parameter."""
+        """Return whether its foot is free: landings and slips make kinks in every parameter."""
         return not _clamped(self.runs[run])
 
     def drive_words(self, run: int) -> list[str]:
@@ -328,7 +328,7 @@ class Hopper:
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.
 
-        Hops do not tell: a free foot tips at rest, and T with it.
+        Hops do not show it: a free foot tips at rest, and T with it.
         """
         rests = [self._seen[k].rest for k, run in enumerate(self.runs) if run.mode == "clamped"]
         return np.median(rests, axis=0) if rests else None

@@ -182,7 +182,7 @@ class MjcfSystem:
         return True
 
     def lands(self, run: int) -> bool:
-        """Tell whether landings make its residuals kinked: never, runs of rigs are short."""
+        """Return whether landings make its residuals kinked: never, runs of rigs are short."""
         return False
 
     def drive_words(self, run: int) -> list[str]:

@@ -47,7 +47,7 @@ def names_of(model: mujoco.MjModel, kind: Kind) -> list[str]:
 
 
 def is_hinge(model: mujoco.MjModel, joint: int) -> bool:
-    """Tell whether a joint turns."""
+    """Return whether a joint turns."""
     return bool(model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
 
 
