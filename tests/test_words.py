@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WORKBENCH = ROOT / "workbench"
-NOT_YET = {"diagnose", "fit", "motion.py", "sim", "tracking"}
+NOT_YET = {"diagnose", "fit", "motion.py", "tracking"}
 """Rooms that still speak as before."""
 NAMES = {
     "told|tell|tells|telling": "what it returns or does: report, text, send_command, description",
@@ -47,12 +47,9 @@ SENTENCES = {
     r"stands? (for|in|behind|there)": "means, replaces, follows, is there",
 }
 ASK_AND_TELL = "optimize"  # the field's own words of an optimiser's interface
-OTHERS = {"bank.md", "effects.md", "new-effect.md", "search.md"}
+OTHERS = {"bank.md", "search.md"}
 """Pages with the words of rooms that are not through, and that of ask and tell."""
-TWICE = {"Asked", "Chain", "Found", "Layout", "Measured", "Missing", "MissingForce", "Motor"} | {
-    "Recorder",
-    "Trial",
-}
+TWICE = {"Asked", "Found", "Layout", "Measured", "Missing", "MissingForce", "Trial"}
 """Public classes of rooms that are not through yet, and those that bear their names."""
 
 
