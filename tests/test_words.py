@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WORKBENCH = ROOT / "workbench"
-NOT_YET = {"diagnose", "fit", "motion.py", "tracking"}
+NOT_YET = {"diagnose", "fit", "tracking"}
 """Rooms that still speak as before."""
 NAMES = {
     "told|tell|tells|telling": "what it returns or does: report, text, send_command, description",
