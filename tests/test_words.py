@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WORKBENCH = ROOT / "workbench"
-NOT_YET = {"diagnose", "fit", "tracking"}
+NOT_YET = {"diagnose", "fit"}
 """Rooms that still speak as before."""
 NAMES = {
     "told|tell|tells|telling": "what it returns or does: report, text, send_command, description",
@@ -49,7 +49,7 @@ SENTENCES = {
 ASK_AND_TELL = "optimize"  # the field's own words of an optimiser's interface
 OTHERS = {"bank.md", "search.md"}
 """Pages with the words of rooms that are not through, and that of ask and tell."""
-TWICE = {"Asked", "Found", "Layout", "Measured", "Missing", "MissingForce", "Trial"}
+TWICE = {"Asked", "Found", "Measured", "Missing", "MissingForce", "Trial"}
 """Public classes of rooms that are not through yet, and those that bear their names."""
 
 

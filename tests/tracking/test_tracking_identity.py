@@ -24,7 +24,7 @@ from workbench.tracking import (
     write_row,
 )
 from workbench.tracking.identity import untangle
-from workbench.tracking.template import order_of_places
+from workbench.tracking.rigid_body import order_of_places
 
 RECTANGLE = np.array([[120, -110, 12], [120, 110, 12], [-120, -110, 12], [-120, 110, 12]]) * 1e-3
 SAME_SHAPE = [[3, 2, 1, 0], [1, 0, 3, 2], [2, 3, 0, 1]]

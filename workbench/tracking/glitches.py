@@ -1,4 +1,4 @@
-"""Samples that were seen but cannot be true: spikes, bursts, impossible distances."""
+"""Glitches: seen samples that are spikes, bursts or at impossible distances."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FAR_SCALES = 8.0
 _FASTEST_M_S = 5.0  # the rotor moves at about 1 m/s
 _GREATEST_M_S2 = 40.0  # of landings; the rotor's own is 15
 _BURST_S = 0.1
-_PULL_M = 1.5e-3  # at 120 Hz landings leave the curve by up to 0.5 mm, noise of 0.2 mm by as much
+_PULL_M = 1.5e-3  # at 120 Hz landings are up to 0.5 mm off the curve, as is noise of 0.2 mm
 _RESOLVING_HZ = 120.0
 _BACK = 0.5  # of the first jump: how near the path comes to where it would have been
 _ROUNDS = 5
@@ -26,11 +26,11 @@ _ROUNDS = 5
 def spikes(
     times: NDArray[np.float64], path: NDArray[np.float64], least: float = _FAR_M
 ) -> NDArray[np.bool_]:
-    """Tell samples far from the running median of five: (n,) True for one or two strays in a row.
+    """Find samples far from the running median of five: (n,) True for one or two strays in a row.
 
-    Far is 4 mm, or eight times the usual deviation where that is more, plus the way that the body
-    makes at its greatest usual speed while it is not seen. What stands between strays is looked at
-    again without them.
+    Far is 4 mm, or eight times the usual deviation where that is more, plus the distance that the
+    body travels at its greatest usual speed while it is not seen. Samples between strays are
+    checked again without them.
 
     Args:
         times: (n,) increasing [s].
@@ -55,7 +55,7 @@ def spikes(
 
 
 def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell stretches of up to 0.1 s that stand aside, (n,).
+    """Find stretches of up to 0.1 s off the path, (n,).
 
     Either between two jumps faster than 5 m/s; or between a jump out and a jump back. A jump is a
     step that differs from the running median of five steps by 4 mm, or by eight times the usual
@@ -82,11 +82,11 @@ def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
 def out_of_reach(
     path: NDArray[np.float64], anchor: NDArray[np.float64], allowed: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Tell samples whose distance to an anchor is out of bounds, (n,).
+    """Find samples whose distance to an anchor is out of bounds, (n,).
 
     Args:
         path: (n, 3) [m], NaN where not seen.
-        anchor: (n, 3) [m], NaN where not seen; nothing is told there.
+        anchor: (n, 3) [m], NaN where not seen; False there.
         allowed: least and greatest distance [m].
     """
     distance = _length(path - anchor)
@@ -94,13 +94,13 @@ def out_of_reach(
 
 
 def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell samples whose arm from T to the rotor has not its usual length, (n,).
+    """Find samples whose arm from T to the rotor has not its usual length, (n,).
 
-    The arm is rigid. Off is 4 mm, or eight times the usual deviation where that is more. Which of
-    the two bodies is wrong, the length does not say.
+    The arm is rigid. Off is 4 mm, or eight times the usual deviation where that is more. Either of
+    the two bodies may be wrong.
 
     Args:
-        top: (n, 3) [m], NaN where not seen; nothing is told there.
+        top: (n, 3) [m], NaN where not seen; False there.
         rotor: (n, 3) [m], likewise.
     """
     length = _length(rotor - top)
@@ -114,14 +114,14 @@ def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[
 def strays(
     path: NDArray[np.float64], curve: NDArray[np.float64], seen: NDArray[np.bool_], rate: float
 ) -> NDArray[np.bool_]:
-    """Tell the samples that pull a smooth curve away from their neighbours, (n,).
+    """Find the samples that pull a smooth curve away from their neighbours, (n,).
 
     A sample pulls when it lies off the curve by 1.5 mm (more where the cameras are slower than
     120 Hz), or by eight times the usual distance where that is more, and further than its
-    neighbours: those are pulled at, and have another chance against a curve without it.
+    neighbours, which are checked again against a curve without it.
 
     Args:
-        path: (n, 3) [m]; what stands at samples not seen is ignored.
+        path: (n, 3) [m]; ignored at samples not seen.
         curve: (n, 3) [m], finite at seen samples.
         seen: (n,).
         rate: [Hz].
@@ -150,7 +150,7 @@ def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def _far(
     apart: NDArray[np.float64], least: float = _FAR_M, more: NDArray[np.float64] | float = 0.0
 ) -> NDArray[np.bool_]:
-    """Tell deviations (n,) above the least that is far, or eight times the usual one, and more."""
+    """Find deviations (n,) above `least`, or eight times the usual one, plus `more`."""
     far = apart > least + more
     return apart > max(least, _FAR_SCALES * float(robust_sigma(apart))) + more if far.any() else far
 

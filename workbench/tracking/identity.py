@@ -1,10 +1,10 @@
-"""Which marker is which: exchanges of slots found by continuity and undone.
+"""Identity of markers: exchanges of slots found by continuity and undone.
 
-A tracker labels markers anew in every frame and sometimes exchanges two of them for a while. An
-exchange is a step in which markers leave their places and others arrive there. Shape alone does not
-show it: a rectangle fits itself in four ways. So samples are compared with those just before them,
-about the markers' common centroid, and a stretch gets another order only where that order continues
-the motion and the order of the file does not.
+A tracker labels markers anew in every frame and sometimes exchanges two of them for a while. In an
+exchange markers leave their positions and others arrive there. Shape alone does not show it: a
+rectangle fits itself in four ways. So samples are compared with those just before them, about the
+markers' common centroid, and a stretch gets another order only where that order continues the
+motion and the order of the file does not.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from workbench.tracking.take import known
 
-__all__ = ["Untangled", "told_exchanges", "untangle"]
+__all__ = ["Untangled", "exchange_summary", "untangle"]
 
 _LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to another's place
 _ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
 _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.2
-_TRIED = 500  # samples that tell how far markers usually move
+_TRIED = 500  # samples for the usual displacement of markers
 _LAGS = 8
 _BLOCK = 8192  # samples looked at together, so that they stay in the cache
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
@@ -43,8 +43,8 @@ def untangle(
 ) -> Untangled:
     """Find exchanges of markers and undo them.
 
-    Among samples that can be compared the order that most of them have counts as right. What cannot
-    be told, after a gap in which the body may have turned, stays as the file has it.
+    Among samples that can be compared the most frequent order counts as right. After a gap in which
+    the body may have turned, the order stays as in the file.
 
     Args:
         times: (n,) [s].
@@ -77,7 +77,7 @@ def untangle(
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), exchanged)
 
 
-def told_exchanges(
+def exchange_summary(
     times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
 ) -> str | None:
     """Return a sentence on the exchanges undone, or None where there were none."""
@@ -177,7 +177,7 @@ class _Motion:
         return _about_middle(self.cloud[self.rows[places]])
 
     def comparable(self, last: int, first: int) -> bool:
-        """Tell whether the markers keep their places over the time between two samples."""
+        """Return whether the markers hardly move in the time between two samples."""
         gap = float(self.times[self.rows[first]] - self.times[self.rows[last]])
         return (
             gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest

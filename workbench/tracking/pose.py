@@ -76,7 +76,7 @@ def pitch_of(forward: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def on_a_line(places: NDArray[np.float64]) -> bool:
-    """Tell whether places (m, 3) span no plane: too few of them, or all along one line."""
+    """Return whether places (m, 3) span no plane: too few of them, or all along one line."""
     if len(places) < 3:
         return True
     singular = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.tracking.rotations import euler_degrees
+from workbench.tracking.quaternions import euler_degrees
 from workbench.tracking.take import BodyTake, Take, known
 
 __all__ = ["write_row"]
@@ -61,7 +61,7 @@ class _Writable:
     def __init__(self, body: BodyTake, number: int, version: str) -> None:
         if not body.marker_names:
             raise InputError(
-                f"body {body.name!r} has no markers; the row format gives places by markers only"
+                f"body {body.name!r} has no markers; the row format has positions of markers only"
             )
         self.body, self.version = body, version
         self.id = body.id if body.id.isdecimal() else str(number + 1)

@@ -1,4 +1,4 @@
-"""A low-pass that asks only the samples that were seen: penalised least squares over a stretch.
+"""A low-pass of the seen samples only: penalised least squares over a stretch.
 
 For samples y with weights w (1 seen, 0 not) it finds the curve s that makes
 
@@ -6,8 +6,8 @@ For samples y with weights w (1 seen, 0 not) it finds the curve s that makes
 
 least (Whittaker 1923; Eilers 2003, "A perfect smoother"). Where everything was seen its gain is
 1 / (1 + (sin(pi f / rate) / sin(pi cutoff / rate))^6): no delay, one half at the cutoff, as a
-Butterworth of order 3 run forth and back. Unlike that one it needs no filled gaps: what it puts
-into a gap follows from the samples around it and can spoil none of them, and it has no start-up.
+Butterworth of order 3 run forth and back. Unlike that one it needs no filled gaps, which could
+distort the samples around them, and has no start-up transient.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def smooth_stretch(
     """Return the smooth curve through one stretch, (k, d), also where nothing was seen.
 
     Args:
-        values: (k, d) evenly sampled; what stands at samples not seen is ignored.
+        values: (k, d) evenly sampled; ignored at samples not seen.
         seen: (k,) at least `LEAST_SEEN` of them True.
         cutoff: frequency of gain one half [Hz], below half the rate.
         rate: [Hz].

@@ -53,10 +53,10 @@ class BodyTake:
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
         missing: (n,) values of `Missing`.
-        reported_error: (n,) what the export calls the body's error: [m] in Motive files, in a
-            unit that nobody has told in row formats; None where the file gives none.
+        reported_error: (n,) the body's error by the export: [m] in Motive files, in an undocumented
+            unit in row formats; None where the file gives none.
         marker_quality: (n, m) from 0 to 1 [1]; None where the file gives none.
-        solved_only: names of the markers whose measured places the file does not hold.
+        solved_only: names of the markers without measured positions in the file.
     """
 
     name: str
@@ -77,7 +77,7 @@ class BodyTake:
         return self.missing == Missing.SEEN
 
     def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
-        """Return the body without what its seen samples in some rows hold.
+        """Return the body with its seen samples in some rows made missing.
 
         Args:
             rows: (n,) True in those.
@@ -116,8 +116,8 @@ class Cloud:
     """The points that belong to no body.
 
     Args:
-        position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is a place in the
-            frame's list and may hold another marker in the next frame.
+        position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is an index into
+            the frame's list and may hold another marker in the next frame.
         names: (n, k) the name of the marker in each slot [text]; empty where there is none.
     """
 
@@ -148,8 +148,8 @@ class Take:
         cloud: the points outside the bodies.
         header: the file's own keys and texts, untouched.
         warnings: what a user should know before trusting the numbers.
-        began: local wall time of frame 0; two where the file leaves morning or afternoon open, none
-            where it tells no start time.
+        began: local wall time of frame 0; two where morning or afternoon is unknown, none where the
+            file has no start time.
         axes: up and forward where the file names them, None where it does not.
         unit_m: metres in the unit of length that the file was read in.
         unit_stated: whether the file says that unit.
@@ -207,13 +207,13 @@ class Take:
                 raise InputError(f"{self.path}: no body {name!r}{near}; its bodies are {has}")
             body = self.bodies[name]
             both = np.hstack([self.counted_position(name), body.quaternion])
-            own = {f"{name}_{end}": both[:, k] for k, end in enumerate(_POSE)}
-            columns |= own
-            valid |= dict.fromkeys(own, body.seen)
+            pose = {f"{name}_{end}": both[:, k] for k, end in enumerate(_POSE)}
+            columns |= pose
+            valid |= dict.fromkeys(pose, body.seen)
         return TimeSeries.of(self.times, columns, valid)
 
     def counted_position(self, name: str) -> NDArray[np.float64]:
-        """Return the (n, 3) position that quality numbers are made of [m].
+        """Return the (n, 3) position that the quality report is based on [m].
 
         That is the pose position in Motive files. Row formats give no pose while a body is lost, so
         there it is the centroid of the model markers, which Appendix C of the thesis uses too. A
@@ -225,7 +225,7 @@ class Take:
         return body.position if np.isfinite(body.position).any() else body.centroid_measured
 
     def body_path(self, name: str, some: slice = slice(None)) -> NDArray[np.float64]:
-        """Return where a body is in some samples (k, 3) [m], NaN where it is not seen.
+        """Return a body's path in some samples (k, 3) [m], NaN where it is not seen.
 
         By all its markers, else its pose.
         """

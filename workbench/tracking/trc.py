@@ -28,7 +28,7 @@ _DATA_ROW = 5
 
 
 def is_trc(data: memoryview) -> bool:
-    """Tell a TRC file by its first word."""
+    """Recognize a TRC file by its first word."""
     return re.match(rb"[\xef\xbb\xbf \t\r\n]*PathFileType", data) is not None
 
 
@@ -44,8 +44,8 @@ def parse_trc(source: Source) -> Take:
         if line.strip()
     ]
     if len(rows) <= _DATA_ROW:
-        told = f"this .trc file has {len(rows)} rows; a header of five and data are needed"
-        raise source.fault(rows[-1][0], told)
+        fault = f"this .trc file has {len(rows)} rows; a header of five and data are needed"
+        raise source.fault(rows[-1][0], fault)
     header = _header(rows[1][1], rows[2][1])
     labels = _labels(*rows[_LABELS_ROW], source)
     table, lines = _table(rows[_DATA_ROW:], len(labels), source)
@@ -90,11 +90,11 @@ def _header(keys: list[str], values: list[str]) -> dict[str, str]:
 
 
 def _labels(line: int, cells: list[str], source: Source) -> list[str]:
-    """Return the labels; each stands over the first of its three columns."""
+    """Return the labels; each is above the first of its three columns."""
     names = [(at, cell.strip()) for at, cell in enumerate(cells) if cell.strip()][_LEAD:]
-    places = [at for at, _ in names]
-    if not names or places[0] != _LEAD or any(b - a != 3 for a, b in pairwise(places)):
-        raise source.fault(line, "the labels do not stand over three columns each, from the third")
+    columns = [at for at, _ in names]
+    if not names or columns[0] != _LEAD or any(b - a != 3 for a, b in pairwise(columns)):
+        raise source.fault(line, "the labels are not above three columns each, from the third")
     return [name for _, name in names]
 
 
@@ -121,7 +121,7 @@ def _rate(
     line: int,
     source: Source,
 ) -> float:
-    """Return the rate that the header states, else the one that the times tell [Hz]."""
+    """Return the rate of the header, else that of the times [Hz]."""
     text = header.get("DataRate", "")
     try:
         rate = float(text)
@@ -129,8 +129,8 @@ def _rate(
         rate = float("nan")
     if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
         return rate
-    told = column_rate(indices, times)
-    if told is None:
+    measured = column_rate(indices, times)
+    if measured is None:
         raise source.fault(line, f"DataRate is {shown(text)} and the times give none")
-    source.warn(f"DataRate is {shown(text)}; {told:.6g} Hz found from the times")
-    return told
+    source.warn(f"DataRate is {shown(text)}; {measured:.6g} Hz found from the times")
+    return measured
