@@ -19,10 +19,11 @@ from workbench.diagnose.decide import Kind, Part, Scored, Versus
 from workbench.diagnose.diagnosis import Diagnosis
 from workbench.diagnose.drive import DRIVE
 from workbench.diagnose.findings import Cause, Found, Refit, Rival
-from workbench.diagnose.fits import Hypothesis, Promise
+from workbench.diagnose.fits import Hypothesis
 from workbench.diagnose.kept import write_answer
 from workbench.diagnose.report import write_diagnosis
 from workbench.diagnose.rules import RULES
+from workbench.diagnose.screening import Promise
 from workbench.diagnose.validate import Errors
 from workbench.fit import Hopper
 from workbench.sim import EFFECTS

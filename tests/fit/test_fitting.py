@@ -94,6 +94,23 @@ def test_a_derivative_at_a_bound_is_taken_to_the_side_that_is_left() -> None:
         assert np.all((norms > 0.3) & (norms < 3)), norms
 
 
+def test_secants_go_as_far_as_asked_and_only_in_the_runs_asked() -> None:
+    system = undriven()
+    vector = ParameterVector(system.parameters)
+    estimator = Estimator.of(system, vector, system.strong, threads=1)
+    x, (first, second, end) = np.zeros(len(vector)), estimator.edges[:3]
+    one = [p.name for p in vector.parameters].index("pivot damping")
+    for reach in (-0.5, 2.0):
+        moved = x.copy()
+        moved[one] = reach
+        coarse = replace(estimator, defect=np.zeros(0))
+        change = (coarse.residuals(moved) - coarse.residuals(x)) / reach
+        found = estimator.jacobian(x, [one], np.full(len(x), reach), runs=[1])
+        assert not found[first:second].any()
+        np.testing.assert_allclose(found[second:end, one], change[second:end], atol=1e-9)
+        assert np.abs(found[second:end, one]).max() > 0.01
+
+
 def test_two_numbers_that_act_together_are_said_to() -> None:
     spec = mujoco.MjSpec.from_string("""
       <mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody><body name="cart">

@@ -20,10 +20,11 @@ from typing import Any
 from workbench.diagnose.decide import Kind, Part, versus
 from workbench.diagnose.drive_part import drive_part
 from workbench.diagnose.findings import Cause, Refit, Rival
-from workbench.diagnose.fits import Fits, Hypothesis, Promise
+from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.observer_part import observer_part
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
+from workbench.diagnose.screening import Promise
 from workbench.diagnose.soundness import soundness
 from workbench.diagnose.validate import Errors, removed
 from workbench.diagnose.wording import digits

@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from workbench.diagnose.drive import DriveFits, arm_of, drive_fits
-from workbench.diagnose.linear import Linear, edges_of
+from workbench.diagnose.linear import edges_of
 from workbench.diagnose.rig import Rig
 from workbench.diagnose.rules import RULES, Rules
+from workbench.diagnose.screening import Promise, columns_of, neighbourhood, pairs_without, screened
 from workbench.fit import (
     Estimator,
     Hopper,
@@ -36,7 +37,7 @@ from workbench.fit.minimise import ROUGH, Minimum, minimum, soft
 from workbench.fit.process import likeliest
 from workbench.progress import Progress
 
-__all__ = ["Fits", "Hypothesis", "Promise"]
+__all__ = ["Fits", "Hypothesis"]
 
 Array = NDArray[np.float64]
 
@@ -75,25 +76,6 @@ class Hypothesis:
         """Return the value of each parameter by its name."""
         vector = self.estimator.vector
         return {one.name: value for one, value in vector.values(self.x).items()}
-
-
-@dataclass(frozen=True, eq=False)
-class Promise:
-    """What a candidate promises in the neighbourhood of a fit, without a simulation of its own.
-
-    Args:
-        name: of the candidate.
-        gain: by which the cost would fall, were the residuals straight.
-        sure: that gain over its own scatter from second to second.
-        near: residuals and derivatives of everything.
-        numbers: parameter's name -> number there.
-    """
-
-    name: str
-    gain: float
-    sure: float
-    near: Linear
-    numbers: dict[str, float]
 
 
 class Fits:
@@ -186,7 +168,7 @@ class Fits:
             estimator = one.estimator
             steps = reaches(one.jacobian) if len(one.jacobian) else None
             slopes = estimator.jacobian(one.x, steps=steps, central=True)
-            near = _neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
+            near = neighbourhood(estimator, one.x, estimator.residuals(one.x), slopes)
             moving = {p.name: not p.flat for p in estimator.vector.parameters}
             spread = near.solved(moving).deviation
             vector = estimator.vector
@@ -200,21 +182,7 @@ class Fits:
         """Return what each candidate promises beside those of a hypothesis, greatest gain first."""
         every = [p for one in self.candidates.values() for p in one.quantities.values()]
         estimator, x = self._estimator(at, [*self.rig.base, *every])
-        residuals, jacobian = estimator.residuals(x), estimator.jacobian(x)
-        near = _neighbourhood(estimator, x, residuals, jacobian)
-        before = near.solved(self._moving(at.names))
-        found = []
-        for name in self.candidates:
-            if name in at.names:
-                continue
-            after = near.solved(self._moving((*at.names, name)))
-            gains = before.blocks - after.blocks
-            scatter = float(np.std(gains)) * np.sqrt(len(gains))
-            found.append(Promise(
-                name, before.cost - after.cost, float(gains.sum()) / max(scatter, 1e-9),
-                near, dict(zip(near.names, after.x, strict=True)),
-            ))  # fmt: skip
-        return sorted(found, key=lambda one: -one.gain)
+        return screened(estimator, x, self.candidates, self._moving, at.names)
 
     def pairs_without(
         self, leader: str, at: Hypothesis, promises: Sequence[Promise]
@@ -229,19 +197,9 @@ class Fits:
             at: a hypothesis without candidates.
             promises: of each candidate beside that.
         """
-        near = promises[0].near
-        least = near.fall(self._moving((*at.names, leader)))
-        others = [one for one in self.candidates if one not in (*at.names, leader)]
-        falls = [
-            (near.fall(self._moving((*at.names, *pair))), pair) for pair in combinations(others, 2)
-        ]
-        best = sorted((one for one in falls if one[0] > least), reverse=True)
-        found = []
-        for fall, pair in best[: self.rules.seconds]:
-            after = near.solved(self._moving((*at.names, *pair)))
-            numbers = dict(zip(near.names, after.x, strict=True))
-            found.append((pair, Promise(" with ".join(pair), fall, 0.0, near, numbers)))
-        return found
+        return pairs_without(
+            leader, at.names, promises, self.candidates, self._moving, self.rules.seconds
+        )
 
     def refit(self, names: Sequence[str], near: Hypothesis, promise: Promise) -> Hypothesis:
         """Fit a hypothesis from a neighbour and what was promised there, at the same process noise.
@@ -255,7 +213,7 @@ class Fits:
         cheap = replace(estimator, defect=exact - coarse.residuals(x))
         low, high = estimator.vector.bounds
         goal = np.array([promise.numbers[p.name] for p in estimator.vector.parameters])
-        slopes = _columns(promise.near, estimator.vector)
+        slopes = columns_of(promise.near, estimator.vector)
         best: Minimum | None = None
         for start in (goal, x):
             found = minimum(
@@ -271,13 +229,14 @@ class Fits:
 
     def weighed(self, one: Hypothesis) -> Hypothesis:
         """Return a hypothesis fitted again at the process noise that makes it most likely."""
-        estimator, x = one.estimator, one.x
+        estimator, x, slopes = one.estimator, one.x, None
         for _ in range(_ROUNDS):
             weighed = likeliest(estimator, x, up=0)
             if weighed.noise == estimator.noise:
                 break
             estimator = weighed
-            found = minimised(estimator, x, most=_STEPS, near=ROUGH)
+            found = minimised(estimator, x, most=_STEPS, near=ROUGH, jacobian=slopes)
+            slopes = found.jacobian
             one, x = self._hypothesis(one.names, estimator, found.x, found.jacobian), found.x
         return one
 
@@ -350,33 +309,8 @@ def _numbers(vector: ParameterVector, values: Mapping[str, float]) -> Array:
     return np.array([p.number(values.get(p.name, p.nominal)) for p in vector.parameters])
 
 
-def _columns(near: Linear, vector: ParameterVector) -> Array:
-    """Return the derivatives by some parameters, with the rows of their priors, (m, p)."""
-    at = {name: k for k, name in enumerate(near.names)}
-    columns = near.jacobian[:, [at[p.name] for p in vector.parameters]]
-    weighted = np.flatnonzero(vector.weighted)
-    priors = np.zeros((len(weighted), len(vector)))
-    priors[np.arange(len(weighted)), weighted] = 1.0
-    return np.vstack([columns, priors])
-
-
 def _turns(system: Hopper, found: Sequence[Innovations]) -> list[Array]:
     return [system.turn_of_top(k, one.qpos) for k, one in enumerate(found)]
-
-
-def _neighbourhood(estimator: Estimator, x: Array, residuals: Array, jacobian: Array) -> Linear:
-    vector, system, edges = estimator.vector, estimator.system, [0]
-    for seen in map(system.seen, range(len(system.names))):
-        edges += list(edges[-1] + seen.shape[1] * edges_of(len(seen), system.sample_s)[1:])
-    count = edges[-1]
-    return Linear(
-        tuple(p.name for p in vector.parameters),
-        np.array([p.scope is Scope.RUN for p in vector.parameters]),
-        x,
-        residuals[:count],
-        jacobian[:count],
-        np.array(edges),
-    )
 
 
 def _blocks(one: Innovations, sample_s: float) -> Array:

@@ -10,8 +10,9 @@ import numpy as np
 from workbench.diagnose.candidates import Candidate
 from workbench.diagnose.decide import Part, Scored, decide
 from workbench.diagnose.findings import Cause, Found, Refit, found_of
-from workbench.diagnose.fits import Fits, Hypothesis, Promise
+from workbench.diagnose.fits import Fits, Hypothesis
 from workbench.diagnose.linear import beyond
+from workbench.diagnose.screening import Promise
 from workbench.fit import Scope
 from workbench.progress import Stage
 

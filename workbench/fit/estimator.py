@@ -217,6 +217,7 @@ class Estimator:
         asked: Sequence[int] | NDArray[np.int64] | None = None,
         steps: Array | None = None,
         central: bool = False,
+        runs: Sequence[int] | None = None,
     ) -> Array:
         """Return the derivatives of the residuals, (m, p) [1], by differences of coarse steps.
 
@@ -226,17 +227,19 @@ class Estimator:
             steps: (p,) how far each is moved, of `reaches` [1]; the farthest where left out.
             central: whether differences go to both sides: twice the cost, and directions that do
                 nothing are seen to do nothing.
+            runs: numbers of those whose rows are wanted, the others stay zero; all where left out.
         """
         steps = np.full(len(x), FARTHEST) if steps is None else steps
-        runs = range(len(self.system.names))
+        runs = range(len(self.system.names)) if runs is None else runs
         wanted = set(range(len(x)) if asked is None else map(int, asked))
         moves = [(k, i) for k in runs for i in self._felt(k) if i in wanted]
         low, high = self.vector.bounds
-        below = np.maximum(x - steps, low)
+        below = np.clip(x - steps, low, high)
         if central:
             ahead, behind = np.minimum(x + steps, high), below
         else:
-            ahead, behind = np.where(x + steps <= high, x + steps, below), x
+            inside = (low <= x + steps) & (x + steps <= high)
+            ahead, behind = np.where(inside, x + steps, below), x
         jobs = []
         for k, i in moves:
             for end in (ahead, behind) if central else (ahead,):
@@ -248,7 +251,7 @@ class Estimator:
         if central:
             changes = [a - b for a, b in zip(found[::2], found[1::2], strict=True)]
         else:
-            base = found[len(moves) :]
+            base = dict(zip(runs, found[len(moves) :], strict=True))
             changes = [one - base[k] for (k, _), one in zip(moves, found, strict=False)]
         edges, weighted = self.edges, np.flatnonzero(self.vector.weighted)
         jacobian = np.zeros((edges[-1], len(x)))

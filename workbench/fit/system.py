@@ -57,6 +57,10 @@ class System(Protocol):
         """Tell whether a parameter of the model or of a candidate can change a run."""
         ...
 
+    def lands(self, run: int) -> bool:
+        """Tell whether landings and slips make its residuals kinked in every parameter."""
+        ...
+
     def drive_words(self, run: int) -> list[str]:
         """Return what its drive did otherwise than commanded, where beyond doubt."""
         ...

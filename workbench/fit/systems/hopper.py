@@ -156,13 +156,16 @@ class Hopper:
             return self.runs[run].mode in EFFECTS[self.candidates[parameter][0]].excited_by
         return not (_clamped(self.runs[run]) and parameter.name in OF_FLOOR)
 
+    def lands(self, run: int) -> bool:
+        """Tell whether its foot is free: landings and slips make kinks in every parameter."""
+        return not _clamped(self.runs[run])
+
     def drive_words(self, run: int) -> list[str]:
         """Return by how much the rotor turned otherwise than commanded, where beyond doubt."""
         one, turned = self.runs[run], self.turned[run]
         if turned is None:
             return []
-        sigma = float(one.noise()[-1])
-        return clock_words(one.name, self.times(run), turned, one.steps, sigma)
+        return clock_words(one.name, self.times(run), turned, one.steps, float(one.noise()[-1]))
 
     def sigma(self, run: int) -> Array:
         """Return the standard deviation of their noise, (c,) [m], pitch [rad]."""
@@ -320,8 +323,7 @@ class Hopper:
         first, count = float(self.times(run)[0]), len(self._seen[run].seen)
         sigma, memory = self.rotor_noise(run)
         phase = sigma * float(np.sqrt((1 + memory) / (1 - memory) / count))
-        stood = self._stood is not None
-        return own_of(self.runs[run], run, first, phase, self.warmth, stood)
+        return own_of(self.runs[run], run, first, phase, self.warmth, self._stood is not None)
 
     def _rest_of_top(self) -> Array | None:
         """Return where T rests without a pull, (2,) [m], as the clamped runs saw it.
@@ -336,8 +338,8 @@ class Hopper:
         one = self.runs[run]
         if not one.driven:
             return None
-        sigma = float(one.noise()[-1])
-        return fit_drive(self.times(run), self.world_angle(run), one.steps, sigma, False).angle
+        times, seen, sigma = self.times(run), self.world_angle(run), float(one.noise()[-1])
+        return fit_drive(times, seen, one.steps, sigma, False).angle
 
     def turn_of_top(self, run: int, qpos: Array) -> Array:
         """Return how far T has turned since the first sample in states, (n,) [rad].
@@ -391,8 +393,7 @@ def _seen(run: MeasuredRun, coloured: Mapping[str, Coloured]) -> _Seen:
     for c, name in enumerate(channels):
         if name in coloured:
             sigma[c], memory[c] = coloured[name].sigma, coloured[name].memory
-    rest = np.nanmedian(still, axis=0)
-    return _Seen(tuple(channels), first, values[first:], sigma, memory, rest)
+    return _Seen(tuple(channels), first, values[first:], sigma, memory, np.nanmedian(still, axis=0))
 
 
 def _clamped(run: MeasuredRun) -> bool:

@@ -181,6 +181,10 @@ class MjcfSystem:
         """Return True: what a mechanism does not feel is not known beforehand."""
         return True
 
+    def lands(self, run: int) -> bool:
+        """Tell whether landings make its residuals kinked: never, runs of rigs are short."""
+        return False
+
     def drive_words(self, run: int) -> list[str]:
         """Return nothing: the inputs are what was measured."""
         return []
