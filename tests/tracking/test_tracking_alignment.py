@@ -34,7 +34,7 @@ def test_a_delay_of_a_part_of_a_sample_is_found_and_its_error_covers(samples: fl
         real = TimeSeries.of(t, {TOP[2]: real[TOP[2]]}, {TOP[2]: holed})
         found = delay(real, sway(t), TOP[2], 0.0, 9.0)
         assert found.seconds * RATE == pytest.approx(samples, abs=0.02)
-        assert found.residual == pytest.approx(NOISE, rel=0.15)
+        assert found.left == pytest.approx(NOISE, rel=0.15)
         apart.append((found.seconds - samples / RATE) / found.standard_error)
     assert 0.6 < np.std(apart) < 1.6
     assert abs(np.mean(apart)) < 0.8

@@ -15,10 +15,11 @@ load and moves the joint against kinetic friction alone (decision 2).
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
 locks where its damper's force has come down to the sliding one, and is dragged along while loose.
 
-A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has
-the share of the force for which it touches; one after a change of state compensates the part of the
-step before the change. Without it a slightly greater stiffness moves a change from one step to
-another: T jumped by up to 0.2 mm after 4 s of hopping, and a hop had no usable derivative.
+A corner lands, locks, breaks loose and turns back within a step, not at its end. A step in which it
+lands has the share of the force for which it touches; one after a change of state, or of direction,
+compensates the part of the step before the change. Without it a slightly greater stiffness moves a
+change from one step to another: T jumped by up to 0.2 mm after 4 s of hopping, and a hop had no
+usable derivative.
 
 Beyond the thesis, each absent where it is zero (`ExtraTerm`): damping that grows with depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
@@ -182,6 +183,9 @@ def _friction(
     if corner[0] == UNLOCKED:
         locks = min(v_th, kinetic / damping)  # there the anchor's force is the sliding one
         if speed >= locks:
+            if vx * v_before < 0.0:  # it has turned back, and was pushed the wrong way since
+                late = speed / (speed + before)
+                sliding -= 2 * late * way * p[7] * (1 - p[15] * way) * corner[4]
             return sliding
         if before > locks:
             late = (locks - speed) / (before - speed)

@@ -45,12 +45,12 @@ class Delay:
     Args:
         seconds: positive where the first is late.
         standard_error: [s], from blocks in time.
-        residual: root mean square after the shift, in the signal's unit.
+        left: root mean square of the residual, in the signal's unit.
     """
 
     seconds: float
     standard_error: float
-    residual: float
+    left: float
 
 
 @dataclass(frozen=True)

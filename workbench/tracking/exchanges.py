@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.identity import exchange_summary, untangle
-from workbench.tracking.take import BodyTake, Missing, Take, known
+from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
 
 __all__ = ["Exchange", "exchanged_back", "without_exchanges"]
 
@@ -86,7 +86,7 @@ def without_exchanges(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
         (names.foot, names.rotor),
     ):
         a, b = bodies[one], bodies[other]
-        if np.isfinite(a.measured).any() or np.isfinite(b.measured).any():
+        if any_finite(a.measured) or any_finite(b.measured):
             continue
         paths = np.stack([_path(a), _path(b)], axis=1)
         exchanged = untangle(take.times, paths, partly=False).exchanged

@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.noise import robust_sigma
-from workbench.tracking.take import known, samples_of
+from workbench.tracking.take import known, samples_of, time_last
 
 __all__ = ["bursts", "off_length", "out_of_reach", "spikes", "strays"]
 
@@ -43,10 +43,10 @@ def spikes(
         if len(seen) < _WINDOW:
             break
         own = samples_of(path, seen)
-        apart = _length(own - _running_median(own))
-        if not (apart > least).any():
-            break
-        far = _far(apart, least, _unseen_way(times[seen], own))
+        apart = _length(_off_median(own))
+        far = apart > (bound := _far(apart, least))
+        if far.any():
+            far = apart > bound + _unseen_way(times[seen], own)
         if not far.any():
             break
         found[seen[far]] = True
@@ -73,9 +73,7 @@ def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
     velocity = np.diff(samples_of(path, seen), axis=0) / lasted[:, None]
     _mark_fast(found, seen, times, _length(velocity) > _FASTEST_M_S)
     if len(seen) > _WINDOW:
-        excess = (velocity - _running_median(velocity)) * lasted[:, None]
-        bend = 0.5 * _GREATEST_M_S2 * (lasted**2 - np.median(lasted) ** 2)
-        _mark_returned(found, seen, times, excess, np.maximum(bend, 0.0))
+        _mark_returned(found, seen, times, _off_median(velocity) * lasted[:, None], lasted)
     return found
 
 
@@ -107,7 +105,8 @@ def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[
     seen = np.isfinite(length)
     found = np.zeros(len(length), dtype=bool)
     if seen.any():
-        found[seen] = _far(np.abs(length[seen] - np.median(length[seen])))
+        off = np.abs(length[seen] - np.median(length[seen]))
+        found[seen] = off > _far(off)
     return found
 
 
@@ -126,8 +125,8 @@ def strays(
         seen: (n,).
         rate: [Hz].
     """
-    apart, far = np.where(seen, _length(path - curve), 0.0), np.zeros(len(path), dtype=np.bool_)
-    far[seen] = _far(apart[seen], _PULL_M * max(1.0, _RESOLVING_HZ / rate) ** 2)
+    apart = np.where(seen, _length(path - curve), 0.0)
+    far = apart > _far(apart[seen], _PULL_M * max(1.0, _RESOLVING_HZ / rate) ** 2)
     if not far.any():
         return far
     return far & (apart == scipy.ndimage.maximum_filter1d(apart, _WINDOW))
@@ -138,21 +137,18 @@ def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
-def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the medians of five, column by column; a few exchanges are faster than a sort."""
-    padded = np.pad(values, ((2, 2), (0, 0)), mode="edge")
-    a, b, c, d, e = (padded[k : k + len(values)] for k in range(_WINDOW))
-    low = np.maximum(np.minimum(a, b), np.minimum(c, d))
-    high = np.minimum(np.maximum(a, b), np.maximum(c, d))
-    return np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
+def _off_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the deviations of values (n, d) from their running medians of five, (n, d)."""
+    from workbench.tracking.loops import median_of_five
+
+    columns = time_last(values)
+    return (columns - median_of_five(columns)).T
 
 
-def _far(
-    apart: NDArray[np.float64], least: float = _FAR_M, more: NDArray[np.float64] | float = 0.0
-) -> NDArray[np.bool_]:
-    """Find deviations (n,) above `least`, or eight times the usual one, plus `more`."""
-    far = apart > least + more
-    return apart > max(least, _FAR_SCALES * float(robust_sigma(apart))) + more if far.any() else far
+def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
+    """Return the limit of deviations (n,): the least that is far, or eight times the usual one."""
+    # the usual one costs a sort, and where none exceeds the least nothing is far
+    return max(least, _FAR_SCALES * float(robust_sigma(apart))) if (apart > least).any() else least
 
 
 def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -187,14 +183,18 @@ def _mark_returned(
     seen: NDArray[np.intp],
     times: NDArray[np.float64],
     excess: NDArray[np.float64],
-    bend: NDArray[np.float64],
+    lasted: NDArray[np.float64],
 ) -> None:
     """Mark what lies between a jump and the jump that undoes it.
 
-    `bend` (n,) is how far a body may leave its straight way in a step [m].
+    In a longer step than usual a body may deviate more from a straight path.
     """
     size = _length(excess)
-    jumps = np.flatnonzero(_far(size, more=bend))
+    bound = _far(size)
+    if not (size > bound).any():
+        return
+    bend = 0.5 * _GREATEST_M_S2 * (lasted**2 - np.median(lasted) ** 2)
+    jumps = np.flatnonzero(size > bound + np.maximum(bend, 0.0))
     aside = np.concatenate([np.zeros((1, 3)), np.cumsum(excess, axis=0)])
     done = -1
     for number, out in enumerate(jumps):

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.tracking.take import known
+from workbench.tracking.take import known, time_last
 
 __all__ = ["Untangled", "exchange_summary", "untangle"]
 
@@ -27,7 +27,6 @@ _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.2
 _TRIED = 500  # samples for the usual displacement of markers
 _LAGS = 8
-_BLOCK = 8192  # samples looked at together, so that they stay in the cache
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -55,9 +54,11 @@ def untangle(
     Returns:
         The markers; the cloud itself where there was nothing to undo.
     """
+    from workbench.tracking.loops import whole
+
     n, m = cloud.shape[:2]
     unchanged, never = np.broadcast_to(np.arange(m), (n, m)), np.zeros(n, dtype=np.bool_)
-    rows = np.flatnonzero(np.isfinite(np.einsum("nmi->n", cloud)))
+    rows = np.flatnonzero(whole(time_last(cloud)))
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, never)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
@@ -100,13 +101,10 @@ def _least_distance(some: NDArray[np.float64]) -> float:
 
 def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
+    from workbench.tracking.loops import steady
+
     limit = _LEFT * nearest
-    # what moves less than half as far in space is no candidate; samples run along the fast axis
-    still = np.zeros(len(cloud), dtype=np.bool_)
-    for start in range(0, len(cloud) - 1, _BLOCK):
-        step = np.diff(cloud[start : start + _BLOCK + 1].transpose(1, 2, 0), axis=2)
-        near = np.einsum("mik,mik->mk", step, step) < (limit / 2) ** 2
-        still[start + 1 : start + 1 + step.shape[2]] = near.all(axis=0)
+    still = steady(time_last(cloud), limit / 2)  # what moves less in space is no candidate
     places = np.flatnonzero(~still[rows[1:]]) + 1
     before, after = (_about_middle(cloud[rows[each]]) for each in (places - 1, places))
     far = np.linalg.norm(after - before, axis=2) > limit

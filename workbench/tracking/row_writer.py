@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError
 from workbench.tracking.quaternions import euler_degrees
-from workbench.tracking.take import BodyTake, Take, known
+from workbench.tracking.take import BodyTake, Take, any_finite, known
 
 __all__ = ["write_row"]
 
@@ -67,7 +67,7 @@ class _Writable:
         self.id = body.id if body.id.isdecimal() else str(number + 1)
         self.m = len(body.marker_names)
         self.lost = _frames_since_seen(body.seen)
-        self.solved = _held(body.solved if np.isfinite(body.solved).any() else body.measured)
+        self.solved = _held(body.solved if any_finite(body.solved) else body.measured)
         self.measured = np.where(body.seen[:, None, None], body.measured, np.nan)
         self.visible = known(self.measured)
         self.posed = body.seen & known(np.hstack([body.position, body.quaternion]))

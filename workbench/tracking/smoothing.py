@@ -13,8 +13,9 @@ distort the samples around them, and has no start-up transient.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
+
+from workbench.tracking.take import time_last
 
 __all__ = ["LEAST_SEEN", "smooth_stretch"]
 
@@ -34,24 +35,7 @@ def smooth_stretch(
         cutoff: frequency of gain one half [Hz], below half the rate.
         rate: [Hz].
     """
+    from workbench.tracking.loops import smooth
+
     penalty = (2 * np.sin(np.pi * cutoff / rate)) ** (-2 * _ORDER)
-    bands = _roughness(len(values))
-    bands *= penalty
-    bands[-1] += seen
-    known = np.where(seen[:, None], values, 0.0)
-    in_place = {"overwrite_ab": True, "overwrite_b": True, "check_finite": False}
-    return np.asarray(scipy.linalg.solveh_banded(bands, known, **in_place))
-
-
-def _roughness(count: int) -> NDArray[np.float64]:
-    """Return the upper bands of D'D, (4, count), where D takes third differences."""
-    difference = scipy.special.binom(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(
-        _ORDER + 1
-    )
-    bands = np.zeros((_ORDER + 1, count), order="F")  # as LAPACK has them
-    for apart in range(_ORDER + 1):
-        for first in range(_ORDER + 1 - apart):
-            second = first + apart
-            product = difference[first] * difference[second]
-            bands[_ORDER - apart, second : count - _ORDER + second] += product
-    return bands
+    return smooth(time_last(values), seen, penalty).T

@@ -15,8 +15,9 @@ from workbench.errors import InputError, did_you_mean
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 
-__all__ = ["BodyTake", "Cloud", "Missing", "Take", "known", "samples_of"]
+__all__ = ["BodyTake", "Cloud", "Missing", "Take", "any_finite", "known", "samples_of", "time_last"]
 
+_BLOCK = 4096  # samples
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
@@ -220,9 +221,9 @@ class Take:
         body of markers alone is where the centroid of all its markers is.
         """
         body = self.bodies[name]
-        if self.format == "row" and np.isfinite(body.solved).any():
+        if self.format == "row" and any_finite(body.solved):
             return body.centroid_solved
-        return body.position if np.isfinite(body.position).any() else body.centroid_measured
+        return body.position if any_finite(body.position) else body.centroid_measured
 
     def body_path(self, name: str, some: slice = slice(None)) -> NDArray[np.float64]:
         """Return a body's path in some samples (k, 3) [m], NaN where it is not seen.
@@ -242,12 +243,29 @@ def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.isfinite(np.einsum("...k->...", points))
 
 
+def any_finite(values: NDArray[np.float64]) -> bool:
+    """Return whether any of some values (n, ...) is finite; stop at the first."""
+    starts = range(0, len(values), _BLOCK)
+    return any(bool(np.isfinite(values[at : at + _BLOCK]).any()) for at in starts)
+
+
 def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
     """Return some samples (k, ...) of values (n, ...), with samples along the fast axis.
 
-    A fifth of the time of `values[rows]`, and what follows along that axis is faster too.
+    A fifth of the time of `values[rows]`, and what follows along that axis is faster too. Nothing
+    is copied where all samples are wanted.
     """
+    if len(rows) == len(values) and (rows == np.arange(len(rows))).all():
+        return values
     return np.moveaxis(np.moveaxis(values, 0, -1).take(rows, axis=-1), -1, 0)
+
+
+def time_last(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values (n, ...) as (..., n) in one piece of memory, for compiled loops over samples.
+
+    Nothing is copied where samples run along the fast axis already, as they do behind a reader.
+    """
+    return np.ascontiguousarray(np.moveaxis(values, 0, -1))
 
 
 def _centroid(markers: NDArray[np.float64]) -> NDArray[np.float64]:
