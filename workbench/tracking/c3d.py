@@ -24,6 +24,7 @@ from workbench.tracking.c3d_data import (
     read_points,
     whole_frames,
 )
+from workbench.tracking.clock import is_rate
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import LARGEST, Source, shown
@@ -36,7 +37,6 @@ _METRES = {
     "m": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "centimeters": 0.01,
     "mm": 0.001, "millimeter": 0.001, "millimeters": 0.001, "in": 0.0254, "inches": 0.0254,
 }  # fmt: skip
-_RATES_HZ = (0.1, 1e5)
 _LIBRARY_ERRORS = (RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError)
 
 
@@ -70,7 +70,7 @@ def parse_c3d(source: Source) -> Take:
     points = _read(source)
     if points.unit.casefold() not in _METRES:
         raise _fault(source, f"POINT:UNITS is {shown(points.unit)}; known are {', '.join(_METRES)}")
-    if not _RATES_HZ[0] <= points.rate <= _RATES_HZ[1]:
+    if not is_rate(points.rate):
         raise _fault(source, f"POINT:RATE is {points.rate:g}; no rate of cameras [Hz]")
     indices = points.first + np.arange(len(points.position))
     metres = _METRES[points.unit.casefold()]
@@ -219,10 +219,9 @@ def _check_parameters(source: Source) -> None:
         if link + 2 > end:
             break
         (step,) = struct.unpack_from("<H", data, link)
-        values_end = link + 2 if group < 0 else _parameter_end(data, link + 2)
-        needed = (
-            values_end + 1 + data[values_end] if values_end < end else end + 1
-        )  # a description comes last
+        stop = link + 2 if group < 0 else _parameter_end(data, link + 2)
+        # a description comes last
+        needed = stop + 1 + data[stop] if stop < end else end + 1
         if step and link + step < needed:
             raise _fault(source, f"the parameter at byte {at} is longer than its record; damaged")
         at = link + step if step else end

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from workbench.tracking.source import Source
 
-__all__ = ["column_rate", "jitter", "motive_times", "row_clock", "warn_of_index_steps"]
+__all__ = ["column_rate", "is_rate", "jitter", "motive_times", "row_clock", "warn_of_index_steps"]
 
 _TIME_TOLERANCE_S = 1e-3
 _SNAP = 1e-4  # a printed step of 0.00833333 s is 120 Hz
@@ -17,6 +17,12 @@ _DECIMALS = (2, 3, 4)  # of clocks that are truncated; finer ones resolve each s
 _ROUND_HZ = (10.0, 5.0, 1.0)
 _APART = 2e-3  # relative difference from which a column has another rate than the stated one
 _LEAST_ROWS = 3
+_RATES_HZ = (0.1, 1e5)
+
+
+def is_rate(rate: float) -> bool:
+    """Return whether cameras may have a rate [Hz]; False for NaN."""
+    return _RATES_HZ[0] <= rate <= _RATES_HZ[1]
 
 
 def column_rate(

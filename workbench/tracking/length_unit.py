@@ -11,7 +11,7 @@ from workbench.errors import InputError
 from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M, BodyNames, guess_bodies
 from workbench.tracking.take import Take
 
-__all__ = ["UNITS", "in_plausible_unit", "in_unit", "unit_hint"]
+__all__ = ["UNITS", "in_plausible_unit", "in_unit", "unit_hint", "unit_name"]
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Unit of length -> metres."""
@@ -83,9 +83,14 @@ def unit_hint(take: Take) -> str | None:
     return None
 
 
+def unit_name(metres: float) -> str:
+    """Return the name of a unit of length, or its size [m] where it has none."""
+    return next((unit for unit, m in UNITS.items() if m == metres), f"{metres:g} m")
+
+
 def _stated(take: Take) -> str:
-    unit = next((u for u, m in UNITS.items() if m == take.unit_m), f"{take.unit_m:g} m")
-    return f"{unit}, {'as it states' if take.unit_stated else 'it states no unit'}"
+    stated = "as it states" if take.unit_stated else "it states no unit"
+    return f"{unit_name(take.unit_m)}, {stated}"
 
 
 def _usual(vectors: NDArray[np.float64]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
+from workbench.tracking.clock import column_rate, is_rate, jitter, motive_times, warn_of_index_steps
 from workbench.tracking.motive_bodies import bodies_and_cloud, scale
 from workbench.tracking.motive_header import ColumnLayout, read_layout
 from workbench.tracking.motive_table import MotiveTable, read_table
@@ -12,7 +12,6 @@ from workbench.tracking.take import Take
 
 __all__ = ["parse_motive"]
 
-_RATES_HZ = (0.1, 1e5)
 _VERSIONS = ("1.2", "1.21", "1.22", "1.23", "1.24", "1.25")
 
 
@@ -62,13 +61,13 @@ def _rate(layout: ColumnLayout, table: MotiveTable, source: Source) -> float:
     """Return the rate of the header, else that of the times [Hz]."""
     text = layout.header.get("Export Frame Rate", "")
     stated = _number(text)
-    if _is_rate(stated):
+    if is_rate(stated):
         return stated
     measured = None
     if layout.time_column is not None:
         captured = _number(layout.header.get("Capture Frame Rate", ""))
         measured = column_rate(table.indices, table.column(layout.time_column), captured)
-    if measured is None or not _is_rate(measured):
+    if measured is None or not is_rate(measured):
         raise source.fault(1, f"Export Frame Rate is {shown(text)} and the times give none")
     source.warn(f"Export Frame Rate is {shown(text)}; {measured:.6g} Hz found from the times")
     return measured
@@ -79,10 +78,6 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return float("nan")
-
-
-def _is_rate(rate: float) -> bool:
-    return _RATES_HZ[0] <= rate <= _RATES_HZ[1]
 
 
 def _check_header(layout: ColumnLayout, n: int, source: Source) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.exchanges import Exchange, exchanged_back
-from workbench.tracking.length_unit import UNITS, in_unit
+from workbench.tracking.length_unit import UNITS, in_unit, unit_name
 from workbench.tracking.take import BodyTake, Missing, Take
 
 __all__ = ["Overrides", "with_overrides"]
@@ -56,13 +56,9 @@ def _with_unit(take: Take, unit: str) -> Take:
     metres = UNITS[unit]
     if metres == take.unit_m:
         return replace(take, unit_stated=True)
-    warning = f"lengths are read in {unit}, as stated; the file was read in {_named(take.unit_m)}"
+    text = f"lengths are read in {unit}, as stated; the file was read in {unit_name(take.unit_m)}"
     read = in_unit(take, metres)
-    return replace(read, unit_stated=True, warnings=(*take.warnings, warning))
-
-
-def _named(metres: float) -> str:
-    return next((unit for unit, m in UNITS.items() if m == metres), f"{metres:g} m")
+    return replace(read, unit_stated=True, warnings=(*take.warnings, text))
 
 
 def _with_rate(take: Take, rate: float) -> Take:
@@ -70,11 +66,11 @@ def _with_rate(take: Take, rate: float) -> Take:
         return take
     start = take.times[0] if take.format == "row" else take.indices[0] / rate
     times = start + (take.indices - take.indices[0]) / rate
-    warning = (
+    text = (
         f"the rate is {rate:g} Hz, as stated; the file says {take.rate_hz:g} Hz. Times are frame "
         "index / rate"
     )
-    return replace(take, rate_hz=rate, times=times, warnings=(*take.warnings, warning))
+    return replace(take, rate_hz=rate, times=times, warnings=(*take.warnings, text))
 
 
 def _within(take: Take, name: str, limit: float) -> Take:
@@ -87,19 +83,17 @@ def _within(take: Take, name: str, limit: float) -> Take:
     body = take.bodies[name]
     error = _error(body)
     if error is None:
-        warning = (
-            f"the file gives no error of {name!r}; its limit of {1e3 * limit:g} mm does nothing"
-        )
-        return replace(take, warnings=(*take.warnings, warning))
+        text = f"the file gives no error of {name!r}; its limit of {1e3 * limit:g} mm does nothing"
+        return replace(take, warnings=(*take.warnings, text))
     poor = body.seen & (error > limit)
     if not poor.any():
         return take
-    warning = (
+    text = (
         f"{name!r}: {np.count_nonzero(poor)} samples have an error above {1e3 * limit:g} mm, first "
         f"at frame {take.indices[np.argmax(poor)]}; they do not count as seen"
     )
     bodies = {**take.bodies, name: body.without(poor, Missing.POOR)}
-    return replace(take, bodies=bodies, warnings=(*take.warnings, warning))
+    return replace(take, bodies=bodies, warnings=(*take.warnings, text))
 
 
 def _error(body: BodyTake) -> NDArray[np.float64] | None:

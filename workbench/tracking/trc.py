@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
+from workbench.tracking.clock import column_rate, is_rate, jitter, motive_times, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import Source, shown
@@ -21,7 +21,6 @@ from workbench.tracking.take import Cloud, Take, known
 __all__ = ["is_trc", "parse_trc"]
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-_RATES_HZ = (0.1, 1e5)
 _LEAD = 2  # columns before the markers: frame and time
 _LABELS_ROW = 3  # from 0, among rows that are not blank
 _DATA_ROW = 5
@@ -127,7 +126,7 @@ def _rate(
         rate = float(text)
     except ValueError:
         rate = float("nan")
-    if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+    if is_rate(rate):
         return rate
     measured = column_rate(indices, times)
     if measured is None:
