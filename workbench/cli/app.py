@@ -36,7 +36,7 @@ VERBS = {
     ),
     "calibrate": Verb(
         "calibrate",
-        "Fit the line from voltage to rotor speed, with intervals and what speaks against a line.",
+        "Fit the line from voltage to rotor speed, with intervals and checks of linearity.",
     ),
     "identify": Verb(
         "identify",

@@ -39,7 +39,7 @@ def calibrate(
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
-    """Fit the line from voltage to rotor speed, with intervals and what speaks against a line.
+    """Fit the line from voltage to rotor speed, with intervals and checks of linearity.
 
     Example: workbench calibrate runs
     """

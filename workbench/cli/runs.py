@@ -15,8 +15,7 @@ RUNS = {
         "list_runs",
     ),
     "show": Verb(
-        "runs_show",
-        "Show one run: real against twin, what its manifest says, and what people said of it.",
+        "runs_show", "Show one run: real against twin, its manifest and people's remarks."
     ),
     "diff": Verb(
         "runs_diff",
@@ -40,7 +39,7 @@ RUNS = {
     "bad": Verb("runs_remarks", "Judge a run to be bad; say why with `workbench runs note`."),
     "rebuild": Verb(
         "runs_list",
-        "Read every bundle anew into the index, which is a cache of them and nothing more.",
+        "Read every bundle anew into the index, which is only a cache of them.",
         "rebuild_index",
     ),
 }

@@ -82,7 +82,7 @@ def list_runs(
 
 
 def rebuild_index(folder: RunsFolder = Path("runs")) -> None:
-    """Read every bundle anew into the index, which is a cache of them and nothing more.
+    """Read every bundle anew into the index, which is only a cache of them.
 
     Lists notice by themselves what was added, removed or replaced. This is for files that were
     edited in place, with their date set back.

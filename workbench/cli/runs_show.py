@@ -30,7 +30,7 @@ _LABELS = {
 
 
 def show(run: RunArgument, folder: RunsFolder = Path("runs"), as_json: JsonFlag = False) -> None:
-    """Show one run: real against twin, what its manifest says, and what people said of it.
+    """Show one run: real against twin, its manifest and people's remarks.
 
     Example: workbench runs show hop-16.99
     """
