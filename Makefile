@@ -29,6 +29,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[dev]"
 	$(BIN)/python -m workbench.sim
+	$(BIN)/python -m workbench.tracking
 	touch $@
 
 demo: install

@@ -169,7 +169,7 @@ def _client(words: list[str], err: Path, pipe: Pipe, attended: bool, state: Path
     os.dup2(sys.stderr.fileno(), 2)
     if not attended:
         terminal = import_module("workbench.cli.terminal")
-        vars(terminal)["operator_here"] = lambda bench, desk: QuietOperator()
+        vars(terminal)["operator_at_terminal"] = lambda bench, desk: QuietOperator()
     keep = Record.journal
 
     def journal(self: Record, event: Event, time_s: float) -> None:

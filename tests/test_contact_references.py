@@ -13,7 +13,7 @@ import pytest
 from benchmarks.contact.chain import forces, mass_matrix, state_of
 from benchmarks.contact.events import READINGS, solve_events
 from benchmarks.contact.stepping import march
-from benchmarks.contact.twin import begin, hop, reference, thesis_chain, thesis_robot
+from benchmarks.contact.twin import begin, dropped, hop, reference, thesis_chain, thesis_robot
 from workbench.sim import build_spec
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -51,6 +51,17 @@ def test_references_and_twin_agree_over_half_a_second_of_hopping() -> None:
         off = 1000 * np.linalg.norm(foot[:, :2] - exact.foot[:, :2], axis=1).max()
         print(f"{name}: {off:.3f} mm from the events")
         assert off < bar
+
+
+@pytest.mark.parametrize(("forward", "pitch"), [(0.3, 0.05), (-0.25, -0.04), (-0.1, -0.03)])
+def test_a_hard_landing_is_that_of_the_reference(forward: float, pitch: float) -> None:
+    """From 50 mm an edge lands at 1.2 m/s, is stopped and slides back within a step."""
+    state = dropped(0.05, forward, pitch)
+    there = solve_events(
+        thesis_chain(), READINGS["slides"], reference(thesis_chain(), state), 0.0, 0.15, 100
+    )
+    off = hop(state, 0.0, 0.15)[0][:, :2] - there.foot[:, :2]
+    assert 1000 * np.linalg.norm(off, axis=1).max() < 0.5  # mm
 
 
 @pytest.mark.long

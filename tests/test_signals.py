@@ -22,7 +22,7 @@ import workbench.signals
 from tests.bundles import manifest_of
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, Event, Record, verify
-from workbench.cli.app import cut_off
+from workbench.cli.app import pending_interruption
 from workbench.engine import carry_out
 from workbench.errors import Interrupted
 from workbench.experiment import Experiment
@@ -143,7 +143,7 @@ def stopped(asked: Experiment, folder: Path, twice: SecondCtrlC) -> tuple[str, B
             list(carry_out(asked, bench, folder, QuietOperator(), lambda text: None))
         sys.settrace(None)
     end = caught.value
-    told = cut_off(end) if isinstance(end, KeyboardInterrupt) else end
+    told = pending_interruption(end) if isinstance(end, KeyboardInterrupt) else end
     assert not bench.device.output.on
     return str(told), Bundle.open(next(folder.iterdir()))
 

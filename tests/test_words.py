@@ -1,6 +1,6 @@
 """Plain words: names and sentences that only this project would understand do not come back.
 
-A room leaves `NOT_YET` once it is through. What the glossary explains is what pages say.
+What the glossary explains is what pages say.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WORKBENCH = ROOT / "workbench"
-NOT_YET = {"cli", "motion.py", "sim", "tracking"}
-"""Rooms that still speak as before."""
 NAMES = {
     "told|tell|tells|telling": "what it returns or does: report, text, send_command, description",
     "heard|hear": "received",
@@ -47,19 +45,14 @@ SENTENCES = {
     r"stands? (for|in|behind|there)": "means, replaces, follows, is there",
 }
 ASK_AND_TELL = "optimize"  # the field's own words of an optimiser's interface
-OTHERS = {"bank.md", "effects.md", "new-effect.md", "search.md"}
-"""Pages with the words of rooms that are not through, and that of ask and tell."""
-TWICE = {"Asked", "Chain", "Found", "Layout", "Measured", "Missing", "MissingForce", "Motor"} | {
-    "Recorder",
-    "Trial",
-}
-"""Public classes of rooms that are not through yet, and those that bear their names."""
+OTHERS = {"bank.md", "search.md"}
+"""A page that a program writes from answers of long ago, and that of ask and tell."""
+TWICE = {"Asked", "Found", "Measured", "Missing", "MissingForce", "Trial"}
+"""Public class names that still have two meanings."""
 
 
 def _sources() -> Iterator[Path]:
-    for path in sorted(WORKBENCH.rglob("*.py")):
-        if path.relative_to(WORKBENCH).parts[0] not in NOT_YET:
-            yield path
+    yield from sorted(WORKBENCH.rglob("*.py"))
 
 
 def _wrong(words: dict[str, str], text: str, path: Path) -> str | None:

@@ -1,4 +1,4 @@
-"""The motion of the robot, measured or simulated, and what is asked of it.
+"""Channels of a motion of the robot, measured or simulated, and the quantities computed from it.
 
 A track (from the cameras) and a twin (from the simulation) are both a `TimeSeries` with the
 channels named here, so that one function serves both and the same estimator errors cancel.
@@ -60,14 +60,14 @@ ROTOR_ANGLE = "rotor_angle_rad"
 """Unwrapped direction from T to the rotor in the world, not relative to the beam."""
 ROTOR_SPEED = "rotor_speed_rad_s"
 CORNER_FORCES = tuple(tuple(f"corner_{k}_{axis}_N" for axis in "xyz") for k in range(4))
-"""What the ground does to the foot's corners, front left, front right, rear left, rear right; of a
-twin that stands on the ground only, nobody measures it on the robot."""
+"""Ground forces on the foot's corners, front left, front right, rear left, rear right; of a twin
+with a free foot only, they are not measured on the robot."""
 FOOT_ERROR, TOP_ERROR = "foot_error_mm", "top_error_mm"
-"""Distance of foot and T from where another motion has them, in the hopping plane."""
+"""Distance of foot and T from those of another motion, in the hopping plane."""
 RELEASED: dict[Mode, tuple[str, str, str]] = {"decay": TOP, "drop": FOOT}
 """The point whose motion begins with the release."""
 
-_REST_S = 0.5  # shortest still time that a zero is taken from
+_REST_S = 0.5  # time at rest from which a zero is taken
 _MOVED_RAD = 0.05  # ten times the angle noise of 0.2 mm markers on a 35 mm radius
 _FIT_RAD = 1.5
 _SPEED_WINDOW_S = 0.1
@@ -75,19 +75,19 @@ _SPUN_UP_S = 1.0
 _INSTANT_S = 0.025
 
 _HELD_S = 0.3  # the take begins with at least this much rest
-_BEFORE_S = 0.5  # rest that the fit of a release leans on
+_BEFORE_S = 0.5  # rest before a release that is part of its fit
 _SEARCHED_S = 0.25  # longest time from a release to the end of its fit
-_FIT_SHARE = 0.4  # of the usual way, up to which its beginning is fitted
+_FIT_SHARE = 0.4  # of the usual displacement, up to which its beginning is fitted
 _USUAL_PERCENTILE = 75  # nearly the greatest; the robot may be picked up before the take ends
 _LEAST_MOVED = 5
-_LEAST_WAY_M = 0.0015  # five times the noise of a marker
+_LEAST_MOVE_M = 0.0015  # five times the noise of a marker
 _GRID = 100
 _INSTANT_WITHIN_S = 1e-5
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did, in three numbers.
+    """Distance, hop height and speed of a run.
 
     Args:
         distance_m: forward travel of the foot from rest to the end of the drive.
@@ -100,7 +100,7 @@ class Summary:
     speed_rad_s: float
 
     def as_json(self) -> dict[str, float]:
-        """Return the numbers under their names."""
+        """Return the values by name."""
         return asdict(self)
 
 
@@ -171,9 +171,9 @@ def _slope(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
 def first_motion(times: NDArray[np.float64], angle: NDArray[np.float64]) -> float | None:
     """Return the time of the rotor's first motion [s], or None when it never moves.
 
-    A motor that starts at once turns an angle in proportion to time, one that accelerates evenly in
-    proportion to its square; so time is fitted as t0 + a sqrt(angle) + b angle over the first part
-    of a turn, and t0 is the instant sought. 0.2 mm of marker noise leaves 1 to 3 ms.
+    The angle of a motor that starts at once grows with time, that of a uniformly accelerated one
+    with its square; so time is fitted as t0 + a sqrt(angle) + b angle over the first part of a
+    turn. The standard deviation of t0 is 1 to 3 ms for 0.2 mm of marker noise.
 
     Args:
         times: (n,) [s].
@@ -200,18 +200,18 @@ def first_motion(times: NDArray[np.float64], angle: NDArray[np.float64]) -> floa
 
 
 def release(times: NDArray[np.float64], path: NDArray[np.float64]) -> float | None:
-    """Return when a point that was held was let go [s], or None when it never moves.
+    """Return when a held point was released [s], or None when it never moves.
 
-    Without a velocity at first, and with forces that depend on the place, a way is even in the time
-    since the release: c + a (t - t0)^2 - b (t - t0)^4 with b >= 0, a swing's beginning. This is
-    fitted from 0.5 s before to where the point has gone 40 % of its usual way; t0 is sought.
+    Without an initial velocity, and with forces that depend on the position, the displacement is an
+    even function of the time since the release: c + a (t - t0)^2 - b (t - t0)^4 with b >= 0. This
+    is fitted from 0.5 s before to 40 % of the usual displacement.
 
     Bias and scatter [ms] on motions of the twin at 120 Hz, 0.2 and 0.3 mm of noise in every
     coordinate, plain and through a zero-phase low-pass at 25 Hz: T held 16 mm away -1 and 2.5 to 4,
     43 mm away -1 and 1, 4 mm away -4 to 0 and 7 to 11; the foot dropped by 10 to 50 mm -2 to 0 and
     0.6 to 2.4 (`tests/test_motion.py`). The thesis' low-pass at 9 Hz makes a drop 5 to 16 ms early;
     a hand that trembles by 1 mm at 1 to 6 Hz scatters it by 3 to 4 ms, and T at 16 mm by 11 ms.
-    Noise of 0.3 mm of which a picture keeps 0.8 for the next scatters T at 4, 16 and 43 mm by 25, 7
+    Noise of 0.3 mm with an autocorrelation of 0.8 per frame scatters T at 4, 16 and 43 mm by 25, 7
     and 2.5 ms; at 4 mm the worst of 60 was 70 ms off.
 
     Args:
@@ -223,11 +223,11 @@ def release(times: NDArray[np.float64], path: NDArray[np.float64]) -> float | No
     if len(t) < _LEAST_MOVED:
         return None
     held = t <= t[0] + _HELD_S
-    gone = np.asarray(np.linalg.norm(path - np.median(path[held], axis=0), axis=1))
-    moved = gone[gone > _LEAST_WAY_M]
+    distance = np.asarray(np.linalg.norm(path - np.median(path[held], axis=0), axis=1))
+    moved = distance[distance > _LEAST_MOVE_M]
     if len(moved) < _LEAST_MOVED:
         return None
-    far = int(np.argmax(gone > _FIT_SHARE * np.percentile(moved, _USUAL_PERCENTILE)))
+    far = int(np.argmax(distance > _FIT_SHARE * np.percentile(moved, _USUAL_PERCENTILE)))
     end = t[far]
     rest = path[(t >= end - _BEFORE_S - _SEARCHED_S) & (t < end - _SEARCHED_S)]
     rest = np.median(rest if len(rest) else path[held], axis=0)
@@ -251,7 +251,7 @@ def time_zero(mode: Mode, motion: TimeSeries) -> float | None:
 def last_motion(motion: TimeSeries) -> float:
     """Return when the rotor last turned at more than half its median speed [s].
 
-    That is the end of the drive where nobody wrote it down. Time zero is the first motion.
+    That is the end of the drive where it is not recorded. Time zero is the first motion.
     """
     driven = motion.times > 0
     speed = np.abs(np.where(motion.validity(ROTOR_SPEED), motion[ROTOR_SPEED], np.nan))[driven]
@@ -260,7 +260,7 @@ def last_motion(motion: TimeSeries) -> float:
 
 
 def summarize(motion: TimeSeries, duration: float) -> Summary:
-    """Tell distance, hop height and speed of a motion whose time zero is the first rotor motion.
+    """Return distance, hop height and speed; time zero is the first motion of the rotor.
 
     Args:
         motion: channels of this module.
@@ -269,7 +269,7 @@ def summarize(motion: TimeSeries, duration: float) -> Summary:
     x, z = position(motion, FOOT)[:, 0], position(motion, FOOT)[:, 2]
     t, angle = motion.times, motion[ROTOR_ANGLE]
     return Summary(
-        distance_m=_near(t, x, duration) - _rest(t, x),
+        distance_m=_median_at(t, x, duration) - _rest(t, x),
         hop_height_m=_hop_height(t, z, angle, duration) - _rest(t, z),
         speed_rad_s=_mean_speed(t, np.where(motion.validity(ROTOR_ANGLE), angle, np.nan), duration),
     )
@@ -287,29 +287,29 @@ def misfit(real: TimeSeries, twin: TimeSeries, duration: float) -> Misfit:
     return Misfit(foot, top, 1000 * float(np.sqrt(_mean(np.concatenate(squares)))))
 
 
-def _onset(t: NDArray[np.float64], way: NDArray[np.float64]) -> float:
-    """Return t0 of the even way that fits best, (n,) [s] and [m]."""
+def _onset(t: NDArray[np.float64], moved: NDArray[np.float64]) -> float:
+    """Return t0 of the even function that fits best [s] to displacements (n,) [m] at times (n,)."""
 
-    def left(zero: float) -> float:
+    def cost(zero: float) -> float:
         square = np.maximum(t - zero, 0.0) ** 2
         terms = np.column_stack([np.ones_like(t), square, square**2])
-        found = np.linalg.lstsq(terms, way)[0]
-        if found[2] > 0:  # nothing that pulls it back: a plain acceleration
+        coefficients = np.linalg.lstsq(terms, moved)[0]
+        if coefficients[2] > 0:  # no restoring force: a uniform acceleration
             terms = terms[:, :2]
-            found = np.linalg.lstsq(terms, way)[0]
-        return float(np.sum((terms @ found - way) ** 2))
+            coefficients = np.linalg.lstsq(terms, moved)[0]
+        return float(np.sum((terms @ coefficients - moved) ** 2))
 
     grid = np.linspace(max(t[0], t[-1] - _SEARCHED_S), t[-1], _GRID)
-    best = int(np.argmin([left(zero) for zero in grid]))
+    best = int(np.argmin([cost(zero) for zero in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, _GRID - 1)]
-    return float(np.asarray(scipy.optimize.fminbound(left, low, high, xtol=_INSTANT_WITHIN_S)))
+    return float(np.asarray(scipy.optimize.fminbound(cost, low, high, xtol=_INSTANT_WITHIN_S)))
 
 
 def _rest(t: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     return seen_median(y[t <= 0])
 
 
-def _near(t: NDArray[np.float64], y: NDArray[np.float64], when: float) -> float:
+def _median_at(t: NDArray[np.float64], y: NDArray[np.float64], when: float) -> float:
     return seen_median(y[np.abs(t - when) <= _INSTANT_S])
 
 

@@ -65,15 +65,15 @@ from workbench.tracking import (
     Axes,
     BodyNames,
     Exchange,
-    Stated,
+    Overrides,
     Track,
-    as_stated,
     clock_fit,
     delay,
     make_track,
     mean_speed,
     noise_floor,
     read_take,
+    with_overrides,
 )
 from workbench.twin import Command, Release, find_release, make_twin, robot_of
 
@@ -229,7 +229,7 @@ def settings(bundle: Bundle) -> tuple[CameraSettings, MotorLine]:
 
 def _track(bundle: Bundle, cameras: CameraSettings) -> Track:
     mode = bundle.asked.mode
-    take = as_stated(read_take(bundle.take()), _stated(bundle, cameras))
+    take = with_overrides(read_take(bundle.take()), _stated(bundle, cameras))
     axes = Axes(up=cameras.axes.up, forward=cameras.axes.forward)
     if take.axes is not None and not cameras.axes.model_fields_set & {"up", "forward"}:
         axes = take.axes
@@ -246,14 +246,14 @@ def _track(bundle: Bundle, cameras: CameraSettings) -> Track:
     return track
 
 
-def _stated(bundle: Bundle, cameras: CameraSettings) -> Stated:
+def _stated(bundle: Bundle, cameras: CameraSettings) -> Overrides:
     """Return what bench or sheet say of the take besides its axes and names."""
     exchanged: tuple[Exchange, ...] = ()
     if bundle.document("sheet").exists():
         runs = load(bundle.document("sheet"), Sheet).content.runs
         found = runs[bundle.asked.number - 1].exchanged
         exchanged = tuple(Exchange(one.bodies, *(one.frames or (None, None))) for one in found)
-    return Stated(cameras.axes.unit, cameras.axes.rate, exchanged, cameras.limits)
+    return Overrides(cameras.axes.unit, cameras.axes.rate, exchanged, cameras.limits)
 
 
 def _command(bundle: Bundle, calibration: MotorLine, track: Track) -> Command:

@@ -22,8 +22,7 @@ from typing import Any
 
 from benchmarks.bank.baselines import plain_answers
 from workbench.bundle import Bundle
-from workbench.cli.diagnose import robot_of
-from workbench.diagnose import Diagnosis, diagnose, refused
+from workbench.diagnose import Diagnosis, diagnose, refused, robot_of
 from workbench.errors import DataFault
 from workbench.sim import EFFECTS
 

@@ -1,4 +1,4 @@
-"""`workbench runs`: find, judge, compare, check and hand on runs."""
+"""`workbench runs`: find, judge, compare, check and export runs."""
 
 from __future__ import annotations
 

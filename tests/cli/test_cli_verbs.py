@@ -14,18 +14,18 @@ FILES = sorted(CLI.glob("*.py"))
 VERB_FILES = {one.module for one in (*VERBS.values(), *RUNS.values())}
 ROOT = {"__init__", "app"}
 HELPERS = {
-    "amount": "a number that may have a unit",
-    "completing": "what the Tab key offers",
+    "completion": "what the Tab key offers",
+    "diagnosis_output": "prints a diagnosis",
     "dry_run": "prints a rehearsal, for `run`",
-    "everywhere": "options before any verb",
+    "global_options": "options before any verb",
     "lazy": "verbs that are imported when they are called",
-    "output": "tables, notes, the console",
-    "plain": "options and columns without a terminal library",
+    "number_option": "a number that may have a unit",
+    "plain_output": "options and columns without a terminal library",
     "progress": "the line of progress",
     "quality": "prints a take's quality",
-    "showing": "prints a diagnosis; the picture of a page",
+    "console": "tables, notes, the console",
     "template": "the group that `template_photo` adds its commands to",
-    "terminal": "this terminal as an operator sees it",
+    "terminal": "this terminal as an operator's console",
     "views": "draws the views of a run, and prints what could not be drawn",
 }
 """Modules of `cli` that others may import -> what they print or parse."""

@@ -15,14 +15,15 @@ from workbench.cli.runs import RUNS
 from workbench.errors import InputError
 
 ONE = {
-    "runs show": "cli.runs_look", "runs diff a": "cli.runs_diff", "runs tag": "cli.runs_say",
-    "runs note": "cli.runs_say", "runs good": "cli.runs_say", "runs bad": "cli.runs_say",
+    "runs show": "cli.runs_show", "runs diff a": "cli.runs_diff", "runs tag": "cli.runs_remarks",
+    "runs note": "cli.runs_remarks", "runs good": "cli.runs_remarks",
+    "runs bad": "cli.runs_remarks",
     "ingest take.csv --into": "cli.ingest",
 }  # fmt: skip
 """Verbs that take one run -> module that asks which; what the verb takes besides is in AFTER."""
 SEVERAL = {
     "review": "cli.review", "diagnose": "cli.diagnose", "identify": "cli.identify",
-    "calibrate": "cli.calibrate", "resonances": "cli.resonances", "runs verify": "cli.runs_look",
+    "calibrate": "cli.calibrate", "resonances": "cli.resonances", "runs verify": "cli.runs_show",
     "runs export --to x.zip": "cli.runs_export", "run hop.yaml --resume": "resume",
 }  # fmt: skip
 AFTER = {"runs tag": ["paper"], "runs note": ["loose"]}

@@ -101,7 +101,9 @@ def test_a_run_loads_no_viewer_before_it_is_over(tmp_path: Path) -> None:
 
 
 def test_the_force_laws_are_compiled_when_a_robot_is_built(tmp_path: Path) -> None:
-    call = "import workbench.sim.passive as p; sys.exit() if not p._kept else print('compiled')"
+    call = (
+        "import workbench.sim.passive_forces as p; sys.exit() if not p._kept else print('compiled')"
+    )
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; {call}"],
         cwd=tmp_path,

@@ -98,7 +98,7 @@ def diagnosis(folder: Path, kind: Kind, base: Hypothesis = NOWHERE) -> Diagnosis
     fits: Any = SimpleNamespace(
         repeats=lambda channel="": 2.0,
         drive=lambda best: (Regression(), Regression()),
-        candidates={"air_drag": SimpleNamespace(separated_by="a card of known area on T")},
+        candidates={"air_drag": SimpleNamespace(separated_by="a plate of known area on T")},
     )
     rig: Any = SimpleNamespace(name="paper robot", source=model)
     return Diagnosis(
@@ -156,7 +156,7 @@ def test_numbers_are_those_of_the_answer(tmp_path: Path) -> None:
     assert "speed scale share 0.500 0.294 to 0.706 % 0 0" in text
     assert "hop-9 speaks against the answer" in text
     assert "Measure next a drop." in text
-    assert "What shows whether it is air drag: a card of known area on T." in text
+    assert "What shows whether it is air drag: a plate of known area on T." in text
 
 
 def test_promises_count_as_gains_do(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from queue import Queue
 
 import pytest
 
-from workbench.cli.terminal import show
+from workbench.cli.terminal import print_text
 from workbench.control import ControlServer, answer, open_control_server, session_files, watch
 from workbench.errors import InputError
 from workbench.operators import Keyboard, TerminalOperator
@@ -56,7 +56,7 @@ def soon(what: object, *arguments: object) -> None:
 
 
 def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: ControlServer) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), print_text)
     assert operator.present
     soon(terminal.type, "12 cm\n")
     assert operator.ask("How far?", "") == "12 cm"
@@ -70,7 +70,7 @@ def test_a_line_answers_at_the_terminal(terminal: Terminal, desk: ControlServer)
 def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
     tmp_path: Path, terminal: Terminal, desk: ControlServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), print_text)
     (card,) = session_files(tmp_path / "runs")
     soon(answer, card, 1, "12 cm")
     assert operator.ask("How far?", "") == "12 cm"
@@ -81,7 +81,7 @@ def test_what_the_panel_answered_is_not_waited_for_at_the_terminal(
 def test_a_line_begun_for_one_prompt_never_confirms_the_next(
     tmp_path: Path, terminal: Terminal, desk: ControlServer
 ) -> None:
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), print_text)
     (card,) = session_files(tmp_path / "runs")
     soon(answer, card, 1, "")
     operator.confirm("First?")
@@ -109,8 +109,8 @@ def test_with_nobody_there_a_prompt_that_is_needed_is_refused(
         keyboard = Keyboard(nothing.fileno())
         assert not keyboard.present
         with pytest.raises(InputError, match=r"nobody to ask at this terminal: 'Ready\?'"):
-            TerminalOperator(desk, keyboard, show).confirm("Ready?")
-        passed = TerminalOperator(desk, keyboard, show, needed=False)
+            TerminalOperator(desk, keyboard, print_text).confirm("Ready?")
+        passed = TerminalOperator(desk, keyboard, print_text, needed=False)
         assert passed.ask("How far?", "1 m") == "1 m"
         assert passed.answered_at == "nobody"
 
@@ -119,7 +119,7 @@ def test_a_page_that_is_open_is_somebody_to_ask(tmp_path: Path, desk: ControlSer
     (card,) = session_files(tmp_path / "runs")
     with Path(os.devnull).open() as nothing, watch(card) as line:
         line.send({"pages": 1})
-        operator = TerminalOperator(desk, Keyboard(nothing.fileno()), show)
+        operator = TerminalOperator(desk, Keyboard(nothing.fileno()), print_text)
         assert operator.present
         soon(answer, card, 1, "")
         operator.confirm("Ready?")
@@ -130,7 +130,7 @@ def test_a_terminal_that_was_closed_is_nobody(
     terminal: Terminal, desk: ControlServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("workbench.operators.terminal._RELOAD_S", 0.2)
-    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), show)
+    operator = TerminalOperator(desk, Keyboard(terminal.descriptor), print_text)
     soon(terminal.type, "\x04")  # Ctrl-D
     with pytest.raises(InputError, match="nobody to ask"):
         operator.confirm("Ready?")

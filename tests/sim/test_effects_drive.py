@@ -22,7 +22,7 @@ from workbench.sim import (
     simulate_all,
 )
 from workbench.sim.drive import add_drive
-from workbench.sim.uneven import let_droop, let_ripple
+from workbench.sim.droop_ripple import add_droop, add_ripple
 from workbench.timeseries import TimeSeries
 
 DRIVE = [effect for effect in EFFECTS.values() if effect.group == "drive"]
@@ -128,7 +128,7 @@ def test_a_loaded_motor_with_droop_follows_a_falling_line() -> None:
     speeds = []
     for load in loads:
         spec = bench_rotor()
-        let_droop(spec, slope)
+        add_droop(spec, slope)
         speeds.append(float(turned(spec, 17.0, load, 2.0).qvel[0]))
     assert speeds == pytest.approx(17.0 - slope * loads, abs=1e-4)
 
@@ -160,7 +160,7 @@ def test_droop_shows_most_where_t_swings_most(robot: Robot) -> None:
 
 def test_the_gearbox_holds_a_rotor_whose_motor_is_off() -> None:
     spec = bench_rotor(ROTOR_WEIGHT)
-    let_droop(spec, 100.0)
+    add_droop(spec, 100.0)
     held = turned(spec, 0.0, 0.0, 3.0)
     assert held.qpos[0] == pytest.approx(ROTOR_WEIGHT / 20 * (1 + 100 * 0.1), rel=0.01)
     assert held.qvel[0] == pytest.approx(0.0, abs=1e-9)
@@ -193,7 +193,7 @@ def test_the_ripple_turns_with_the_world_and_not_with_t() -> None:
     """A turn of the whole bench shifts the phase against T by that turn."""
     spec = bench_rotor()
     spec.body("rotor").quat = [np.cos(0.5), 0, np.sin(0.5), 0]  # 1 rad about +y
-    let_ripple(spec, [0.1, 0.0, 0.0, 0.0])
+    add_ripple(spec, [0.1, 0.0, 0.0, 0.0])
     model = spec.compile()
     data = mujoco.MjData(model)
     data.ctrl[:] = 5.0

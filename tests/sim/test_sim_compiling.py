@@ -45,16 +45,16 @@ def test_another_source_of_the_room_is_another_name(
 
 AT_ONCE = """\
 import threading
-from workbench.sim import passive, uneven
+from workbench.sim import droop_ripple, passive_forces
 begin = threading.Barrier(4)
 def install():
     begin.wait()
-    passive.install_force_laws()
-    uneven._install()
+    passive_forces.install_force_laws()
+    droop_ripple._install()
 threads = [threading.Thread(target=install) for _ in range(4)]
 for thread in threads: thread.start()
 for thread in threads: thread.join()
-print(len(passive._kept), len(uneven._kept))
+print(len(passive_forces._kept), len(droop_ripple._kept))
 """
 
 

@@ -152,6 +152,20 @@ def test_a_change_of_state_counts_from_where_it_was_in_the_step() -> None:
     assert _friction(PARAMETERS, state, 0.7, 0.008, 1.0) == pytest.approx(-30.0 * 0.008)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_a_corner_turns_back_within_a_step(share: float) -> None:
+    """A mass of 10 g slides backwards, pushed forward by 20 N against 0.4 N of friction."""
+    mass, push, friction, step = 0.01, 20.0, 0.4, float(PARAMETERS[17])
+    state, x = corner(UNLOCKED, 0.0), 0.0
+    vx = -(1 + share) * step * (push + friction) / mass
+    for _ in range(6):
+        force = _friction(PARAMETERS, state, x, vx, 1.0)
+        vx += step * (push + force) / mass
+        x += step * vx
+    # a force that held for a part of a step is made up for in the next one
+    assert vx == pytest.approx((6 - 1 - share) * step * (push - friction) / mass, rel=1e-9)
+
+
 def test_a_corner_that_broke_loose_may_be_braked_by_static_friction() -> None:
     braked = PARAMETERS.copy()
     braked[16] = 1.0

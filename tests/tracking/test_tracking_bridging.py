@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from workbench.tracking.body_position import locate_body
 from workbench.tracking.bridging import bridge
-from workbench.tracking.placing import place
 
 OFFSETS = np.array([[0.05, 0.0, 0.0], [-0.03, 0.02, 0.0], [-0.02, -0.02, 0.0], [0.0, 0.0, 0.04]])
 RATE = 120.0
@@ -46,7 +46,7 @@ def test_a_body_shown_by_one_marker_is_placed_by_its_pose_beside() -> None:
     t, path, offsets = turning()
     cloud = path[:, None] + offsets
     cloud[HIDDEN, 1:] = np.nan
-    placed = place("Foot", t, cloud, OFFSETS)
+    placed = locate_body("Foot", t, cloud, OFFSETS)
     assert placed is not None
     assert np.flatnonzero(placed.bridged).tolist() == [60, 61, 62]
     np.testing.assert_allclose(placed.position, path, atol=4e-3)

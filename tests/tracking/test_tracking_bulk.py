@@ -16,9 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.tracking import BodyTake, Cloud, Missing, Take, read_take, write_motive, write_row
+from workbench.tracking.csv_columns import CsvColumns, find_rows, read_columns
 from workbench.tracking.motive_header import read_layout
 from workbench.tracking.motive_table import read_bulk as motive_bulk
-from workbench.tracking.rectangle import Rectangle, find_rows, read_rectangle
 from workbench.tracking.row_bulk import read_bulk as row_bulk
 from workbench.tracking.row_table import version_of
 from workbench.tracking.source import LARGE, Source
@@ -97,8 +97,8 @@ def test_a_blank_last_cell_is_left_to_the_careful_reader(stored: Path, tmp_path:
 
 def rectangle(
     text: bytes, width: int, numbers: Sequence[int], words: Sequence[int] = ()
-) -> Rectangle | None:
-    return read_rectangle(find_rows(text, 0), width, numbers, words)
+) -> CsvColumns | None:
+    return read_columns(find_rows(text, 0), width, numbers, words)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_a_row_that_is_not_plain_is_declined(text: bytes) -> None:
 
 def test_rows_are_put_where_they_are_asked_for_and_words_are_shared() -> None:
     text = b'3,"a",x\n1,b,a\n2,a,b\n'
-    found = read_rectangle(find_rows(text, 0), 3, [0], [1, 2], places=np.array([2, 0, 1]))
+    found = read_columns(find_rows(text, 0), 3, [0], [1, 2], places=np.array([2, 0, 1]))
     assert found is not None
     assert found.numbers.tolist() == [[1.0, 2.0, 3.0]]
     assert {word: rows.tolist() for word, rows in found.words(0).items()} == {"a": [1, 2], "b": [0]}
@@ -145,7 +145,7 @@ def test_a_large_file_is_read_in_bulk(stored: Path, tmp_path: Path) -> None:
     row = rows[0].split(b"\r\n")[0]
     count = LARGE // len(row) + 1
     text = head + b"".join(b"\r\n%d,%s" % (k, row) for k in range(count)) + b"\r\n"
-    with mock.patch("workbench.tracking.motive_table.read_careful") as careful:
+    with mock.patch("workbench.tracking.motive_table.read_strict") as careful:
         (tmp_path / "x.csv").write_bytes(text)
         assert len(read_take(tmp_path / "x.csv")) == count
     careful.assert_not_called()

@@ -16,7 +16,7 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking import CLEANING, Axes, BodyNames, Take, raw_points
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.default_recipe import _curve
-from workbench.tracking.grid import nearest_sample, on_grid
+from workbench.tracking.resampling import nearest_sample, on_grid
 
 Lose = Callable[[Take, str, int, int], Take]
 

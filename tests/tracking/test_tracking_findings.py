@@ -158,7 +158,7 @@ def test_f3_a_stated_rate_is_checked_against_the_whole_column(read: Read) -> Non
     rows = [[0.1 + 1e-4 * k, 0.2, 0.3] for k in range(50)]
     take = read(motive(points("Foot"), rows, [k / 100 for k in range(50)]))
     assert take.rate_hz == 120
-    assert told(take, "by up to 0.08167 s, at frame 49: its 50 rows tell 100 Hz. The rate of the")
+    assert told(take, "by up to 0.08167 s, at frame 49: its 50 rows have 100 Hz. The rate of the")
     assert told(take, "tracking: {rate: 100 Hz}")
     cut = [round(k / 120 - 4e-4, 3) for k in range(50)]
     assert read(motive(points("Foot"), rows, cut)).warnings == ()

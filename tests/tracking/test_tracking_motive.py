@@ -136,7 +136,7 @@ def test_times_cut_to_milliseconds_are_computed_anew(plain: bytes, read: Read) -
 def test_times_that_contradict_the_rate_give_a_warning(plain: bytes, read: Read) -> None:
     take = read(plain.replace(b"Export Frame Rate,120.0", b"Export Frame Rate,100.0"))
     assert any("differs from frame / 100 Hz by up to 0.065 s" in w for w in take.warnings)
-    assert any("its 40 rows tell 120 Hz" in w for w in take.warnings)
+    assert any("its 40 rows have 120 Hz" in w for w in take.warnings)
 
 
 def test_a_missing_rate_is_told_from_the_times(plain: bytes, read: Read) -> None:
@@ -278,7 +278,7 @@ def test_measured_markers_that_could_be_of_two_bodies_are_left_out(
     lines[4] = b",".join(ids)
     take = read(b"\r\n".join(lines))
     assert not known(take.bodies["T"].measured).any()
-    assert "markers of the bodies named 'T' cannot be told apart; left out" in take.warnings
+    assert "markers of the bodies named 'T' cannot be assigned; left out" in take.warnings
 
 
 def test_a_marker_with_two_columns_continues_in_the_second(plain: bytes, read: Read) -> None:

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from workbench.errors import InputError
-from workbench.tracking.parallel import at_once
+from workbench.tracking.parallel import parallel_map
 
 
 def test_items_are_worked_on_at_once_and_kept_in_order() -> None:
@@ -17,7 +17,7 @@ def test_items_are_worked_on_at_once_and_kept_in_order() -> None:
         meeting.wait()  # passes only when all three run
         return 10 * item
 
-    assert list(at_once(late, (3, 1, 2))) == [30, 10, 20]
+    assert list(parallel_map(late, (3, 1, 2))) == [30, 10, 20]
 
 
 def test_the_first_error_in_order_is_raised() -> None:
@@ -31,8 +31,8 @@ def test_the_first_error_in_order_is_raised() -> None:
         raise InputError(f"body {item} is never seen")
 
     with pytest.raises(InputError, match="body 1 is never seen"):
-        list(at_once(fails, (1, 2)))
+        list(parallel_map(fails, (1, 2)))
 
 
 def test_nothing_is_made_of_no_items() -> None:
-    assert list(at_once(len, ())) == []
+    assert list(parallel_map(len, ())) == []

@@ -12,9 +12,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from workbench.tracking import Take, quality, read_take
+from workbench.tracking.body_position import locate_body
 from workbench.tracking.identity import untangle
 from workbench.tracking.missing import gaps
-from workbench.tracking.placing import place
 from workbench.tracking.take import known
 
 A = "a_rowformat_v1.1_rigidbody.csv"
@@ -118,7 +118,7 @@ def test_the_point_of_the_row_file_does_not_jump_when_markers_drop_out(
 ) -> None:
     take = takes[A]
     (body,) = take.bodies.values()  # markers 4 and 5 are visible half of the time each
-    told = place(body.name, take.times, untangle(take.times, body.measured).cloud, None)
+    told = locate_body(body.name, take.times, untangle(take.times, body.measured).cloud, None)
     assert told is not None
     assert known(told.position)[body.seen].all()
     turn = Rotation.from_quat(body.quaternion[body.seen], scalar_first=True).inv()

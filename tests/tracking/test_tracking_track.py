@@ -196,7 +196,9 @@ def test_turns_in_a_long_gap_are_counted_by_the_speed_beside_it(hop: Any, lose: 
 
 def test_a_gap_in_the_run_up_leaves_the_turns_unknown_and_says_so(hop: Any, lose: Lose) -> None:
     track = track_of(lose(hop.take, "Rotor", 250, 420))
-    assert "in 1 gap(s), the longest 1.42 s, the rotor may have made turns" in track.warnings[0]
+    assert (
+        "in 1 gap(s), the longest 1.42 s, the rotor may have made unseen turns" in track.warnings[0]
+    )
 
 
 def test_the_raw_motion_is_the_take_itself(hop: Any, lose: Lose) -> None:

@@ -70,7 +70,7 @@ def test_lengths_are_metres_whatever_the_unit(
         ("\tmm\t", "\tfurlong\t", ":3: Units is 'furlong'; known are m, cm, mm"),
         ("\r\n4\t0.025000\t", "\r\n4\t0.025000\tx", ":10: column 3 holds 'x"),
         ("\r\n4\t0.025000\t", "\r\n4\t", ":10: the row has 13 cells; 4 markers need 14"),
-        ("Foot:Marker1\t\t\t", "Foot:Marker1\t\t", ":4: the labels do not stand over three"),
+        ("Foot:Marker1\t\t\t", "Foot:Marker1\t\t", ":4: the labels are not above three columns"),
         ("\r\n4\t0.025000\t", "\r\nfour\t0.025000\t", ":10: the frame number is 'four'"),
     ],
 )
@@ -87,7 +87,7 @@ def test_what_the_header_says_is_checked(places: np.ndarray, read: Read) -> None
     text = trc(places, rate="100.00").replace("\t30\t4\t", "\t31\t4\t")
     take = read(text.encode())
     assert told(take, "the header says '31' frames, the file has 30")
-    assert told(take, "its 30 rows tell 120 Hz")
+    assert told(take, "its 30 rows have 120 Hz")
     take = read(trc(places, rate="").encode())
     assert take.rate_hz == 120.0
     assert told(take, "DataRate is ''; 120 Hz found from the times")

@@ -8,9 +8,9 @@ imported when it is called.
 
 import os
 
-# no plugin of pydantic is used, and looking for them costs every command 20 ms
+# no plugin of pydantic is used, and the search for them costs every command 20 ms
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-# matrices here are small: more threads only wait for each other, half a second of a run's processor
+# matrices here are small: more threads only wait for each other, 0.5 CPU s in a run
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from workbench.cli.app import main

@@ -11,12 +11,18 @@ from types import FrameType
 
 import typer
 
-from workbench.cli.everywhere import NoColorFlag, QuietFlag, VersionFlag, moved_to_front, obey
+from workbench.cli.global_options import (
+    NoColorFlag,
+    QuietFlag,
+    VersionFlag,
+    apply_options,
+    options_first,
+)
 from workbench.cli.lazy import Verb, lazy_group
 from workbench.errors import InputError, Interrupted, WorkbenchError, what_to_do
 from workbench.output import ledgers
 
-__all__ = ["VERBS", "app", "cut_off", "main"]
+__all__ = ["VERBS", "app", "main", "pending_interruption"]
 
 VERBS = {
     "run": Verb("run", "Carry out a protocol: drive, track, simulate the twin, compare."),
@@ -30,7 +36,7 @@ VERBS = {
     ),
     "calibrate": Verb(
         "calibrate",
-        "Fit the line from voltage to rotor speed, with intervals and what speaks against a line.",
+        "Fit the line from voltage to rotor speed, with intervals and checks of linearity.",
     ),
     "identify": Verb(
         "identify",
@@ -100,22 +106,22 @@ def _top(
     version: VersionFlag = False, quiet: QuietFlag = False, no_color: NoColorFlag = False
 ) -> None:
     """Run the hopping robot, pair every run with its MuJoCo twin, show both side by side."""
-    obey(quiet, no_color)
+    apply_options(quiet, no_color)
 
 
 def main() -> None:
     """Run the command line; exit codes are those of `workbench.errors`."""
-    # what a command loads and builds lives until it ends: to look through it at every 700 new
-    # objects, as Python does, takes a tenth of `workbench run`
+    # Objects of a command live until it ends: a garbage collection every 700 new objects, Python's
+    # default, takes a tenth of `workbench run`.
     gc.set_threshold(10_000)
     for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # the last two on some systems only
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), _stop)
-    _tell_of_outputs()
+    _report_live_outputs()
     try:
-        _call(moved_to_front(sys.argv[1:]))
+        _call(options_first(sys.argv[1:]))
     except WorkbenchError as error:
-        if isinstance(error, Interrupted):  # one more would only cover what there is to tell
+        if isinstance(error, Interrupted):  # another one would only hide this message
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         from rich.console import Console  # only now: most commands print no error
 
@@ -130,24 +136,24 @@ def main() -> None:
         print(f"workbench: {place}{what_to_do(error)}", file=sys.stderr)
         sys.exit(InputError.exit_code)
     except KeyboardInterrupt as stop:
-        told = cut_off(stop) or "stopped; no supply was in use"
-        print(f"workbench: {told}", file=sys.stderr)
+        message = pending_interruption(stop) or "stopped; no supply was in use"
+        print(f"workbench: {message}", file=sys.stderr)
         sys.exit(Interrupted.exit_code)
 
 
-def _tell_of_outputs() -> None:
-    """Tell before anything else of each output that may be on and that nobody watches."""
-    with suppress(OSError):  # then its next run tells
+def _report_live_outputs() -> None:
+    """Report before anything else each output that may be on and that nobody watches."""
+    with suppress(OSError):  # then its next run reports it
         for ledger in ledgers():
-            standing = ledger.latch()
-            if standing is not None and standing.output.live:
-                told = f"{ledger.key} at {standing.address} is {standing.description}"
+            latch = ledger.latch()
+            if latch is not None and latch.output.live:
+                state = f"{ledger.key} at {latch.address} is {latch.description}"
                 off = "or by: workbench supply off --bench BENCH"
-                print(f"workbench: {told}, {off}", file=sys.stderr)
+                print(f"workbench: {state}, {off}", file=sys.stderr)
 
 
-def cut_off(stop: BaseException) -> Interrupted | None:
-    """Return what a first Ctrl-C had to tell when a second one came on its way here."""
+def pending_interruption(stop: BaseException) -> Interrupted | None:
+    """Return the message of a first Ctrl-C that a second one overtook on its way here."""
     while stop.__context__ is not None:
         stop = stop.__context__
         if isinstance(stop, Interrupted):
@@ -160,13 +166,14 @@ def _call(words: list[str]) -> None:
     try:
         app(args=words, prog_name="workbench")
     finally:
-        if output := sys.modules.get("workbench.cli.output"):  # else nothing was told
-            output.tell.pause()
+        if output := sys.modules.get("workbench.cli.console"):  # else nothing was printed
+            output.progress.pause()
 
 
 def _stop(number: int, frame: FrameType | None) -> None:
     """End on SIGTERM and when the terminal closes as on Ctrl-C: the output is switched off.
 
-    It has a name, which Ctrl-C has not: where Ctrl-C asks, this still ends the program.
+    The exception carries the signal's name, Ctrl-C's does not: where Ctrl-C asks the operator, this
+    still ends the program.
     """
     raise KeyboardInterrupt(signal.Signals(number).name)

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle, runs_named
-from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
 from workbench.identify import (
     SpeedCalibration,
     SpeedPoint,
@@ -38,7 +39,7 @@ def calibrate(
     folder: RunsFolder = Path("runs"),
     as_json: JsonFlag = False,
 ) -> None:
-    """Fit the line from voltage to rotor speed, with intervals and what speaks against a line.
+    """Fit the line from voltage to rotor speed, with intervals and checks of linearity.
 
     Example: workbench calibrate runs
     """
@@ -46,7 +47,7 @@ def calibrate(
     day = last_day(bundles)
     target = new_target(out, Path("calibrations") / f"{day.isoformat()}.yaml", _results)
     _, picture, proposal = _results(target)
-    found = calibrate_runs(*speed_points(bundles, tell))
+    found = calibrate_runs(*speed_points(bundles, progress))
     if found.line is None:
         write_new(proposal, propose_protocol(on_their_bench(bundles), found.mode))
         files = {"calibration": None, "figure": None, "next_protocol": str(proposal)}
@@ -77,12 +78,12 @@ def _print(found: SpeedCalibration, files: dict[str, str | None]) -> None:
         show_table(title, ["parameter", "value", "90 % interval", "unit"], rows)
         _print_checks(found)
     for one in found.omitted:
-        people.print(f"left out {one.name}: {one.reason}", markup=False)
+        stderr.print(f"left out {one.name}: {one.reason}", markup=False)
     for warning in found.warnings:
-        people.print(f"note: {warning}", markup=False)
+        stderr.print(f"note: {warning}", markup=False)
     if found.open is not None:
-        people.print(f"not determined: {found.open}", markup=False)
-        people.print("the protocol below determines it", markup=False)
+        stderr.print(f"not determined: {found.open}", markup=False)
+        stderr.print("the protocol below determines it", markup=False)
     for key, path in files.items():
         if path is not None:
             print(f"{key.replace('_', ' ')}: {path}")

@@ -1,4 +1,4 @@
-"""`workbench diagnose`: what the model gets wrong, and the model that does not."""
+"""`workbench diagnose`: name what the model gets wrong, and write the extended model."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ import typer
 
 from workbench import review as views
 from workbench.bundle import Bundle, runs_named
-from workbench.cli.output import RUNS_MEANT, JsonFlag, RunsFolder, emit, people, tell
-from workbench.cli.showing import picture_of, show_diagnosis, show_next
+from workbench.cli.console import progress, stderr
+from workbench.cli.diagnosis_output import show_diagnosis, show_next
+from workbench.cli.plain_output import RUNS_ARGUMENT, JsonFlag, RunsFolder, emit
+from workbench.cli.views import picture_of
 from workbench.comparison_set import ComparisonSet, compare_extended
 from workbench.diagnose import (
     Diagnosis,
@@ -30,7 +32,7 @@ __all__ = ["diagnose"]
 
 
 def diagnose(
-    runs: Annotated[list[Path] | None, RUNS_MEANT] = None,
+    runs: Annotated[list[Path] | None, RUNS_ARGUMENT] = None,
     rig: Annotated[
         Path | None, typer.Option(help="Rig file of another system; it names its own runs.")
     ] = None,
@@ -56,11 +58,11 @@ def diagnose(
     """
     given, files, bundles = _rig(runs or [], rig, folder)
 
-    def moving(found: Diagnosis) -> bytes | None:
-        return _moving(found, bundles) if picture and bundles else None
+    def worst_run(found: Diagnosis) -> bytes | None:
+        return _picture(found, bundles) if picture and bundles else None
 
     try:
-        done = diagnose_into(out, given, files, bundles, tell, look_ahead, moving)
+        done = diagnose_into(out, given, files, bundles, progress, look_ahead, worst_run)
     except DataFault as fault:
         _refuse(fault, as_json)
         return
@@ -69,19 +71,19 @@ def diagnose(
         return
     show_diagnosis(done.found)
     show_next(done.found, done.proposed)
-    people.print(f"report: {done.report}", markup=False)
+    stderr.print(f"report: {done.report}", markup=False)
 
 
 def _refuse(fault: DataFault, as_json: bool) -> None:
-    """Answer that the data are at fault, where nothing could be fitted."""
+    """Report that the data are at fault, where nothing could be fitted."""
     if as_json:
         emit(refused(fault))
         return
-    people.print(f"DATA_FAULT: {fault}", markup=False)
+    stderr.print(f"DATA_FAULT: {fault}", markup=False)
 
 
-def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
-    """Return a JPEG of the viewer with the run that the base misses most, None where it cannot."""
+def _picture(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
+    """Return a JPEG of the viewer with the run that the nominal model fits worst, or None."""
     worst = next(one for one in bundles if one.path.name == found.worst_held_out)
     if found.extended is None:
         shown = load_any(worst)
@@ -95,13 +97,13 @@ def _moving(found: Diagnosis, bundles: Sequence[Bundle]) -> bytes | None:
 def _rig(
     runs: list[Path], file: Path | None, folder: Path
 ) -> tuple[Rig, dict[str, Path], list[Bundle]]:
-    """Return the rig that a file describes, or the robot that made the runs; data; bundles."""
+    """Return the rig of a file or of the robot that made the runs, its data files, bundles."""
     if file is not None and runs:
         raise InputError(f"{file} names its own runs; give either RUNS or --rig")
     if file is not None:
-        described = load_mechanism(file)
-        return described, dict(described.files), []
+        bundle_json = load_mechanism(file)
+        return bundle_json, dict(bundle_json.files), []
     if not runs:
         raise InputError("nothing to diagnose: give RUNS, or --rig with a rig file")
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
-    return *robot_of(bundles, tell), bundles
+    return *robot_of(bundles, progress), bundles

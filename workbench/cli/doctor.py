@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, show_table, tell
+from workbench.cli.completion import bench_names
+from workbench.cli.console import progress, show_table
+from workbench.cli.plain_output import JsonFlag, RunsFolder, emit
 from workbench.doctor import Finding, examine
 
 __all__ = ["doctor"]
@@ -30,7 +31,7 @@ def doctor(
 
     Example: workbench doctor --bench lab.yaml
     """
-    found = list(examine(folder, bench, tell))
+    found = list(examine(folder, bench, progress))
     well = all(one.state != "failed" for one in found)
     if as_json:
         checks = {

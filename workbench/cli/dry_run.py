@@ -9,8 +9,8 @@ from textwrap import fill
 from typing import Any
 
 from workbench.bundle import Judgement
-from workbench.cli.output import emit, show_table, tell
-from workbench.cli.plain import width
+from workbench.cli.console import progress, show_table
+from workbench.cli.plain_output import emit, width
 from workbench.experiment import Experiment
 from workbench.protocol import (
     Calibration,
@@ -36,25 +36,25 @@ def show_dry_run(
     Args:
         experiment: plan and files.
         as_json: whether one object is wanted.
-        course: of an experiment that would be resumed; what is done of it is left out.
-        registers: whether what is written to the supply is printed, instant by instant.
+        course: of an experiment that would be resumed; its complete runs are left out.
+        registers: whether each instant's writes to the supply are printed.
     """
     if course is not None:
-        tell(_resumed(experiment, course))
+        progress(_resumed(experiment, course))
         experiment = replace(experiment, plan=experiment.plan.without(course.done))
     plan = experiment.plan
     runs = f"{len(plan.runs)} run{'s' * (len(plan.runs) != 1)}"
-    tell(
+    progress(
         f"{runs}, {_minutes(plan.seconds)} on the bench without the operator's time; "
         f"{plan.prompts} prompts"
     )
-    tell(f"rehearse {runs} on a simulated supply")
-    told = rehearse(experiment, tell.update)
+    progress(f"rehearse {runs} on a simulated supply")
+    rehearsed = rehearse(experiment, progress.update)
     if as_json:
         resumed = None if course is None else _course(experiment, course)
-        emit(_object(experiment, told) | {"resume": resumed})
+        emit(_object(experiment, rehearsed) | {"resume": resumed})
         return
-    plan, seconds = experiment.plan, _seconds(experiment, told)
+    seconds = _seconds(experiment, rehearsed)
     show_table(
         f"{plan.title} (runs: {len(plan.runs)}, {_minutes(seconds)}; prompts, not counted: "
         f"{plan.prompts})",
@@ -67,7 +67,7 @@ def show_dry_run(
     if not registers:
         print("what would be written to the supply, and when: --dry-run --registers")
         return
-    for one in told:
+    for one in rehearsed:
         show_table(
             f"run {one.run.number}, {one.run.name}, {one.busy:.1f} s",
             ["time [s]", "what", "written to the supply"],
@@ -76,11 +76,11 @@ def show_dry_run(
 
 
 def _resumed(experiment: Experiment, course: Course) -> str:
-    """Return what going on would skip and make."""
-    left = experiment.plan.without(course.done).runs
-    again = [run.number for run in left if course.tries.get(run.number, 0)]
+    """Return in a sentence which runs a resumed experiment would skip and carry out."""
+    remaining = experiment.plan.without(course.done).runs
+    again = [run.number for run in remaining if course.tries.get(run.number, 0)]
     words = f"experiment {course.id}: skipped would be {_numbers(course.done)}, made "
-    words += _numbers(run.number for run in left)
+    words += _numbers(run.number for run in remaining)
     return words + (f"; begun before and made again: {_numbers(again)}" if again else "")
 
 
@@ -98,20 +98,20 @@ def _numbers(numbers: Iterable[int]) -> str:
     return f"run{'s' * several} " + ", ".join(" to ".join(map(str, part)) for part in parts)
 
 
-def _course(left: Experiment, course: Course) -> dict[str, Any]:
-    """Return the object of what going on would skip and make."""
+def _course(remaining: Experiment, course: Course) -> dict[str, Any]:
+    """Return as JSON which runs a resumed experiment would skip and carry out."""
     made = [
         {"number": run.number, "attempt": course.tries.get(run.number, 0) + 1}
-        for run in left.plan.runs
+        for run in remaining.plan.runs
     ]
     return {"experiment": course.id, "skipped": sorted(course.done), "made": made}
 
 
-def _seconds(experiment: Experiment, told: tuple[Rehearsed, ...]) -> float:
+def _seconds(experiment: Experiment, rehearsed: tuple[Rehearsed, ...]) -> float:
     """Return the bench time with its pauses [s]; pauses lie between the rehearsed runs."""
     plan = experiment.plan
     pauses = plan.seconds - sum(run.rest + run.duration for run in plan.runs)
-    return pauses + sum(one.busy for one in told)
+    return pauses + sum(one.busy for one in rehearsed)
 
 
 def _minutes(seconds: float) -> str:
@@ -149,18 +149,18 @@ def _row(run: PlannedRun) -> list[str]:
 
 def _between_runs(plan: Plan) -> Iterator[str]:
     """Yield prompts, pauses and what stops a run, each text once, with the runs it belongs to."""
-    found: dict[tuple[str, str], list[int]] = {}
+    runs_of: dict[tuple[str, str], list[int]] = {}
     for items, run in plan.by_run():
         release = run.action if isinstance(run.action, PlannedRelease) else None
-        asked = [
+        texts = [
             *(("before", _text(item)) for item in (*items, *run.before)),
             *(("in", text) for text in ((release.ready, release.now) if release else ())),
             *(("after", item.text) for item in run.after),
             *((("stops", run.stop_when.words),) if run.stop_when is not None else ()),
         ]
-        for key in asked:
-            found.setdefault(key, []).append(run.number)
-    for (when, text), numbers in found.items():
+        for key in texts:
+            runs_of.setdefault(key, []).append(run.number)
+    for (when, text), numbers in runs_of.items():
         yield f"{when} {_numbers(dict.fromkeys(numbers))}: {text}"
 
 
@@ -170,12 +170,12 @@ def _text(item: PlannedPrompt | PlannedPause) -> str:
     return item.text
 
 
-def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, Any]:
+def _object(experiment: Experiment, rehearsed: tuple[Rehearsed, ...]) -> dict[str, Any]:
     plan = experiment.plan
     return {
         "title": plan.title,
         "plan_id": experiment.digest,
-        "seconds": _seconds(experiment, told),
+        "seconds": _seconds(experiment, rehearsed),
         "prompts": plan.prompts,
         "warnings": plan.warnings,
         "current_limit_A": plan.current_limit,
@@ -201,7 +201,7 @@ def _object(experiment: Experiment, told: tuple[Rehearsed, ...]) -> dict[str, An
                     {"time_s": i.time, "events": i.events, "written": i.words} for i in one.instants
                 ],
             }
-            for one in told
+            for one in rehearsed
         ],
     }
 

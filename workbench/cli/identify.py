@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle, runs_named
-from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
 from workbench.identify import BEAM, Identification, fit_runs
 
 __all__ = ["identify"]
@@ -40,7 +41,7 @@ def identify(
     """
     begin = time.perf_counter()
     bundles = [Bundle.open(one) for one in runs_named(runs, folder)]
-    done = fit_runs(bundles, _names(fit), out, tell)
+    done = fit_runs(bundles, _names(fit), out, progress)
     if as_json:
         emit(done.as_json() | {"seconds": time.perf_counter() - begin})
         return
@@ -63,6 +64,6 @@ def _print(found: Identification) -> None:
     head = ["parameter", "value", "90 % interval", "nominal", "change", "unit"]
     show_table(f"{len(found.runs)} runs, misfit {found.misfit:.2f} times the noise", head, rows)
     for one in found.not_determined:
-        people.print(f"not determined: {one}", markup=False)
+        stderr.print(f"not determined: {one}", markup=False)
     for warning in found.warnings:
-        people.print(f"note: {warning}", markup=False)
+        stderr.print(f"note: {warning}", markup=False)

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import typer
 
 from workbench.bundle import Bundle, run_named
-from workbench.cli.output import JsonFlag, RunsFolder, comparison_table, emit, print_notes, tell
-from workbench.cli.plain import print_columns
+from workbench.cli.console import comparison_table, print_notes, progress
+from workbench.cli.plain_output import JsonFlag, RunsFolder, emit, print_columns
 from workbench.cli.quality import print_quality
-from workbench.cli.views import described, draw_views
+from workbench.cli.views import bundle_json, draw_views
 from workbench.errors import InputError
 from workbench.progress import counted
 from workbench.tracking import exports_in, guess_bodies, quality, quality_or_error, read_take
@@ -25,7 +25,7 @@ def ingest(
         Path, typer.Argument(metavar="SHEET_OR_TAKE", help="Sheet, export, or a folder of exports.")
     ],
     into: Annotated[
-        Path | None, typer.Option(metavar="RUN", help="Add the export to this run, which lacks it.")
+        Path | None, typer.Option(metavar="RUN", help="Add the export to this run without one.")
     ] = None,
     insist: Annotated[
         bool, typer.Option("--insist", help="Add it although it does not seem to belong.")
@@ -35,10 +35,10 @@ def ingest(
 ) -> None:
     """Make bundles of a sheet's takes, report what an export holds, or add it to a run.
 
-    Of a folder, all exports in it are listed in one table, a line each.
+    All exports of a folder are listed in one table, a line each.
 
     With --into the export is checked as at the bench: whole, begun when the run's cameras began,
-    and as long as the run. Then the run is paired with its twin and complete.
+    and as long as the run. Then the run is compared with its twin and complete.
 
     Example: workbench ingest "Take 2026-03-12.csv"
     """
@@ -58,7 +58,7 @@ def ingest(
     if sheet:
         _ingest_sheet(source, runs, as_json)
         return
-    tell(f"read {source.name}")
+    progress(f"read {source.name}")
     take = read_take(source)
     report, guess = quality(take), guess_bodies(take)
     if as_json:
@@ -68,26 +68,26 @@ def ingest(
 
 
 def _print_folder(folder: Path, as_json: bool) -> None:
-    """Print what each export of a folder holds; what is none is told with the reason.
+    """Print what each export of a folder holds, and why other files are none.
 
     Raises:
         InputError: no file in it is an export.
     """
     files, reports = exports_in(folder), dict[str, dict[str, Any]]()
     for number, path in enumerate(files, start=1):
-        tell(counted(path.name, number, len(files)))
+        progress(counted(path.name, number, len(files)))
         reports[path.name] = quality_or_error(path)
     if not any("frames" in report for report in reports.values()):
-        told = "; ".join(report["error"] for report in list(reports.values())[:3])
-        told = told or "it holds no file; put exports into it, or name a file"
-        raise InputError(f"{folder}: no export in it can be read: {told}")
+        reasons = "; ".join(report["error"] for report in list(reports.values())[:3])
+        reasons = reasons or "it holds no file; put exports into it, or name a file"
+        raise InputError(f"{folder}: no export in it can be read: {reasons}")
     if as_json:
         emit({"takes": reports})
         return
     read = {name: report for name, report in reports.items() if "frames" in report}
     rows = [
         [name, str(report["frames"]), f"{report['rate_hz']:.6g}",
-         f"{report['last_time_s'] - report['first_time_s']:.2f}", _worst(report),
+         f"{report['last_time_s'] - report['first_time_s']:.2f}", _missing_shares(report),
          str(len(report["warnings"]))]
         for name, report in read.items()
     ]  # fmt: skip
@@ -95,8 +95,8 @@ def _print_folder(folder: Path, as_json: bool) -> None:
     print_notes([report["error"] for report in reports.values() if "error" in report])
 
 
-def _worst(report: dict[str, Any]) -> str:
-    """Return how much of each body is missing, in their order."""
+def _missing_shares(report: dict[str, Any]) -> str:
+    """Return how much of each body is missing [%], in words."""
     n = report["frames"]
     shares = [
         f"{name} {100 * body['missing'] / n:.1f} %" for name, body in report["bodies"].items()
@@ -107,10 +107,10 @@ def _worst(report: dict[str, Any]) -> str:
 def _add(source: Path, bundle: Bundle, insist: bool, as_json: bool) -> None:
     from workbench.ingest import add_take
 
-    add_take(source, bundle, tell, insist)
-    undrawn = draw_views(bundle, tell)
+    add_take(source, bundle, progress, insist)
+    undrawn = draw_views(bundle, progress)
     if as_json:
-        emit(described(bundle, undrawn))
+        emit(bundle_json(bundle, undrawn))
     else:
         comparison_table(bundle.asked.title, bundle.compared)
         print(f"bundle: {bundle.path}")
@@ -122,9 +122,9 @@ def _ingest_sheet(source: Path, runs: Path, as_json: bool) -> None:
 
     done: list[Bundle] = []
     undrawn: list[str] = []
-    for bundle in ingest_sheet(load(source, Sheet), runs, tell):
+    for bundle in ingest_sheet(load(source, Sheet), runs, progress):
         done.append(bundle)
-        undrawn += draw_views(bundle, tell)
+        undrawn += draw_views(bundle, progress)
         if not as_json:
             comparison_table(bundle.asked.title, bundle.compared)
             print(f"bundle: {bundle.path}")

@@ -10,10 +10,11 @@ import typer
 
 from workbench.bench import load_bench, make_bench
 from workbench.bundle import Bundle
-from workbench.cli.completing import bench_names, protocol_files
-from workbench.cli.output import JsonFlag, emit, people, tell
-from workbench.cli.showing import show_diagnosis, show_next
-from workbench.cli.terminal import carry_out_here
+from workbench.cli.completion import bench_names, protocol_files
+from workbench.cli.console import progress, stderr
+from workbench.cli.diagnosis_output import show_diagnosis, show_next
+from workbench.cli.plain_output import JsonFlag, emit
+from workbench.cli.terminal import carry_out_at_terminal
 from workbench.closed_loop import BenchJob, ClosedLoop
 from workbench.diagnose import Following, Round, next_object
 from workbench.errors import InputError
@@ -40,14 +41,16 @@ def investigate(
     """Run, diagnose, propose, run, until one cause remains, or none, or time is up.
 
     The first protocol needs runs of both roles, as for `workbench diagnose`. Bundles are kept in
-    OUT/runs and the rounds beside them: called again, it goes on from the runs that are there.
+    OUT/runs and the rounds beside them: called again, it continues from the runs that are there.
 
     Example: workbench investigate protocols/free-decay.yaml --bench virtual --budget 30min
     """
     minutes = _minutes(budget)
     lab = load_bench(bench)
     folder = out or Path("investigations") / protocol.stem
-    loop = ClosedLoop(lab, make_bench(lab.content), folder, carry_out_here, _show_run, tell)
+    loop = ClosedLoop(
+        lab, make_bench(lab.content), folder, carry_out_at_terminal, _show_run, progress
+    )
     rounds = []
     for found in loop.rounds(load(protocol, Protocol), minutes):
         rounds.append(found)
@@ -64,7 +67,7 @@ def _minutes(budget: str) -> float:
 
 
 def _show_run(bundle: Bundle) -> None:
-    people.print(f"made {bundle.path}", markup=False)
+    stderr.print(f"bundle: {bundle.path}", markup=False)
 
 
 def _proposal(one: Round[BenchJob]) -> Following | None:
@@ -72,18 +75,18 @@ def _proposal(one: Round[BenchJob]) -> Following | None:
 
 
 def _show(one: Round[BenchJob], as_json: bool) -> None:
-    """Print a round; its tables would stand in the way of an object on stdout."""
-    people.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
+    """Print a round; without its tables where stdout is for the JSON object."""
+    stderr.print(f"round {one.number}, {one.minutes:.0f} min of bench time so far", style="bold")
     if as_json:
-        people.print(f"{one.found.kind}: {one.found.reason}", markup=False)
+        stderr.print(f"{one.found.kind}: {one.found.reason}", markup=False)
     else:
         show_diagnosis(one.found)
     show_next(one.found, _proposal(one))
     if one.ended is not None:
-        people.print(f"ended: {one.ended}", markup=False)
+        stderr.print(f"ended: {one.ended}", markup=False)
 
 
 def _object(rounds: Sequence[Round[BenchJob]]) -> dict[str, Any]:
     """Return the last diagnosis with all rounds."""
-    told = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
-    return told[-1] | {"rounds": told}
+    objects = [one.as_json() | one.found.as_json() | next_object(_proposal(one)) for one in rounds]
+    return objects[-1] | {"rounds": objects}

@@ -1,4 +1,4 @@
-"""Verbs that are imported when they are called: a list of runs need not wait for MuJoCo."""
+"""Commands that are imported when they are called: a list of runs need not wait for MuJoCo."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Verb(NamedTuple):
 
 
 def lazy_group(verbs: Mapping[str, Verb]) -> type[TyperGroup]:
-    """Return a kind of group whose verbs are known by name, and imported when one is meant.
+    """Return a class of command group that imports a command when it is called.
 
-    Help and completion of the group itself show stand-ins; from the verb's name on everything,
-    help and completion of its options too, is the verb's own.
+    Help and completion of the group itself use placeholders; those of a command use its own
+    options.
     """
 
     class LazyGroup(TyperGroup):
@@ -39,23 +39,22 @@ def lazy_group(verbs: Mapping[str, Verb]) -> type[TyperGroup]:
             self.commands = {name: TyperCommand(name, help=v.help) for name, v in verbs.items()}
 
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-            name, stand_in, rest = super().resolve_command(ctx, args)
-            if name is None or stand_in is None:
-                return name, stand_in, rest
+            name, placeholder, rest = super().resolve_command(ctx, args)
+            if name is None or placeholder is None:
+                return name, placeholder, rest
             return name, _imported(name, verbs[name]), rest
 
     return LazyGroup
 
 
 def _imported(name: str, where: Verb) -> object:
-    """Return the command or group that a verb is."""
+    """Import a verb and return its command or group."""
     verb: typer.Typer | Callable[..., None]
     verb = getattr(import_module(f"workbench.cli.{where.module}"), where.function or name)
-    alone = typer.Typer(rich_markup_mode="markdown", add_completion=False)
-    alone.callback()(lambda: None)  # so that it stays a group, of this one
+    parent = typer.Typer(rich_markup_mode="markdown", add_completion=False)
+    parent.callback()(lambda: None)  # so that typer keeps a group of one command
     if isinstance(verb, typer.Typer):
-        alone.add_typer(verb)
+        parent.add_typer(verb)
     else:
-        alone.command(name)(verb)
-    group = typer.main.get_group(alone)
-    return group.commands[name]
+        parent.command(name)(verb)
+    return typer.main.get_group(parent).commands[name]

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.amount import amount
-from workbench.cli.output import JsonFlag, emit, tell
+from workbench.cli.console import progress
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.cli.quality import print_quality
 from workbench.errors import InputError
 from workbench.tracking import Recorder, Stream, Take, guess_bodies, quality, write_motive
@@ -26,7 +27,7 @@ def live(
     seconds: Annotated[
         float | None,
         typer.Option(
-            help="How long [s]; without it until Ctrl-C.", parser=amount("time", "s", 0.1, _DAY_S)
+            help="How long [s]; without it until Ctrl-C.", parser=number("time", "s", 0.1, _DAY_S)
         ),
     ] = None,
     out: Annotated[
@@ -73,9 +74,9 @@ def live(
 
 def _record(stream: Stream, seconds: float | None) -> Take:
     with Recorder(stream) as recorder:
-        tell(f"recording {stream}" + ("; Ctrl-C ends it" if seconds is None else ""))
+        progress(f"recording {stream}" + ("; Ctrl-C ends it" if seconds is None else ""))
         try:
             time.sleep(_DAY_S if seconds is None else seconds)
         except KeyboardInterrupt:
-            tell("stopped")
+            progress("stopped")
         return recorder.stop()

@@ -1,4 +1,4 @@
-"""`workbench modes`: how the clamped robot rings, and how it answers the rotor's speed."""
+"""`workbench modes`: natural modes of the clamped robot, and its response to the rotor's speed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from workbench.cli.amount import amount
-from workbench.cli.completing import model_names, shape_names
-from workbench.cli.output import JsonFlag, emit, show_table, tell
+from workbench.cli.completion import model_names, shape_names
+from workbench.cli.console import progress, show_table
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.protocol import load_model, load_shape
 from workbench.sim import (
     DrivenPeak,
@@ -55,17 +56,17 @@ def modes(
     slowest: Annotated[
         float,
         typer.Option(
-            help="First rotor speed of the sweep [rad/s].", parser=amount("speed", "rad/s", 1)
+            help="First rotor speed of the sweep [rad/s].", parser=number("speed", "rad/s", 1)
         ),
     ] = 4.0,
     fastest: Annotated[
         float,
         typer.Option(
-            help="Last rotor speed of the sweep [rad/s].", parser=amount("speed", "rad/s", high=60)
+            help="Last rotor speed of the sweep [rad/s].", parser=number("speed", "rad/s", high=60)
         ),
     ] = 22.0,
     hold: Annotated[
-        float, typer.Option(help="Time at each speed [s].", parser=amount("time", "s", high=600))
+        float, typer.Option(help="Time at each speed [s].", parser=number("time", "s", high=600))
     ] = 20.0,
     as_json: JsonFlag = False,
 ) -> None:
@@ -82,24 +83,24 @@ def modes(
     )
     angle = None if rotor_angle is None else math.radians(rotor_angle)
     natural = linear_modes(robot, rotor_angle=angle)
-    found: dict[str, Any] = {
+    result: dict[str, Any] = {
         "clamped": [mode._asdict() for mode in natural],
         "rotor_angle_deg": rotor_angle,
     }
     if not as_json:
         _show_modes(natural, rotor_angle)
     if driven:
-        found["driven"] = _drive(
+        result["driven"] = _drive(
             robot, np.arange(slowest, fastest + _STEP / 2, _STEP), hold, as_json
         )
     if as_json:
-        emit(found)
+        emit(result)
 
 
 def _drive(
     robot: Robot, speeds: NDArray[np.float64], hold: float, as_json: bool
 ) -> dict[str, list[Any]]:
-    tell(f"driving the clamped robot at {len(speeds)} speeds for {hold:g} s each, up and down")
+    progress(f"driving the clamped robot at {len(speeds)} speeds for {hold:g} s each, up and down")
     up, down = driven_response(robot, speeds.tolist(), hold=hold)
     peaks = driven_peaks([up, down])
     if not as_json:

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.amount import amount
-from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.plain import SchedulerOption, SearchesFolder
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, SchedulerOption, SearchesFolder, emit
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,
@@ -33,14 +33,14 @@ from workbench.sim import Fanout
 
 __all__ = ["optimize"]
 
-_MAY_CHANGE = {"resume", "evaluations", "scheduler", "patience", "as_json"}
-"""Options that may be given together with --resume; the others are those of the search."""
+_WITH_RESUME = {"resume", "evaluations", "scheduler", "patience", "as_json"}
+"""Options that may be given together with --resume; the others define the search."""
 
 
 def optimize(
     context: typer.Context,
     omega: Annotated[
-        float, typer.Option(help="Rotor speed [rad/s].", parser=amount("speed", "rad/s"))
+        float, typer.Option(help="Rotor speed [rad/s].", parser=number("speed", "rad/s"))
     ] = 17.0,
     algorithm: Annotated[str, typer.Option(help=f"One of {', '.join(ALGORITHMS)}.")] = "guided",
     goal: Annotated[
@@ -61,19 +61,19 @@ def optimize(
     seed: Annotated[int, typer.Option(help="The same seed, the same search.", min=0)] = 0,
     evaluations: Annotated[int, typer.Option(help="Candidates to try.", min=1)] = 480,
     duration: Annotated[
-        float, typer.Option(help="Of a hop [s].", parser=amount("time", "s", 0.1, 600))
+        float, typer.Option(help="Of a hop [s].", parser=number("time", "s", 0.1, 600))
     ] = 10.0,
     model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
     shape: Annotated[str, typer.Option(help="Shape to begin at, name or file.")] = "thesis-initial",
     thickness: Annotated[
         float | None,
         typer.Option(
-            help="Of the strip [mm]; by default the shape's.", parser=amount("length", "mm", 0)
+            help="Of the strip [mm]; by default the shape's.", parser=number("length", "mm", 0)
         ),
     ] = None,
     min_radius: Annotated[
         float,
-        typer.Option(help="Tightest bend that can be made [mm].", parser=amount("length", "mm", 0)),
+        typer.Option(help="Tightest bend that can be made [mm].", parser=number("length", "mm", 0)),
     ] = 1e3 * LEAST_RADIUS_M,
     out: Annotated[
         Path | None, typer.Option(help="Folder of this search; by default named by the time.")
@@ -108,29 +108,28 @@ def optimize(
             min_radius / 1e3,
         )  # fmt: skip
         folder = out or search_folder(searches)
-        stated, start = load_model(model, Path()), load_shape(shape, Path())
-        study = Study.begin(folder, settings, stated, start)
-    with _searching(study, scheduler, patience) as fanout:
-        history = study.run(fanout, tell.update)
-    tell("write the report")
+        study = Study.begin(folder, settings, load_model(model, Path()), load_shape(shape, Path()))
+    with _fanout(study, scheduler, patience) as fanout:
+        history = study.run(fanout, progress.update)
+    progress("write the report")
     done = finish_search(study, history)
     if as_json:
         emit(done.as_json() | {"wall_s": time.perf_counter() - begin})
         return
     _show(done)
-    people.print(f"report: {done.report}", markup=False)
+    stderr.print(f"report: {done.report}", markup=False)
 
 
 @contextmanager
-def _searching(study: Study, scheduler: str | None, patience: float) -> Iterator[Fanout]:
-    """Yield what simulates; where that ends early, say how to go on."""
-    tell(f"search by {study.settings.algorithm}, {study.settings.evaluations} candidates")
+def _fanout(study: Study, scheduler: str | None, patience: float) -> Iterator[Fanout]:
+    """Yield the workers of a search; where it ends early, say how to resume it."""
+    progress(f"search by {study.settings.algorithm}, {study.settings.evaluations} candidates")
     try:
         with Fanout(scheduler, patience=patience) as fanout:
             yield fanout
     except KeyboardInterrupt:
         if study.checkpoint.exists():
-            people.print(f"go on with: workbench optimize --resume {study.folder}", markup=False)
+            stderr.print(f"go on with: workbench optimize --resume {study.folder}", markup=False)
         raise
     except InputError:
         raise
@@ -142,10 +141,10 @@ def _searching(study: Study, scheduler: str | None, patience: float) -> Iterator
 
 
 def _resumed(context: typer.Context, path: Path, evaluations: int) -> Study:
-    """Return the search of a folder; options that would make it another one are refused."""
+    """Return the search of a folder; options that would change it are refused."""
     sources = {name: context.get_parameter_source(name) for name in context.params}
     given = [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
-    other = [f"--{name.replace('_', '-')}" for name in given if name not in _MAY_CHANGE]
+    other = [f"--{name.replace('_', '-')}" for name in given if name not in _WITH_RESUME]
     if other:
         raise InputError(
             f"--resume goes on with the search as it was begun; leave out {', '.join(other)}, or "

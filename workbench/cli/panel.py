@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, RunsFolder, emit, people, tell
+from workbench.cli.completion import bench_names
+from workbench.cli.console import progress, stderr
+from workbench.cli.plain_output import JsonFlag, RunsFolder, emit
 
 __all__ = ["panel"]
 
@@ -35,14 +36,14 @@ def panel(
 
     Open the address that is printed, in a browser on this computer; whoever knows it can start and
     stop runs. A run of a terminal is shown too: start the panel before it or during it, and close
-    it at any time with Ctrl-C. Ctrl-C also stops a run that was started from the page, as it would
-    in that run's terminal. The panel is no safety device: keep a switch within reach.
+    it at any time with Ctrl-C. Ctrl-C also stops a run that was started from the page, as in that
+    run's terminal. The panel is no safety device: keep a switch within reach.
 
     Example: workbench panel --bench lab.yaml
 
     Example: workbench panel protocols --runs runs --port 8100
     """
-    from workbench.panel import Panel, Protocols, Starter, Watcher  # which help needs not
+    from workbench.panel import Panel, Protocols, Starter, Watcher  # not for --help
 
     starter = Starter(Protocols(folder, bench), runs)
     with Watcher(runs, starter.facts_of) as watcher:
@@ -52,12 +53,14 @@ def panel(
             sys.stdout.flush()  # whoever started it in a pipe waits for the address
         else:
             print(f"panel: {served.url}", flush=True)
-            people.print("It is no safety device: keep a switch within reach. Ctrl-C closes it.")
+            stderr.print("It is no safety device: keep a switch within reach. Ctrl-C closes it.")
         try:
             served.serve()
         except KeyboardInterrupt:
-            goes_on = "stopping the run that was started from it"
+            stopping = "stopping the run that was started from it"
             try:
-                tell(f"panel closed; {goes_on if starter.alive else 'a run goes on without it'}")
-            finally:  # also where the terminal is closed, and nothing can be told
+                progress(
+                    f"panel closed; {stopping if starter.alive else 'a run goes on without it'}"
+                )
+            finally:  # also where the terminal is closed, and nothing can be printed
                 starter.close()

@@ -1,4 +1,4 @@
-"""The one line that tells what takes long: stage, share and time left, on the terminal only."""
+"""The progress line of long work: stage, share and time left, on the terminal only."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _REDRAWN_HZ = 4.0
 
 
 class ProgressLine:
-    """Is told each stage of a verb as it begins.
+    """Shows each stage of a verb; called with a stage as it begins.
 
-    On a terminal the stage that lasts is one line that stays in place, with its share and the time
+    On a terminal the stage in progress is one line that stays in place, with its share and the time
     left where they are known; when it is over its words stay, with the time that it took. Whatever
     is printed on stdout ends it, so that a result begins on a line of its own. Anywhere else each
     stage is one plain line.
@@ -42,24 +42,25 @@ class ProgressLine:
         self._began = 0.0
         self._first = self._last = (0.0, 0.0)  # times [s] and shares, of one piece of work
         self._live: Live | None = None
-        self._stdout: TextIO | None = None  # while the line stands in its place
+        self._stdout: TextIO | None = None  # sys.stdout as it was before the line
 
     def __call__(self, stage: str) -> None:
-        """Tell that a stage begins."""
+        """Show that a stage begins."""
         if self.quiet:
             return
         if not self.console.is_interactive:
             self._print(stage)
             return
-        self._leave()
-        self._enter(stage if isinstance(stage, Stage) else Stage(stage))
+        self._end_stage()
+        self._began = self._clock()
+        self._follow(stage)
         if self._live is None:
             self._live = self._started()
 
     def update(self, stage: str) -> None:
-        """Change words and share of the stage that lasts; off a terminal nothing is told."""
+        """Change words and share of the stage in progress; off a terminal nothing is printed."""
         if self._live is not None:
-            self._follow(stage if isinstance(stage, Stage) else Stage(stage))
+            self._follow(stage)
 
     def note(self, text: str, style: str | None = None, end: str = "\n") -> None:
         """Print a text above the line, which stays."""
@@ -72,11 +73,11 @@ class ProgressLine:
                 sys.stdout, self._stdout = self._stdout, None
             self._live.stop()
             self._live = None
-            self._leave()
+            self._end_stage()
             self._stage = Stage("")
 
     def line(self) -> Table | Text:
-        """Return the line as it is now; empty as long as nothing has lasted."""
+        """Return the line as it is now; empty while the stage is too short to be shown."""
         now = self._clock()
         if not self._stage or now - self._first[0] < _QUIET_S:
             return Text("")
@@ -105,12 +106,9 @@ class ProgressLine:
             return max(0.0, stage.seconds - (now - self._began))
         return None
 
-    def _enter(self, stage: Stage) -> None:
-        self._began = self._clock()
-        self._follow(stage)
-
-    def _follow(self, stage: Stage) -> None:
-        """Keep a stage; one that is less far than the last begins another piece of work."""
+    def _follow(self, words: str) -> None:
+        """Keep a stage; a smaller share than the last begins another piece of work."""
+        stage = words if isinstance(words, Stage) else Stage(words)
         before, share = self._stage.share, stage.share
         if share is None or before is None or share < before:
             self._first = self._last = (self._clock(), share or 0.0)
@@ -118,8 +116,8 @@ class ProgressLine:
             self._last = (self._clock(), share)
         self._stage = stage
 
-    def _leave(self) -> None:
-        """Keep the words of the stage that ends, and how long it took if it took long."""
+    def _end_stage(self) -> None:
+        """Print the words of the stage that ends, and how long it took if it took long."""
         if self._stage:
             took = self._clock() - self._began
             self._print(self._stage + (f"  {_minutes(took)}" if took >= _QUIET_S else ""))
@@ -128,7 +126,7 @@ class ProgressLine:
         self.console.print(f"  {words}", style="dim", markup=False)
 
     def _started(self) -> Live:
-        """Return the line on the terminal; what is printed meanwhile appears above it."""
+        """Start the line on the terminal; text printed meanwhile appears above it."""
         live = Live(
             console=self.console,
             get_renderable=self.line,

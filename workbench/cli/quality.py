@@ -1,10 +1,10 @@
-"""How the quality of a take is printed, for what reads an export and for what records one."""
+"""Print the quality of a take, for the verbs that read an export or record one."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from workbench.cli.output import print_notes, show_table
+from workbench.cli.console import print_notes, show_table
 from workbench.tracking import BodyNames
 
 __all__ = ["print_quality"]
@@ -24,7 +24,7 @@ def print_quality(source: str, report: dict[str, Any], guess: BodyNames | None) 
     )
     rows = [
         [name, _reasons(body), str(body["gaps"]), str(body["longest_gap"]), _hidden(body),
-         _place(body["mean_position_m"])]
+         _position(body["mean_position_m"])]
         for name, body in report["bodies"].items()
     ]  # fmt: skip
     head = ["body", "missing", "gaps", "longest gap", "hidden markers", "mean position [m]"]
@@ -44,7 +44,7 @@ def _print_points(title: str, points: list[dict[str, Any]]) -> None:
     """Print the markers of a take without bodies; ids that follow one another are one marker."""
     rows = [
         [_ids(point["names"]), str(point["missing"]), str(point["gaps"]),
-         str(point["longest_gap"]), _place(point["mean_position_m"])]
+         str(point["longest_gap"]), _position(point["mean_position_m"])]
         for point in points[:_MOST_POINTS]
     ]  # fmt: skip
     show_table(title, ["marker", "missing", "gaps", "longest gap", "mean position [m]"], rows)
@@ -65,12 +65,12 @@ def _reasons(body: dict[str, Any]) -> str:
 
 
 def _hidden(body: dict[str, Any]) -> str:
-    """Return in how many samples each marker is hidden; a dash where the file does not tell."""
+    """Return in how many samples each marker is hidden; a dash where the file does not say."""
     counts = list(body["markers"].values())
     if all(count is None for count in counts):
         return "-"
     return " ".join("-" if count is None else str(count) for count in counts)
 
 
-def _place(mean: list[float] | None) -> str:
+def _position(mean: list[float] | None) -> str:
     return "never seen" if mean is None else ", ".join(f"{value:.3f}" for value in mean)

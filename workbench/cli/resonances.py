@@ -9,7 +9,8 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Bundle, runs_named
-from workbench.cli.output import JsonFlag, RunArguments, RunsFolder, emit, people, show_table, tell
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit
 from workbench.errors import InputError
 from workbench.identify import ModeDamping, Resonances, damping, measured_runs, write_resonances
 from workbench.identify import resonances as find_resonances
@@ -36,12 +37,12 @@ def resonances(
             "`workbench run protocols/clamped-sweep.yaml` makes some"
         )
     bundles.sort(key=lambda one: (one.manifest.created, one.asked.number))
-    measured = measured_runs(bundles, tell)
-    tell(f"look at {len(measured)} runs")
+    measured = measured_runs(bundles, progress)
+    progress(f"find resonances in {len(measured)} runs")
     found = find_resonances(measured)
     modes = damping(measured) if any(run.mode == "decay" for run in measured) else ()
     if report is not None:
-        tell("draw the report")
+        progress("draw the report")
         (first, *others) = [b for b in bundles if b.path.name in {run.name for run in measured}]
         title = "Resonances of the robot" if others else first.asked.title
         write_resonances(report, title, measured, found, modes)
@@ -74,7 +75,7 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
             for p in found.points
         ]
         show_table(
-            "T's answer at the rotor's speed and at half of it; ~ where it still changed",
+            "response of T at the rotor's speed and at half of it; ~ where it still changed",
             head,
             rows,
         )
@@ -91,7 +92,7 @@ def _show(found: Resonances, modes: Sequence[ModeDamping]) -> None:
     for jump in found.jumps:
         print(jump)
     for warning in found.warnings:
-        people.print(f"note: {warning}", markup=False)
+        stderr.print(f"note: {warning}", markup=False)
 
 
 def _show_lines(found: Resonances) -> None:

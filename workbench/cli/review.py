@@ -10,8 +10,9 @@ import typer
 
 from workbench import review as views
 from workbench.bundle import Bundle, runs_named
-from workbench.cli.output import RunArguments, RunsFolder, people, show_table, tell
-from workbench.cli.showing import picture_of
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.plain_output import RunArguments, RunsFolder
+from workbench.cli.views import picture_of
 from workbench.comparison_set import ComparisonSet, compare_extended
 from workbench.diagnose import extended_model_of, kept_replay
 from workbench.load_run import load_any
@@ -54,9 +55,8 @@ def review(
 ) -> None:
     """Show robots beside their twins, and the twin of an extended model where there is one.
 
-    Several runs stand in one recording: a tab for each pair, and one where all start together. What
-    is shown is made from the bundles as they are: a run that was cut off, or whose files were
-    changed, is marked and shown as far as it goes.
+    Several runs are in one recording: a tab for each pair, and one where all start together. A run
+    that was cut off, or whose files were changed, is marked and shown as far as it goes.
 
     Example: workbench review runs/2026-03-12_101500_hop-16.99
 
@@ -71,41 +71,41 @@ def review(
         _film(shown.only(), video, frames, slow)
     if save is not None:
         shown.record(save)
-        people.print(f"saved {save}", markup=False)
+        stderr.print(f"saved {save}", markup=False)
     if picture is not None:
-        tell("picture of the viewer")
+        progress("picture of the viewer")
         shown.picture().save(picture)
-        people.print(f"saved {picture}", markup=False)
+        stderr.print(f"saved {picture}", markup=False)
     if page is not None:
         shown.write_page(page, picture_of(shown))
-        people.print(f"page: {page}", markup=False)
+        stderr.print(f"page: {page}", markup=False)
     if not any((video, frames, save, picture, page)):
         with tempfile.TemporaryDirectory() as temporary:
             recording = shown.record(Path(temporary) / "runs.rrd")
-            views.open_viewer(recording, web, lambda text: people.print(text, markup=False))
+            views.open_viewer(recording, web, lambda text: stderr.print(text, markup=False))
 
 
 def _comparison(bundle: Bundle, given: Document[ModelFile] | None, diagnoses: Path) -> Comparison:
-    """Return what is shown of a run, with the twin of the model given or of its diagnosis."""
+    """Return a run beside its twin, and the twin of the model given or of its diagnosis."""
     comparison, model = load_any(bundle), given
     if comparison.mark is not None:
-        people.print(f"{comparison.run}: {comparison.mark}", style="bold", markup=False)
+        stderr.print(f"{comparison.run}: {comparison.mark}", style="bold", markup=False)
         for warning in comparison.warnings:
-            people.print(f"  {warning}", markup=False)
+            stderr.print(f"  {warning}", markup=False)
         return comparison
     if model is None and bundle.has_take():
         path = extended_model_of(bundle.path.name, bundle.take(), diagnoses)
         model = None if path is None else load_model(str(path), Path())
     if model is None:
         return comparison
-    tell(f"simulate {comparison.run} with {model.content.name}")
-    comparison = compare_extended(bundle, model, _proof(bundle, model))
+    progress(f"simulate {comparison.run} with {model.content.name}")
+    comparison = compare_extended(bundle, model, _validation(bundle, model))
     _print_errors(comparison)
     return comparison
 
 
-def _proof(bundle: Bundle, model: Document[ModelFile]) -> ValidationReplay | None:
-    """Return what the diagnosis that wrote a model compared with the run, if it did."""
+def _validation(bundle: Bundle, model: Document[ModelFile]) -> ValidationReplay | None:
+    """Return the validation of the run by the diagnosis that wrote a model, if there is one."""
     if not bundle.has_take():
         return None
     return kept_replay(model.path, bundle.path.name, bundle.take())
@@ -116,21 +116,21 @@ def _film(run: Comparison, video: Path | None, frames: Path | None, slow: float)
 
     how = Film(slow=slow)
     if video is not None or frames is not None:
-        tell("film")
+        progress("film")
     if video is not None:
-        write_video(run, video, how, tell.update)
-        people.print(f"saved {video}", markup=False)
+        write_video(run, video, how, progress.update)
+        stderr.print(f"saved {video}", markup=False)
     if frames is not None:
-        write_frames(run, frames, how, tell.update)
-        people.print(f"saved {frames}", markup=False)
+        write_frames(run, frames, how, progress.update)
+        stderr.print(f"saved {frames}", markup=False)
 
 
 def _print_errors(comparison: Comparison) -> None:
-    """Print how far both models are off, as compared first, then as commanded."""
+    """Print the errors of both models, as compared first, then as commanded."""
     if comparison.validation is not None:
         names = [f"{who} ({one.name})" for who, one in comparison.validation.both]
         show_table(f"{comparison.title}: as compared", ["", *names], validation_rows(comparison))
-        people.print(comparison.validation.about, markup=False)
+        stderr.print(comparison.validation.about, markup=False)
     errors = {"twin": comparison.misfit}
     if comparison.extended is not None:
         errors["extended twin"] = comparison.extended.misfit

@@ -10,17 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from workbench.cli.completing import bench_names, protocol_files, run_names
-from workbench.cli.output import (
-    JsonFlag,
-    RunsFolder,
-    comparison_table,
-    emit,
-    people,
-    print_judgements,
-    show_table,
-    tell,
-)
+from workbench.cli.completion import bench_names, protocol_files, run_names
+from workbench.cli.console import comparison_table, print_judgements, progress, show_table, stderr
+from workbench.cli.plain_output import JsonFlag, RunsFolder, emit
 from workbench.errors import InputError
 from workbench.quantities import QUANTITIES, leading
 
@@ -71,20 +63,20 @@ def run(
     again ends, with the output off, and `workbench ingest TAKE --into RUN` adds the take later.
 
     An experiment that was cut off goes on with `--resume` and any of its runs: what is complete is
-    skipped, the run that broke off is repeated, and what it holds stays. With `--dry-run` that is
-    told and not done.
+    skipped, the run that broke off is repeated, and its bundle stays. With `--dry-run` that is
+    only printed.
 
     Where the cameras stream (`live` of the bench file), each driven run is observed while it goes
     on: the panel shows the prediction error, `--watch` opens a window with robot and twin, and a
     run with `stop_when:` ends by itself, with exit code 4.
 
-    A run whose result lies outside of what the protocol expects (`expect:`) fails: exit code 1.
+    A run whose result is outside of what the protocol expects (`expect:`) fails: exit code 1.
 
     Example: workbench run protocols/hop-17.yaml --bench virtual
 
     Example: workbench run protocols/clamped-sweep.yaml --dry-run
     """
-    from workbench.bench import load_bench, make_bench  # none of these for help
+    from workbench.bench import load_bench, make_bench  # none of these for --help
     from workbench.experiment import read_experiment
     from workbench.resume import foresee
     from workbench.resume import resume as go_on
@@ -93,7 +85,7 @@ def run(
     device = make_bench(lab.content)
     experiment = read_experiment(protocol, lab, device.voltage_step)
     for warning in experiment.plan.warnings:
-        people.print(f"warning: {warning}", markup=False)
+        stderr.print(f"warning: {warning}", markup=False)
     if plan_id not in (None, experiment.digest):
         raise InputError(
             f"{protocol}: protocol, bench, model or shape changed since the dry run that was "
@@ -108,19 +100,21 @@ def run(
         return
     if course is not None:
         runs = course.root or runs
-        left = len(experiment.plan.without(course.done).runs)
-        tell(f"experiment {course.id}: {len(course.done)} runs are complete, {left} are left")
+        remaining = len(experiment.plan.without(course.done).runs)
+        progress(
+            f"experiment {course.id}: {len(course.done)} runs are complete, {remaining} are left"
+        )
     from workbench.bundle import judgements, passed
-    from workbench.cli.terminal import carry_out_here  # and all that a run needs
-    from workbench.cli.views import described
+    from workbench.cli.terminal import carry_out_at_terminal  # and all that a run needs
+    from workbench.cli.views import bundle_json
 
     done: list[Bundle] = []
     failed = 0
     objects: list[dict[str, Any]] = []
     with _watching(device, watch):
-        for bundle, undrawn in carry_out_here(experiment, device, runs, course, pause):
+        for bundle, undrawn in carry_out_at_terminal(experiment, device, runs, course, pause):
             done.append(bundle)
-            objects.append(described(bundle, undrawn))
+            objects.append(bundle_json(bundle, undrawn))
             judged = judgements(bundle.manifest)
             failed += passed(judged) is False
             if not as_json:
@@ -132,7 +126,7 @@ def run(
         # the newest experiment of a protocol goes by its name; one that was resumed may be older
         _print_all(done, str(done[0].experiment) if resume else quote(protocol.stem))
     if failed:
-        tell(f"{failed} of {len(done)} runs are not as the protocol expects")
+        progress(f"{failed} of {len(done)} runs are not as the protocol expects")
         raise typer.Exit(1)
 
 
@@ -167,11 +161,11 @@ def _print_all(done: Sequence[Bundle], name: str) -> None:
         pair = (leading(one.model_dump()) for one in (compared.real, compared.twin))
         asked = bundle.path.name.split("_", 2)[-1]
         rows.append([str(bundle.asked.number), asked, *pair, f"{compared.error_mm:.1f}"])
-    told = (
+    shown = (
         next(key for key in QUANTITIES if key in one.compared.real.model_dump()) for one in done
     )
-    called = " or ".join(dict.fromkeys(QUANTITIES[key].spoken for key in told))
-    title = f"{done[0].asked.title}: {called} of robot and twin"
+    names = " or ".join(dict.fromkeys(QUANTITIES[key].spoken for key in shown))
+    title = f"{done[0].asked.title}: {names} of robot and twin"
     show_table(title, ["run", "asked", "real", "twin", "error [mm]"], rows)
     print(f"all runs:  workbench review {name}")
 

@@ -1,4 +1,4 @@
-"""`workbench runs`: find, judge, compare, check and hand on runs."""
+"""`workbench runs`: find, judge, compare, check and export runs."""
 
 from __future__ import annotations
 
@@ -15,15 +15,14 @@ RUNS = {
         "list_runs",
     ),
     "show": Verb(
-        "runs_look",
-        "Show one run: real against twin, what its manifest says, and what people said of it.",
+        "runs_show", "Show one run: real against twin, its manifest and people's remarks."
     ),
     "diff": Verb(
         "runs_diff",
         "Show what two runs differ in: what was asked, protocol, model, shape, bench, results.",
     ),
     "verify": Verb(
-        "runs_look",
+        "runs_show",
         "Check every checksum; exit code 1 when a file is missing, changed or unknown.",
         "verify_runs",
     ),
@@ -32,15 +31,15 @@ RUNS = {
         "Pack runs with all that a colleague needs, and a README that says what each column is.",
         "export_runs",
     ),
-    "tag": Verb("runs_say", "Give a run tags, by which it can be found again."),
+    "tag": Verb("runs_remarks", "Give a run tags, by which it can be found again."),
     "note": Verb(
-        "runs_say", "Write a note to a run; it stays with the bundle, with name and time."
+        "runs_remarks", "Write a note to a run; it stays with the bundle, with name and time."
     ),
-    "good": Verb("runs_say", "Judge a run to be good."),
-    "bad": Verb("runs_say", "Judge a run to be bad; say why with `workbench runs note`."),
+    "good": Verb("runs_remarks", "Judge a run to be good."),
+    "bad": Verb("runs_remarks", "Judge a run to be bad; say why with `workbench runs note`."),
     "rebuild": Verb(
         "runs_list",
-        "Read every bundle anew into the index, which is a cache of them and nothing more.",
+        "Read every bundle anew into the index, which is only a cache of them.",
         "rebuild_index",
     ),
 }

@@ -7,7 +7,14 @@ from pathlib import Path
 
 from workbench.bundle import Bundle, run_named
 from workbench.catalogue.differences import ABSENT, Difference, differences
-from workbench.cli.plain import JsonFlag, RunArgument, RunsFolder, emit, print_columns, remark_on
+from workbench.cli.plain_output import (
+    JsonFlag,
+    RunArgument,
+    RunsFolder,
+    emit,
+    print_columns,
+    print_to_stderr,
+)
 
 __all__ = ["diff"]
 
@@ -24,16 +31,16 @@ def diff(
     first, second = (Bundle.open(run_named(one, folder)) for one in (a, b))
     found = differences(first, second)
     if as_json:
-        told = [one.as_json() for one in found]
-        emit({"a": first.path.name, "b": second.path.name, "differences": told})
+        listed = [one.as_json() for one in found]
+        emit({"a": first.path.name, "b": second.path.name, "differences": listed})
         return
     print(f"a  {first.path.name}\nb  {second.path.name}")
     for section, group in groupby(found, key=lambda one: one.section):
         print()
-        rows = [[_name(one), _shown(one.a), _shown(one.b), _apart(one)] for one in group]
+        rows = [[_name(one), _shown(one.a), _shown(one.b), _b_minus_a(one)] for one in group]
         print_columns([section, "a", "b", ""], rows)
     if not found:
-        remark_on("nothing differs")
+        print_to_stderr("nothing differs")
 
 
 def _name(one: Difference) -> str:
@@ -46,8 +53,7 @@ def _shown(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
 
 
-def _apart(one: Difference) -> str:
-    """Return b - a of two numbers."""
+def _b_minus_a(one: Difference) -> str:
     if isinstance(one.a, (int, float)) and isinstance(one.b, (int, float)):
         return "" if isinstance(one.a, bool) else f"{one.b - one.a:+.4g}"
     return ""

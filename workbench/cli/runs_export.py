@@ -9,7 +9,7 @@ import typer
 
 from workbench.bundle import runs_named
 from workbench.catalogue.export import export
-from workbench.cli.plain import JsonFlag, RunArguments, RunsFolder, emit, remark_on
+from workbench.cli.plain_output import JsonFlag, RunArguments, RunsFolder, emit, print_to_stderr
 
 __all__ = ["export_runs"]
 
@@ -33,9 +33,9 @@ def export_runs(
     """
     done = export(runs_named(runs, folder), to, csv, mat)
     for problem in done.problems:
-        remark_on(f"damaged: {problem}")
+        print_to_stderr(f"damaged: {problem}")
     for name in done.omitted:
-        remark_on(f"left out: {name}")
+        print_to_stderr(f"left out: {name}")
     if as_json:
         emit(
             {

@@ -9,13 +9,13 @@ from typing import Annotated
 import typer
 
 from workbench.catalogue import SORTS, Entry, Query, SearchResult, period, rebuild, search, window
-from workbench.cli.plain import JsonFlag, RunsFolder, emit, print_columns, remark_on
+from workbench.cli.plain_output import JsonFlag, RunsFolder, emit, print_columns, print_to_stderr
 from workbench.errors import InputError, did_you_mean
 from workbench.quantities import leading
 
 __all__ = ["list_runs", "rebuild_index"]
 
-_NEWEST = 50  # rows that a list shows unless told otherwise
+_NEWEST = 50  # rows that a list shows without --limit
 _HEAD = (
     "#", "bundle", "mode", "speed [rad/s]", "real", "twin", "error [mm]", "status", "verdict",
     "title",
@@ -72,7 +72,7 @@ def list_runs(
         sort=sort,
         limit=limit or (None if as_json else _NEWEST),
     )
-    found = search(folder, query, remark_on)
+    found = search(folder, query, print_to_stderr)
     if as_json:
         pairs = zip(found.entries, found.numbers, strict=True)
         listed = [entry.as_json(folder, number) for entry, number in pairs]
@@ -82,25 +82,25 @@ def list_runs(
 
 
 def rebuild_index(folder: RunsFolder = Path("runs")) -> None:
-    """Read every bundle anew into the index, which is a cache of them and nothing more.
+    """Read every bundle anew into the index, which is only a cache of them.
 
-    Lists see by themselves what was added, removed or replaced. This is for files that were edited
-    where they lie, with a date set back.
+    Lists notice by themselves what was added, removed or replaced. This is for files that were
+    edited in place, with their date set back.
 
     Example: workbench runs rebuild
     """
-    count = rebuild(folder, remark_on)
-    remark_on(f"{count} runs in {folder}")
+    count = rebuild(folder, print_to_stderr)
+    print_to_stderr(f"{count} runs in {folder}")
 
 
 def _print_list(found: SearchResult) -> None:
     rows = [_row(entry, number) for entry, number in zip(found.entries, found.numbers, strict=True)]
     print_columns(_HEAD, rows)
-    left = found.matching - len(found.entries)
-    if left:
-        remark_on(f"{left} more; --limit N shows more, options and words show fewer")
+    hidden = found.matching - len(found.entries)
+    if hidden:
+        print_to_stderr(f"{hidden} more; --limit N shows more, options and words show fewer")
     elif found.matching < found.total:
-        remark_on(f"{found.matching} of {found.total} runs")
+        print_to_stderr(f"{found.matching} of {found.total} runs")
 
 
 def _row(entry: Entry, number: int) -> list[str]:

@@ -9,9 +9,10 @@ from typing import Annotated, Any, cast, get_args
 import typer
 
 from workbench.api.simulation import simulate as simulate_one
-from workbench.cli.amount import amount
-from workbench.cli.completing import model_names, shape_names
-from workbench.cli.output import JsonFlag, emit, show_table, summary_rows, tell
+from workbench.cli.completion import model_names, shape_names
+from workbench.cli.console import progress, show_table, summary_rows
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.design.distance_draws import DRAWS
 from workbench.modes import Mode
 
@@ -22,11 +23,11 @@ def simulate(
     omega: Annotated[
         float,
         typer.Option(
-            help="Rotor speed [rad/s]; negative turns back.", parser=amount("speed", "rad/s")
+            help="Rotor speed [rad/s]; negative turns back.", parser=number("speed", "rad/s")
         ),
     ] = 17.0,
     duration: Annotated[
-        float, typer.Option(help="From time zero [s].", parser=amount("time", "s", 0.1, 600))
+        float, typer.Option(help="From time zero [s].", parser=number("time", "s", 0.1, 600))
     ] = 10.0,
     model: Annotated[
         str, typer.Option(help="Model name or file.", autocompletion=model_names)
@@ -38,29 +39,29 @@ def simulate(
     start_angle: Annotated[
         float,
         typer.Option(
-            help="Rotor at rest [deg] from forward, 90 is down.", parser=amount("angle", "deg")
+            help="Rotor at rest [deg] from forward, 90 is down.", parser=number("angle", "deg")
         ),
     ] = 90.0,
     pull: Annotated[
         float,
-        typer.Option(help="Force on T before its release [N], decay.", parser=amount("force", "N")),
+        typer.Option(help="Force on T before its release [N], decay.", parser=number("force", "N")),
     ] = 0.39,
     height: Annotated[
         float,
-        typer.Option(help="Height of the fall [mm], drop.", parser=amount("length", "mm", 0, 1000)),
+        typer.Option(help="Height of the fall [mm], drop.", parser=number("length", "mm", 0, 1000)),
     ] = 20.0,
     increments: Annotated[
         int | None, typer.Option(help="Of the beam; by default the model's.", min=4, max=128)
     ] = None,
     slope: Annotated[
         float,
-        typer.Option(help="Of the floor, rising forward [deg].", parser=amount("angle", "deg")),
+        typer.Option(help="Of the floor, rising forward [deg].", parser=number("angle", "deg")),
     ] = 0.0,
     spread: Annotated[
         int,
         typer.Option(
-            help="Hops that tell how the distance spreads over start angle, friction and speed "
-            "within their tolerances; 0 for none.",
+            help="Hops that determine the spread of the distance over start angle, friction and "
+            "speed within their tolerances; 0 for none.",
             min=0,
             max=1000,
         ),
@@ -74,7 +75,7 @@ def simulate(
     Example: workbench simulate --mode decay --pull 0.39
     """
     begin = time.perf_counter()
-    tell(f"simulate {duration:g} s")
+    progress(f"simulate {duration:g} s")
     done = simulate_one(
         omega, duration, model, shape, cast(Mode, mode), start_angle=math.radians(start_angle),
         pull=pull, height=height / 1000, increments=increments, slope=math.radians(slope),
@@ -83,7 +84,7 @@ def simulate(
     found: dict[str, Any] = dict(done.summary)
     spreads: list[tuple[str, str]] = []
     if mode == "hop" and spread > 1:
-        tell(f"simulate {spread} more hops")
+        progress(f"simulate {spread} more hops")
         drawn = done.spread(spread)
         found["distance_spread"] = drawn.as_json()
         spreads = [("its spread", drawn.text())]

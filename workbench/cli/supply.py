@@ -14,8 +14,9 @@ from serial.tools.list_ports import comports
 
 from workbench.bench import RealBench, load_bench, make_bench
 from workbench.by_hand import acknowledged, drive, opened, switch_off, who_is_at
-from workbench.cli.completing import bench_names
-from workbench.cli.output import JsonFlag, emit, fact_rows, people, show_table, tell
+from workbench.cli.completion import bench_names
+from workbench.cli.console import fact_rows, progress, show_table, stderr
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import MODELS, Model, SystemClock, model_named
 from workbench.hw.models import FAMILIES, Family, ModbusModel, ScpiModel
@@ -105,7 +106,7 @@ def probe(
         raise InputError(f"no supply family {family!r}; there are {FAMILY_NAMES}")
     ports = [port] if port else [found.device for found in comports()]
     families: list[Family] = [known for known in FAMILIES if family in ("", known)]
-    found = [who for place in ports if (who := who_is_at(place, families, rtu_over_tcp))]
+    found = [who for one in ports if (who := who_is_at(one, families, rtu_over_tcp))]
     if not found:
         raise HardwareError(
             f"no supply of {', '.join(families)} answers at {', '.join(ports) or 'any port'}; "
@@ -151,12 +152,12 @@ def set_voltage(
         _real(bench),
         _typed(volts, "voltage"),
         _typed(seconds, "time") if seconds else math.inf,
-        tell,
-        tell.update,
+        progress,
+        progress.update,
         _typed(amps, "current") if amps else None,
     )
     if reading is not None:
-        people.print(f"{reading.voltage_V:.2f} V, {reading.current_A:.3f} A", markup=False)
+        stderr.print(f"{reading.voltage_V:.2f} V, {reading.current_A:.3f} A", markup=False)
     if as_json and reading is not None:
         emit(asdict(reading) | {"output": False})
     else:
@@ -179,7 +180,7 @@ def off(bench: BenchOption) -> None:
     Example: workbench supply off --bench lab.yaml
     """
     with Signals() as signals:
-        signals.hold()  # an impatient Ctrl-C would cut off the very thing that was asked for
+        signals.hold()  # an impatient Ctrl-C would keep the output on
         dead = switch_off(_real(bench))
     if not dead:
         raise SafetyStop(f"{bench}: {MAY_BE_ON}, {BY_HAND}")
@@ -194,12 +195,12 @@ def acknowledge(
 
     Example: workbench supply acknowledge --bench lab.yaml --name NAME
     """
-    for stop in acknowledged(_real(bench), bench, name, _doubt):
+    for stop in acknowledged(_real(bench), bench, name, _warn):
         print(f"acknowledged by {name}: {stop.reason}")
 
 
-def _doubt(text: str) -> None:
-    people.print(text, markup=False)
+def _warn(text: str) -> None:
+    stderr.print(text, markup=False)
 
 
 @supply.command()
@@ -225,16 +226,16 @@ def simulate(
     clock = SystemClock()
     device = simulated(row.name, clock=clock, load=draw_current)
     ended = threading.Event()
-    threading.Thread(target=_take_lines, args=(device, ended), daemon=True).start()
+    threading.Thread(target=_read_commands, args=(device, ended), daemon=True).start()
     began = clock.now()
     while not ended.is_set():
         framing = "rtu" if rtu_over_tcp else "tcp"
         served = serve_terminal(device) if pty else serve(device, host, int(port), framing)
-        with served as place:
-            people.print(f"simulated {row.name} on {place}, Ctrl-C ends it", markup=False)
+        with served as address:
+            stderr.print(f"simulated {row.name} on {address}, Ctrl-C ends it", markup=False)
             while not ended.wait(POLL_S) and not (pty and device.unplugged):
                 if coming is not None and clock.now() - began >= after:
-                    people.print(obey(device, coming), markup=False)
+                    stderr.print(obey(device, coming), markup=False)
                     coming = None
         while pty and device.unplugged and not ended.wait(POLL_S):
             pass
@@ -250,17 +251,17 @@ def _row(family: str, model: str) -> Model:
     return found
 
 
-def _take_lines(device: SimulatedSupply, ended: threading.Event) -> None:
-    """Carry out the lines of standard input; its end ends nothing, as there may be none."""
-    with suppress(OSError, ValueError):  # there is none, or it was closed
+def _read_commands(device: SimulatedSupply, ended: threading.Event) -> None:
+    """Carry out the lines of standard input; the end of the input ends nothing."""
+    with suppress(OSError, ValueError):  # no standard input, or closed
         for line in sys.stdin:
             if line.strip() == "end":
                 ended.set()
                 return
             try:
-                people.print(obey(device, line), markup=False)
+                stderr.print(obey(device, line), markup=False)
             except InputError as error:
-                people.print(str(error), markup=False)
+                stderr.print(str(error), markup=False)
 
 
 def _real(bench: str) -> RealBench:

@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 from typer.core import TyperGroup
 
-from workbench.cli.amount import amount
-from workbench.cli.completing import shape_names
-from workbench.cli.output import JsonFlag, emit, show_table, tell
+from workbench.cli.completion import shape_names
+from workbench.cli.console import progress, show_table
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.errors import InputError
 from workbench.protocol import load_model, load_shape, parse_quantity
 from workbench.template import (
@@ -39,7 +40,7 @@ class _DrawsByDefault(TyperGroup):
     def parse_args(  # pyright: ignore[reportIncompatibleMethodOverride] # typer's base is private
         self, ctx: typer.Context, args: list[str]
     ) -> list[str]:
-        """Put the default command before what is none."""
+        """Put the default command before anything that is no command."""
         known = {*self.commands, *ctx.help_option_names}
         return super().parse_args(ctx, args if not args or args[0] in known else [_DRAW, *args])
 
@@ -71,7 +72,7 @@ def draw(
     ] = None,
     mirror: Annotated[bool, typer.Option("--mirror", help="For the strip's other side.")] = False,
     model: Annotated[
-        str, typer.Option(help="Model name or file; frees a shape listed as standing.")
+        str, typer.Option(help="Model name or file; computes the free shape of a loaded one.")
     ] = "thesis",
     yield_strength: Annotated[
         str | None,
@@ -87,7 +88,7 @@ def draw(
     document = load_shape(shape, Path())
     robot = load_model(model, Path()).content
     loaded = document.content.state == "loaded"
-    tell("draw the template")
+    progress("draw the template")
     strip = make_strip(
         document,
         _quantity(thickness, "length", "--thickness"),
@@ -110,10 +111,10 @@ def draw(
 def confirm(
     pdf: Annotated[Path, typer.Argument(metavar="FILE", help="The PDF that was printed.")],
     horizontal: Annotated[
-        float, typer.Option("--h", help="Length of bar H [mm].", parser=amount("length", "mm", 1))
+        float, typer.Option("--h", help="Length of bar H [mm].", parser=number("length", "mm", 1))
     ],
     vertical: Annotated[
-        float, typer.Option("--v", help="Length of bar V [mm].", parser=amount("length", "mm", 1))
+        float, typer.Option("--v", help="Length of bar V [mm].", parser=number("length", "mm", 1))
     ],
     as_json: JsonFlag = False,
 ) -> None:
@@ -168,7 +169,7 @@ def _rows(sheet: TemplatePages, files: Sequence[Path]) -> list[tuple[str, str]]:
 
 
 def _quantity(text: str | None, dimension: str, option: str) -> float | None:
-    """Return what an option says, SI."""
+    """Return an option's value, SI."""
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""`workbench template board` and `read`: a marker board, and a bent strip read back from it."""
+"""`workbench template board` and `read`: a marker board, and a bent strip measured on it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from workbench.as_built import (
     write_as_bent,
     write_readback,
 )
-from workbench.cli.amount import amount
-from workbench.cli.output import JsonFlag, emit, show_table, tell
+from workbench.cli.console import progress, show_table
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, emit
 from workbench.cli.template import template
 from workbench.errors import InputError
 from workbench.photo import (
@@ -81,7 +82,7 @@ def read(
     horizontal: Annotated[
         float,
         typer.Option(
-            "--h", help="Measured length of the board's bar H [mm].", parser=amount("length", "mm")
+            "--h", help="Measured length of the board's bar H [mm].", parser=number("length", "mm")
         ),
     ] = CHECK_BAR_MM,
     vertical: Annotated[
@@ -89,7 +90,7 @@ def read(
         typer.Option(
             "--v",
             help="Measured height V of a sheet's pattern [mm].",
-            parser=amount("length", "mm"),
+            parser=number("length", "mm"),
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="The shape file; its page is put beside it.")] = Path(
@@ -97,13 +98,13 @@ def read(
     ),
     model: Annotated[str, typer.Option(help="Model name or file, for the distance.")] = "thesis",
     omega: Annotated[
-        float, typer.Option(help="Rotor speed [rad/s].", parser=amount("speed", "rad/s"))
+        float, typer.Option(help="Rotor speed [rad/s].", parser=number("speed", "rad/s"))
     ] = 17.0,
     duration: Annotated[
-        float, typer.Option(help="Of the hop [s].", parser=amount("time", "s", 0.1, 600))
+        float, typer.Option(help="Of the hop [s].", parser=number("time", "s", 0.1, 600))
     ] = 10.0,
     draws: Annotated[
-        int, typer.Option(help="Of the angles' doubt, for the distance's spread.", min=0)
+        int, typer.Option(help="Of the uncertain angles, for the distance's spread.", min=0)
     ] = 12,
     simulated: Annotated[
         bool, typer.Option("--simulate/--no-simulate", help="What it costs in distance.")
@@ -123,7 +124,7 @@ def read(
         )
     target = free_shape(load_shape(shape, Path()).content, robot.content)
     if photo is not None and angles is None and points is None:
-        tell(f"read {photo}")
+        progress(f"read {photo}")
         printed = printed_scale(horizontal, vertical)
         bent = read_photo(photo, target, tape=tape, foot_aligned=foot_aligned, printed=printed)
     elif photo is None and angles is not None and points is None:
@@ -135,9 +136,9 @@ def read(
     deviation = deviation_of(bent, target)
     cost = None
     if simulated:
-        tell(f"simulate target and beam at {omega:g} rad/s")
+        progress(f"simulate target and beam at {omega:g} rad/s")
         cost = simulate_cost(bent, target, robot.content, omega, duration, draws)
-    tell("draw the page")
+    progress("draw the page")
     written = write_as_bent(out, bent, target)
     page = out.with_suffix(".html")
     digest = sha256(robot.text.encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""This terminal as a bench's operator sees it, for the verbs that carry out experiments."""
+"""This terminal as an operator's console, for the verbs that carry out experiments."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from workbench.attended import carry_out_with_control
 from workbench.bench import Bench, Operator
 from workbench.bundle import Bundle
-from workbench.cli.output import tell
+from workbench.cli.console import progress
 from workbench.cli.views import draw_views
 from workbench.control import ControlServer
 from workbench.experiment import Experiment
@@ -16,10 +16,10 @@ from workbench.operators import operator_of
 from workbench.protocol import BenchFile
 from workbench.resume import Course
 
-__all__ = ["carry_out_here", "operator_here", "show"]
+__all__ = ["carry_out_at_terminal", "operator_at_terminal", "print_text"]
 
 
-def carry_out_here(
+def carry_out_at_terminal(
     experiment: Experiment,
     bench: Bench,
     runs: Path,
@@ -28,17 +28,17 @@ def carry_out_here(
 ) -> Iterator[tuple[Bundle, list[str]]]:
     """Carry out an experiment with the person at this terminal; see `carry_out_with_control`."""
     return carry_out_with_control(
-        experiment, bench, runs, operator_here, tell, draw_views, course, pause
+        experiment, bench, runs, operator_at_terminal, progress, draw_views, course, pause
     )
 
 
-def operator_here(bench: BenchFile, desk: ControlServer) -> Operator:
-    """Return who answers the prompts of a bench, where this is the terminal."""
-    return operator_of(bench, desk, show, tell)
+def operator_at_terminal(bench: BenchFile, server: ControlServer) -> Operator:
+    """Return who answers the prompts of a bench, with this terminal."""
+    return operator_of(bench, server, print_text, progress)
 
 
-def show(text: str, *, bold: bool = False, end: str = "\n") -> None:
-    """Print a text for people; where an answer follows on its line, nothing is drawn meanwhile."""
+def print_text(text: str, *, bold: bool = False, end: str = "\n") -> None:
+    """Print a text; where an answer is typed on its line, the progress line is off meanwhile."""
     if not end.endswith("\n"):
-        tell.pause()
-    tell.note(text, "bold" if bold else None, end)
+        progress.pause()
+    progress.note(text, "bold" if bold else None, end)

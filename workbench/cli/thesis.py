@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.amount import amount
-from workbench.cli.output import JsonFlag, emit, people, show_table, tell
-from workbench.cli.plain import SchedulerOption, SearchesFolder
+from workbench.cli.console import progress, show_table, stderr
+from workbench.cli.number_option import number
+from workbench.cli.plain_output import JsonFlag, SchedulerOption, SearchesFolder, emit
 from workbench.design import (
     ALGORITHMS,
     BOUNDS,
@@ -40,7 +40,7 @@ def thesis(
     bounds: Annotated[str, typer.Option(help=f"One of {', '.join(BOUNDS)}.")] = "thesis",
     evaluations: Annotated[int, typer.Option(help="Of each search.", min=1)] = 480,
     duration: Annotated[
-        float, typer.Option(help="Of a hop [s].", parser=amount("time", "s", 0.1, 600))
+        float, typer.Option(help="Of a hop [s].", parser=number("time", "s", 0.1, 600))
     ] = 10.0,
     model: Annotated[str, typer.Option(help="Model name or file.")] = "thesis",
     shape: Annotated[
@@ -56,7 +56,7 @@ def thesis(
 ) -> None:
     """Do an experiment of the thesis again and print it beside the thesis' numbers.
 
-    Searches that are in the folder already are read or gone on with, so this can be stopped.
+    Searches that are in the folder already are read or resumed, so this can be stopped.
 
     Example: workbench thesis repeatability
     """
@@ -70,12 +70,12 @@ def thesis(
     with Fanout(scheduler) as fanout:
         stated, start = load_model(model, Path()), load_shape(shape, Path())
         folder = out or searches / "thesis"
-        lab = Lab(folder, settings, stated, start, fanout, tell.update, tell)
+        lab = Lab(folder, settings, stated, start, fanout, progress.update, progress)
         try:
             parts = list(EXPERIMENTS[experiment](lab, seeds, speeds))
         except (KeyboardInterrupt, WorkbenchError) as error:
             if not isinstance(error, InputError):
-                people.print("the same command goes on where this was stopped")
+                stderr.print("the same command goes on where this was stopped")
             raise
     page = folder / f"{experiment}.html"
     hops = f"{settings.evaluations} hops of {settings.duration:g} s"
@@ -88,7 +88,7 @@ def thesis(
         return
     for table in tables:
         _show(table)
-    people.print(f"report: {page}", markup=False)
+    stderr.print(f"report: {page}", markup=False)
 
 
 def _show(table: ExperimentTable) -> None:

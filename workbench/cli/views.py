@@ -1,15 +1,21 @@
-"""The views of a run that was carried out, drawn once its bundle is sealed."""
+"""The views of a run: recording, report and picture."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.bundle import Bundle
 from workbench.catalogue import describe
-from workbench.cli.output import people
+from workbench.cli.console import progress, stderr
+from workbench.errors import WorkbenchError
 from workbench.progress import Progress
 
-__all__ = ["described", "draw_views"]
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from workbench.comparison_set import ComparisonSet
+
+__all__ = ["bundle_json", "draw_views", "picture_of"]
 
 
 def draw_views(bundle: Bundle, progress: Progress) -> list[str]:
@@ -17,17 +23,27 @@ def draw_views(bundle: Bundle, progress: Progress) -> list[str]:
 
     Whatever keeps them from being drawn changes neither the run's status nor the exit code.
     """
-    from workbench.comparison_set import write_views  # a run itself is carried out without
+    from workbench.comparison_set import write_views  # not needed by the run itself
 
     progress("views")
     undrawn = write_views(bundle)
     if undrawn is None:
         return []
-    people.print(undrawn, style="bold", markup=False)
+    stderr.print(undrawn, style="bold", markup=False)
     return [undrawn]
 
 
-def described(bundle: Bundle, undrawn: list[str]) -> dict[str, Any]:
+def bundle_json(bundle: Bundle, undrawn: list[str]) -> dict[str, Any]:
     """Return a bundle's JSON object, with what could not be drawn among its warnings."""
     found = describe(bundle)
     return found | {"warnings": [*found["warnings"], *undrawn]}
+
+
+def picture_of(shown: ComparisonSet) -> Image | None:
+    """Return a picture for a page, None where this computer cannot take one."""
+    progress("picture of the viewer")
+    try:
+        return shown.picture()
+    except WorkbenchError as error:
+        stderr.print(f"the page has no picture of the viewer: {error}", markup=False)
+        return None

@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from workbench.sim import spread
+from workbench.sim import parallel_map
 
 __all__ = ["DESCRIPTORS", "SmallMotions", "descriptors", "small_motions"]
 
@@ -88,7 +88,7 @@ def small_motions(
     def ring(at: slice) -> tuple[NDArray[np.float64], ...]:
         return _ring(rest[at], hinges[at], weight[at], moved[at], inertia[at], standing)
 
-    rung = spread(ring, parts)
+    rung = parallel_map(ring, parts)
     phi, squares, modes = (np.concatenate(each) for each in zip(*rung, strict=True))
     turning = step * np.stack([-np.sin(phi), -np.cos(phi)], axis=1)
     along = step * np.stack([np.cos(phi), -np.sin(phi)], axis=1)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from workbench.fit.correction import correct, predicted, translations
 from workbench.fit.gain import Gain
-from workbench.sim import Stepper, keep_engine_quiet, spread
+from workbench.sim import Stepper, keep_engine_quiet, parallel_map
 
 __all__ = ["Found", "Innovations", "Job", "Observation", "Start", "Together", "observe"]
 
@@ -185,7 +185,7 @@ def observe(jobs: Sequence[Job], threads: int = 0, keep: bool = False) -> list[I
         for a in range(0, len(members), size)
     ]
     done: dict[int, Innovations] = {}
-    results = spread(lambda chunk: _observe([jobs[i] for i in chunk], keep), chunks, threads)
+    results = parallel_map(lambda chunk: _observe([jobs[i] for i in chunk], keep), chunks, threads)
     for chunk, found in zip(chunks, results, strict=True):
         done |= dict(zip(chunk, found, strict=True))
     return [done[i] for i in range(len(jobs))]

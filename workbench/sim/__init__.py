@@ -1,17 +1,18 @@
 """The robot in MuJoCo: parameters and a shape in, a motion out.
 
-`robot` builds the MjSpec from parts, `beam` its chain of hinges, `ground` holds the ground law and
-`laws` what else acts on the beam as compiled code, which `passive` hands to the engine and
-`compiling` keeps on disk; `drive` is what turns the rotor, `uneven` how that gives way and ripples,
-`motor` its numbers and `command` what it is told; `effects` are the causes by which a robot differs
-from its model. `equilibrium` finds the pose at rest, `modes` how it rings about that, `checks`
-refuses what cannot be simulated, `simulate` runs it, `fanout` runs many on one machine or several,
-and `gait` tells how it hopped. `stepper` steps what is a planar `chain` by the compiled lines of
-`chain_step`, all else by the engine. Nothing here knows of cameras, supplies or files.
+`robot` builds the MjSpec from parts, `beam` its chain of hinges. `ground` has the ground law and
+`beam_laws` the other forces on the beam as compiled code, which `passive_forces` gives to the
+engine and `compiling` keeps on disk. `drive` has the actuators of the rotor, `droop_ripple` their
+droop and ripple, `motor` the motor's parameters and `command` the commands; `effects` are the
+causes by which a robot differs from its model. `equilibrium` finds the pose at rest, `modes` the
+vibration about it, `checks` refuses what cannot be simulated, `simulate` runs it, `fanout` runs
+many on one machine or several, and `gait` summarizes the hops. `stepper` steps a planar `chain` by
+the compiled `chain_step`, other models by the engine. Nothing here knows of cameras, supplies or
+files.
 
 A new part of the robot is a function in `robot` that edits the spec, a new drive one in `drive`, a
 new effect an entry in a file of `effects`; a force that the engine has no field for belongs in
-`laws`, whose callback is installed once for the process, and in `chain_links`.
+`beam_laws`, whose callback is installed once for the process, and in `chain_links`.
 """
 
 from workbench.sim.checks import require_stable
@@ -32,17 +33,17 @@ from workbench.sim.modes import (
     linear_modes,
 )
 from workbench.sim.motor import MOTOR, Motor
-from workbench.sim.passive import install_force_laws
+from workbench.sim.passive_forces import install_force_laws
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, build_spec, compile_model, make_robot
 from workbench.sim.simulate import (
-    Admit,
     Outcome,
+    Precheck,
     Simulation,
     attempt_all,
     keep_engine_quiet,
+    parallel_map,
     simulate,
     simulate_all,
-    spread,
 )
 from workbench.sim.stepper import Stepper
 
@@ -52,7 +53,6 @@ __all__ = [
     "LIMITS",
     "MOTOR",
     "SAMPLE_RATE_HZ",
-    "Admit",
     "Condition",
     "Drive",
     "DrivenPeak",
@@ -63,6 +63,7 @@ __all__ = [
     "Motor",
     "NaturalMode",
     "Outcome",
+    "Precheck",
     "Quantity",
     "Robot",
     "Simulation",
@@ -80,13 +81,13 @@ __all__ = [
     "keep_engine_quiet",
     "linear_modes",
     "make_robot",
+    "parallel_map",
     "replayed",
     "require_stable",
     "sample_times",
     "settle",
     "simulate",
     "simulate_all",
-    "spread",
     "staircase",
     "unloaded",
 ]

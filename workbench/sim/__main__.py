@@ -1,4 +1,4 @@
-"""Compile what simulations call as machine code, so that the first run does not wait for it.
+"""Compile the functions that simulations call, so that the first run does not wait for it.
 
 python -m workbench.sim
 """

@@ -1,11 +1,11 @@
 """The beam as a chain of hinges: any number of increments for one and the same strip.
 
 The model's stiffness and damping are those of a chain of as many increments as the shape lists (16
-in the thesis). Each listed hinge stands for the strip half an increment to either side of it: its
-bend and its compliance are spread evenly there, the two end halves stay straight and rigid. A chain
-of another number of increments deals out what lies between two of its hinges to both, as a lever
-does. So the whole strip bends by the same angle about the same place under the same moment,
-whatever the number, and what a number of increments gets wrong falls with its square, smoothly.
+in the thesis). Each listed hinge represents the strip half an increment to either side of it: its
+bend and its compliance are uniform there, the two end halves stay straight and rigid. A chain of
+another number of increments distributes the strip between two of its hinges to both by the lever
+rule. So the whole strip bends by the same angle about the same point under the same moment for any
+number of increments, and the discretisation error falls with its square.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 __all__ = ["Hinge", "hinges"]
 
-_RIGID = 1e-12  # [rad/(N m)] a hinge that yields less is none
+_RIGID = 1e-12  # [rad/(N m)] a hinge of less compliance is left out
 
 
 class Hinge(NamedTuple):
@@ -60,17 +60,17 @@ def hinges(
             values["root_damping"] * root / values["root_stiffness"],
         )
     ]
-    for turn, yielding in zip(bend[1:], compliance[1:], strict=True):
+    for angle, yielding in zip(bend[1:], compliance[1:], strict=True):
         stiffness = None if yielding < _RIGID else float(1 / yielding)
-        chain.append(Hinge(float(turn), stiffness, ratio * (stiffness or 0.0)))
+        chain.append(Hinge(float(angle), stiffness, ratio * (stiffness or 0.0)))
     return tuple(chain)
 
 
 def _shares(listed: int, increments: int) -> NDArray[np.float64]:
-    """Return how much of each listed hinge but the root each hinge of a chain takes, (n, l - 1).
+    """Return the share of each listed hinge but the root in each hinge of a chain, (n, l - 1).
 
-    Place and amount of every piece of strip are kept. At the far end of the chain, where T is fast
-    to it, is no hinge: what would be dealt to that place goes to the two before it.
+    Sum and first moment of the strip are kept. There is no hinge at the far end of the chain, where
+    T is fixed to it: its share goes to the two before it.
     """
     begin = np.arange(listed - 1) + 0.5  # a listed hinge k covers k - 1/2 to k + 1/2 increments
     cell = listed / increments

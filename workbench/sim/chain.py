@@ -1,10 +1,10 @@
-"""Planar chains: models that compiled lines step as the engine does, in a fifth of its time.
+"""Planar chains: models that compiled code steps as the engine does, in a fifth of its time.
 
 The robot in its hopping plane is one: a foot that is fixed or free, hinges about +y in a row, their
-springs and dampers, the rotor with its servo, and the force laws of `ground`, `laws` and `uneven`.
-`read_chain` takes every number from the compiled MjModel, so that effects and edits of the MjSpec
-are in it, and answers None for what it does not know: that is stepped by the engine. `chain_step`
-has the equations; both step alike to rounding (`tests/sim/test_sim_chain.py`).
+springs and dampers, the rotor with its servo, and the force laws of `ground`, `beam_laws` and
+`droop_ripple`. `read_chain` takes every number from the compiled MjModel, so that effects and edits
+of the MjSpec are in it, and returns None for a model with anything else: the engine steps that.
+`chain_step` has the equations; both agree to rounding (`tests/sim/test_sim_chain.py`).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.sim.beam_laws import LAWS_MAGIC, LAWS_PARAMETERS
 from workbench.sim.ground import GROUND_MAGIC, GROUND_PARAMETERS
-from workbench.sim.laws import LAWS_MAGIC, LAWS_PARAMETERS
 
-__all__ = ["Chain", "Link", "Motor", "read_chain"]
+__all__ = ["ActuatorColumn", "LinkColumn", "PlanarChain", "read_chain"]
 
 Array = NDArray[np.float64]
 
@@ -33,11 +33,11 @@ _FIXED, _RIPPLE = int(mujoco.mjtGain.mjGAIN_FIXED), int(mujoco.mjtGain.mjGAIN_US
 _UNBIASED, _AFFINE = int(mujoco.mjtBias.mjBIAS_NONE), int(mujoco.mjtBias.mjBIAS_AFFINE)
 _ON_JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 _RIPPLES = 5
-_DUST = 1e-9  # [m, rad, m/s, rad/s, kg m^2] out of the plane that only rounding has put there
+_ROUNDING = 1e-9  # [kg m^2] greatest product of inertia out of the plane that counts as rounding
 
 
-class Link(IntEnum):
-    """Columns of `Chain.links`, all in the frame of the link, whose origin is its hinge.
+class LinkColumn(IntEnum):
+    """Columns of `PlanarChain.links`, all in the frame of the link, whose origin is its hinge.
 
     Mass, centre of mass, inertia about the hinge; where the hinge is in the link before, and by
     what angle this link is turned against that one at qpos zero. Of the hinge: its spring, torque
@@ -48,36 +48,36 @@ class Link(IntEnum):
     MASS, X, Z, INERTIA, AT_X, AT_Z, TURN, K0, K1, K2, REST, D0, D1, D2, ARMATURE = range(15)
 
 
-class Motor(IntEnum):
-    """Columns of `Chain.motors`, one row an actuator: torque = gain u + offset + k angle + d speed.
+class ActuatorColumn(IntEnum):
+    """Columns of `PlanarChain.actuators`: torque = gain u + offset + k angle + d speed.
 
     u is the control, or where `ADDRESS` is not negative the activation there, which grows by the
-    control, or where `UNEVEN` is 1 by what `uneven` makes of it. From `DROOP` on stand the numbers
-    of `uneven`; where `RIPPLED` is 1 its ripple is the gain.
+    control, or where `MODULATED` is 1 by the rate of `droop_ripple`, whose numbers begin at
+    `DROOP`; where `RIPPLED` is 1 its ripple is the gain.
     """
 
-    LINK, GAIN, OFFSET, STIFFNESS, DAMPING, ADDRESS, UNEVEN, RIPPLED, DROOP = range(9)
+    LINK, GAIN, OFFSET, STIFFNESS, DAMPING, ADDRESS, MODULATED, RIPPLED, DROOP = range(9)
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class PlanarChain:
     """The numbers of a planar chain.
 
     Args:
-        links: (n + 1, 15) as in `Link`; the first is the foot, or the world.
-        motors: (nu, 13) as in `Motor`.
+        links: (n + 1, 15) as in `LinkColumn`; the first is the foot, or the world.
+        actuators: (nu, 13) as in `ActuatorColumn`.
         ground: (18,) numeric field of `ground`, zeros where no ground is.
-        laws: (10,) numeric field of `laws`, zeros where there is none.
-        bodies: (nbody, 4) of each body its link, its place there, forward and up [m], and by what
-            angle it is turned against the link [rad].
-        top: (4,) the same of T; for `laws`.
+        laws: (10,) numeric field of `beam_laws`, zeros where there is none.
+        bodies: (nbody, 4) of each body its link, its position there, forward and up [m], and its
+            angle against the link [rad].
+        top: (4,) the same of T; for `beam_laws`.
         gravity: forward and up [m/s^2].
         step: [s].
         root: degrees of freedom of the root: 0 fixed, 3 planar joints, 6 a free joint.
     """
 
     links: Array
-    motors: Array
+    actuators: Array
     ground: Array
     laws: Array
     bodies: Array
@@ -96,24 +96,24 @@ class Chain:
         return np.array([*root, *range(self.root, self.root + len(self.links) - 1)])
 
 
-def read_chain(model: mujoco.MjModel) -> Chain | None:
-    """Return the planar chain that a model is, None where it is none or has what is not known."""
+def read_chain(model: mujoco.MjModel) -> PlanarChain | None:
+    """Return a model's planar chain, None where it has anything that a chain has not."""
     root = _root(model)
     if root is None or not (_is_plain(model) and _is_serial(model, root) and _is_flat(model, root)):
         return None
-    motors = _motors(model, root)
-    if motors is None:
+    actuators = _actuators(model, root)
+    if actuators is None:
         return None
     ground, laws = _fields(model)
     links, bodies = _links(model, root)
     top = bodies[int(laws[4])]
     forward, _, up = model.opt.gravity
     step = model.opt.timestep
-    return Chain(links, motors, ground, laws, bodies, top, (forward, up), step, root)
+    return PlanarChain(links, actuators, ground, laws, bodies, top, (forward, up), step, root)
 
 
 def _root(model: mujoco.MjModel) -> int | None:
-    """Return the degrees of freedom of the root, None for joints that are not known."""
+    """Return the degrees of freedom of the root, None for other joints."""
     types = model.jnt_type
     if model.njnt and types[0] == _FREE:
         return 6
@@ -143,7 +143,7 @@ def _is_plain(model: mujoco.MjModel) -> bool:
 
 
 def _is_serial(model: mujoco.MjModel, root: int) -> bool:
-    """Return whether the bodies are in a row, behind the root a hinge about +y each, or none."""
+    """Return whether the bodies behind the root are in series, each with at most one y hinge."""
     first = 3 if root == 3 else int(root == 6)
     hinged = model.body_jntnum[2 if root else 1 :]
     dofs = slice(root, None)
@@ -162,14 +162,14 @@ def _is_serial(model: mujoco.MjModel, root: int) -> bool:
 
 
 def _is_flat(model: mujoco.MjModel, root: int) -> bool:
-    """Return whether nothing drives it out of the plane."""
+    """Return whether gravity, frames and inertias keep it in the plane."""
     turned = model.body_quat[2 if root else 1 :, [1, 3]]
     if model.opt.gravity[1] or turned.any():
         return False
     if root != 6:
         return True
     across = np.abs(_inertias(model)[1:, [0, 2]]).max()
-    return not (model.body_ipos[:, 1].any() or model.body_pos[2:, 1].any() or across >= _DUST)
+    return not (model.body_ipos[:, 1].any() or model.body_pos[2:, 1].any() or across >= _ROUNDING)
 
 
 def _inertias(model: mujoco.MjModel) -> Array:
@@ -183,7 +183,7 @@ def _inertias(model: mujoco.MjModel) -> Array:
 
 
 def _fields(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Return the numbers of `ground` and `laws` as the callback finds them."""
+    """Return the numbers of `ground` and `beam_laws` as the callback finds them."""
     data = model.numeric_data
     ground, laws, used = np.zeros(GROUND_PARAMETERS), np.zeros(LAWS_PARAMETERS), 0
     if len(data) >= GROUND_PARAMETERS and data[0] == GROUND_MAGIC:
@@ -193,9 +193,9 @@ def _fields(model: mujoco.MjModel) -> tuple[Array, Array]:
     return ground, laws
 
 
-def _motors(model: mujoco.MjModel, root: int) -> Array | None:
-    """Return the actuators, None where one is of a kind that is not known."""
-    rows = np.zeros((model.nu, len(Motor) + _RIPPLES - 1))
+def _actuators(model: mujoco.MjModel, root: int) -> Array | None:
+    """Return the actuators, None where one is of another kind."""
+    rows = np.zeros((model.nu, len(ActuatorColumn) + _RIPPLES - 1))
     limited = (model.actuator_ctrllimited, model.actuator_forcelimited, model.actuator_actlimited)
     inner = (model.actuator_damping, model.actuator_armature, model.actuator_actearly)
     late = model.actuator_delay
@@ -214,63 +214,63 @@ def _motors(model: mujoco.MjModel, root: int) -> Array | None:
         dof = int(model.jnt_dofadr[joint]) if known else -1
         if dof < root:
             return None
-        uneven, rippled = dynamics == _USER, gain == _RIPPLE
-        row[: Motor.DROOP] = [
+        modulated, rippled = dynamics == _USER, gain == _RIPPLE
+        row[: ActuatorColumn.DROOP] = [
             dof - root + 1, model.actuator_gainprm[k, 0],
             *(model.actuator_biasprm[k, :3] * (bias == _AFFINE)),
-            -1 if dynamics == _PASSIVE else model.actuator_actadr[k], uneven, rippled,
+            -1 if dynamics == _PASSIVE else model.actuator_actadr[k], modulated, rippled,
         ]  # fmt: skip
-        numbers = model.actuator_dynprm if uneven else model.actuator_gainprm
-        row[Motor.DROOP :] = numbers[k, :_RIPPLES] if uneven or rippled else 0.0
+        numbers = model.actuator_dynprm if modulated else model.actuator_gainprm
+        row[ActuatorColumn.DROOP :] = numbers[k, :_RIPPLES] if modulated or rippled else 0.0
     return rows
 
 
 def _links(model: mujoco.MjModel, root: int) -> tuple[Array, Array]:
-    """Return the links, and of each body its link, place and turn there.
+    """Return the links, and of each body its link, position and angle there.
 
     Bodies without a hinge are part of the link before them.
     """
     first, hinged = 2 if root else 1, model.body_jntnum.tolist()
-    quats, places, centres = (
+    quats, positions, centres = (
         each.tolist() for each in (model.body_quat, model.body_pos, model.body_ipos)
     )
     masses, inertias = model.body_mass.tolist(), _inertias(model)[:, 1].tolist()
-    links, bodies = [[0.0] * len(Link)], [[0.0] * 4 for _ in hinged]
+    links, bodies = [[0.0] * len(LinkColumn)], [[0.0] * 4 for _ in hinged]
     turns = [0.0]
     x = z = turned = 0.0
     for body in range(1, model.nbody):
         if body >= first:
-            dx, dz = _turned(places[body][0], places[body][2], turned)
+            dx, dz = _turned(positions[body][0], positions[body][2], turned)
             x, z = x + dx, z + dz
             turned += 2 * math.atan2(quats[body][2], quats[body][0])
             if hinged[body]:
-                links.append([0.0] * len(Link))
-                links[-1][Link.AT_X], links[-1][Link.AT_Z] = x, z
+                links.append([0.0] * len(LinkColumn))
+                links[-1][LinkColumn.AT_X], links[-1][LinkColumn.AT_Z] = x, z
                 turns.append(turned)
                 x = z = turned = 0.0
             bodies[body] = [len(links) - 1, x, z, turned]
         dx, dz = _turned(centres[body][0], centres[body][2], turned)
         link, mass, along, above = links[-1], masses[body], x + dx, z + dz
-        link[Link.MASS] += mass
-        link[Link.X] += mass * along
-        link[Link.Z] += mass * above
-        link[Link.INERTIA] += inertias[body] + mass * (along * along + above * above)
+        link[LinkColumn.MASS] += mass
+        link[LinkColumn.X] += mass * along
+        link[LinkColumn.Z] += mass * above
+        link[LinkColumn.INERTIA] += inertias[body] + mass * (along * along + above * above)
     found = np.array(links)
-    massive = found[:, Link.MASS] > 0
-    found[massive, Link.X : Link.Z + 1] /= found[massive, Link.MASS, None]
+    massive = found[:, LinkColumn.MASS] > 0
+    found[massive, LinkColumn.X : LinkColumn.Z + 1] /= found[massive, LinkColumn.MASS, None]
     joints = slice(3 if root == 3 else int(root == 6), None)
     own, dofs = found[1:], slice(root, None)
-    own[:, Link.TURN] = np.array(turns[1:]) - model.qpos0[model.jnt_qposadr[joints]]
-    own[:, Link.K0] = model.jnt_stiffness[joints]
-    own[:, Link.K1 : Link.K2 + 1] = model.jnt_stiffnesspoly[joints]
-    own[:, Link.REST] = model.qpos_spring[model.jnt_qposadr[joints]]
-    own[:, Link.D0] = model.dof_damping[dofs]
-    own[:, Link.D1 : Link.D2 + 1] = model.dof_dampingpoly[dofs]
-    own[:, Link.ARMATURE] = model.dof_armature[dofs]
+    own[:, LinkColumn.TURN] = np.array(turns[1:]) - model.qpos0[model.jnt_qposadr[joints]]
+    own[:, LinkColumn.K0] = model.jnt_stiffness[joints]
+    own[:, LinkColumn.K1 : LinkColumn.K2 + 1] = model.jnt_stiffnesspoly[joints]
+    own[:, LinkColumn.REST] = model.qpos_spring[model.jnt_qposadr[joints]]
+    own[:, LinkColumn.D0] = model.dof_damping[dofs]
+    own[:, LinkColumn.D1 : LinkColumn.D2 + 1] = model.dof_dampingpoly[dofs]
+    own[:, LinkColumn.ARMATURE] = model.dof_armature[dofs]
     return found, np.array(bodies)
 
 
 def _turned(x: float, z: float, angle: float) -> tuple[float, float]:
-    """Return a place (forward, up) turned about +y."""
+    """Return a position (forward, up) turned about +y."""
     c, s = math.cos(angle), math.sin(angle)
     return c * x + s * z, c * z - s * x

@@ -1,8 +1,8 @@
-"""Where the links of a planar chain are and what acts on them, compiled: of steps and statics.
+"""Kinematics of a planar chain's links and the forces on them, compiled, for steps and statics.
 
-Coordinates are forward, up and pitch of the root, then the angles of the hinges. `work` has a row a
-link and the columns named here. Axes are those of the world; a force is (turn, forward, up) about
-the link's own hinge.
+Coordinates are forward, up and pitch of the root, then the angles of the hinges. `work` has a row
+for each link and the columns named here. Axes are those of the world; a force is (torque, forward,
+up) about the link's own hinge.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.sim.chain import Link
-from workbench.sim.laws import top_force
+from workbench.sim.beam_laws import top_force
+from workbench.sim.chain import LinkColumn
 
 __all__ = [
     "COS",
@@ -43,20 +43,20 @@ __all__ = [
     "compile_part",
     "place_links",
     "pull_top",
-    "take_coordinates",
+    "read_coordinates",
 ]
 
 Array = NDArray[np.float64]
 
 compile_part = numba.njit(error_model="numpy")
-"""Compiles what a compiled function calls, with no test for zero at each division."""
+"""Compiles a function for compiled ones, with no test for zero at each division."""
 
-_MASS, _X, _Z, _INERTIA, _AT_X, _AT_Z, _TURN = (int(Link(k)) for k in range(7))
-_K0, _K1, _K2, _REST, _D0, _D1, _D2, _ARMATURE = (int(Link(k)) for k in range(7, 15))
+_MASS, _X, _Z, _INERTIA, _AT_X, _AT_Z, _TURN = (int(LinkColumn(k)) for k in range(7))
+_K0, _K1, _K2, _REST, _D0, _D1, _D2, _ARMATURE = (int(LinkColumn(k)) for k in range(7, 15))
 
-# place of a hinge from the one before; what the turning of the link before adds to its
-# acceleration; articulated inertia, (turn, forward, up) and symmetric; force; 1 / inertia of the
-# hinge; its torque and damping; speed of its hinge in the world; cosine and sine
+# position of a hinge from the one before; centripetal acceleration by the turning of the link
+# before; articulated inertia, (turn, forward, up) and symmetric; force; 1 / inertia of the hinge;
+# its torque and damping; speed of its hinge in the world; cosine and sine
 RX, RZ, CX, CZ, II, IX, IZ, XX, XZ, ZZ, FI, FX, FZ, OVER = range(14)
 TORQUE, LOSS, VX, VZ, COS, SIN = range(14, 20)
 WORK = 20
@@ -64,7 +64,7 @@ WORK = 20
 
 
 @compile_part
-def take_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
+def read_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) -> None:
     """Copy the engine's coordinates to forward, up, pitch of the root and the hinges' angles."""
     first = 3 if root == 6 else 3 - root
     for i in range(first):
@@ -72,14 +72,14 @@ def take_coordinates(root: int, qpos: Array, qvel: Array, q: Array, v: Array) ->
     if root == 6:
         q[0], q[1], q[2] = qpos[0], qpos[2], 2 * math.atan2(qpos[5], qpos[3])
         v[0], v[1], v[2] = qvel[0], qvel[2], qvel[4]
-    places, speeds = len(qpos) - len(q), len(qvel) - len(v)
+    angles, speeds = len(qpos) - len(q), len(qvel) - len(v)
     for i in range(first, len(q)):
-        q[i], v[i] = qpos[places + i], qvel[speeds + i]
+        q[i], v[i] = qpos[angles + i], qvel[speeds + i]
 
 
 @compile_part
 def place_links(links: Array, q: Array, v: Array, work: Array) -> None:
-    """Write each link's place, inertia and centrifugal force."""
+    """Write each link's position, inertia and centrifugal force."""
     angle, turn = q[2], v[2]
     c, s = math.cos(angle), math.sin(angle)
     vx, vz = v[0], v[1]
@@ -115,10 +115,10 @@ def bend_hinges(links: Array, q: Array, v: Array, work: Array) -> None:
 
 
 @compile_part
-def add_force(work: Array, k: int, place: Array, fx: float, fz: float) -> None:
-    """Let a force act on a link at a place of its frame."""
+def add_force(work: Array, k: int, at: Array, fx: float, fz: float) -> None:
+    """Add a force on a link at a point (_, forward, up) of its frame."""
     c, s = work[k, COS], work[k, SIN]
-    dx, dz = c * place[1] + s * place[2], c * place[2] - s * place[1]
+    dx, dz = c * at[1] + s * at[2], c * at[2] - s * at[1]
     work[k, FI] -= dz * fx - dx * fz
     work[k, FX] -= fx
     work[k, FZ] -= fz
@@ -126,16 +126,16 @@ def add_force(work: Array, k: int, place: Array, fx: float, fz: float) -> None:
 
 @compile_part
 def pull_top(links: Array, laws: Array, top: Array, q: Array, v: Array, work: Array) -> None:
-    """Add what `laws` does to T and at the foot's hinge."""
-    carrier, x, turn = int(top[0]), q[0], v[2]
-    for k in range(1, carrier + 1):
+    """Add the forces of `beam_laws` at T and at the foot's hinge."""
+    link, x, turn = int(top[0]), q[0], v[2]
+    for k in range(1, link + 1):
         x += work[k, RX]
         turn += v[2 + k]
-    c, s = work[carrier, COS], work[carrier, SIN]
+    c, s = work[link, COS], work[link, SIN]
     dx, dz = c * top[1] + s * top[2], c * top[2] - s * top[1]
-    vx, vz = work[carrier, VX] + turn * dz, work[carrier, VZ] - turn * dx
+    vx, vz = work[link, VX] + turn * dz, work[link, VZ] - turn * dx
     fx, _, fz = top_force(laws, x + dx, vx, 0.0, vz)
-    add_force(work, carrier, top, fx, fz)
+    add_force(work, link, top, fx, fz)
     if laws[5] > 0.0:  # within the play the spring of the foot's hinge, the first, gives nothing
         bent = q[3] - links[1, _REST]
         work[1, TORQUE] += links[1, _K0] * min(max(bent, -laws[5]), laws[5])

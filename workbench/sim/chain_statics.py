@@ -1,4 +1,4 @@
-"""How the force on a planar chain at rest changes with its pose, compiled."""
+"""The stiffness matrix of a planar chain at rest, compiled."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from workbench.sim.chain_links import (
     compile_part,
     place_links,
     pull_top,
-    take_coordinates,
+    read_coordinates,
 )
 from workbench.sim.compiling import compiled
 from workbench.sim.ground import GROUND_RECORD, planar_forces
@@ -47,7 +47,7 @@ def _stiffness_of_chain(
     pulled: Array,
     pull: Array,
 ) -> Array:
-    """Return minus the derivative of the force that nothing balances, (n, n), at rest.
+    """Return minus the derivative of the unbalanced force, (n, n), at rest.
 
     Central differences; the foot's corners lock where they are.
 
@@ -59,10 +59,10 @@ def _stiffness_of_chain(
         gravity: (2,) [m/s^2].
         root: degrees of freedom of the root.
         qpos: (nq,) of the engine.
-        directions: (n, links + 2) what moves, per unit; forward, up, pitch of the root, hinges.
+        directions: (n, links + 2) unit displacements; forward, up, pitch of the root, hinges.
         dofs: (n,) whose forces are returned, counted likewise.
         step: of the differences [m, rad].
-        pulled: (4,) link and place of a force on T.
+        pulled: (4,) link and position of a force on T.
         pull: (2,) that force, forward and up [N].
     """
     size, count = len(dofs), links.shape[0] + 2
@@ -71,7 +71,7 @@ def _stiffness_of_chain(
     sides, found = np.empty((2, size)), np.empty((size, size))
     for column in range(size):
         for side in range(2):
-            take_coordinates(root, qpos, rest, q, v)
+            read_coordinates(root, qpos, rest, q, v)
             for i in range(count):
                 q[i] += (step - 2 * step * side) * directions[column, i]
             user[:] = 0.0
@@ -83,7 +83,7 @@ def _stiffness_of_chain(
             if laws[0] != 0.0:
                 pull_top(links, laws, top, q, v, work)
             add_force(work, int(pulled[0]), pulled, pull[0], pull[1])
-            _weigh(gravity, foot, work)
+            _sum_forces(gravity, foot, work)
             for i in range(size):
                 k = dofs[i]
                 sides[side, i] = (
@@ -95,8 +95,8 @@ def _stiffness_of_chain(
 
 
 @compile_part
-def _weigh(gravity: Array, foot: Array, work: Array) -> None:
-    """Sum up, tip to root, what gravity and forces on links do at each hinge of a chain at rest."""
+def _sum_forces(gravity: Array, foot: Array, work: Array) -> None:
+    """Sum up, tip to root, gravity and the forces on links at each hinge of a chain at rest."""
     for k in range(work.shape[0] - 1, -1, -1):
         work[k, FI] -= work[k, IX] * gravity[0] + work[k, IZ] * gravity[1]
         work[k, FX] -= work[k, XX] * gravity[0]

@@ -1,10 +1,10 @@
 """Steps of planar chains, compiled: the engine's `implicitfast`, by articulated bodies.
 
-A step solves (M + h D) a = f for the acceleration a of the hinges' angles and moves on by
+A step solves (M + h D) a = f for the acceleration a of the hinges' angles and integrates
 
     v <- v + h a,    q <- q + h v,
 
-with M the inertia, D the derivative of dampers and motors by the speeds, f all forces at the state
+with M the inertia, D the derivative of dampers and drives by the speeds, f all forces at the state
 before it. Featherstone's articulated-body recursion (Rigid Body Dynamics Algorithms, 2008, table
 7.1) does it link by link, tip to root and back; here each link has three degrees of freedom, turn,
 forward, up, about its own hinge, the axes those of the world. For a link turned by angle w' and a
@@ -19,7 +19,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.sim.chain import Link, Motor
+from workbench.sim.chain import ActuatorColumn, LinkColumn
 from workbench.sim.chain_links import (
     COS,
     CX,
@@ -44,26 +44,28 @@ from workbench.sim.chain_links import (
     compile_part,
     place_links,
     pull_top,
-    take_coordinates,
+    read_coordinates,
 )
 from workbench.sim.compiling import compiled
+from workbench.sim.droop_ripple import ripple, servo_rate
 from workbench.sim.ground import planar_forces, planar_forces_again
-from workbench.sim.uneven import ripple, servo_rate
 
 __all__ = ["step_chains"]
 
 Array = NDArray[np.float64]
 
 _HIGHEST = 1e10
-"""Beyond it the engine calls an acceleration bad (mjMAXVAL)."""
+"""Above it an acceleration has diverged (the engine's mjMAXVAL)."""
 
-_ARMATURE = int(Link.ARMATURE)
-_OF, _GAIN, _OFFSET, _STIFFNESS, _DAMPING, _ADDRESS, _UNEVEN, _RIPPLED, _DROOP = map(int, Motor)
+_ARMATURE = int(LinkColumn.ARMATURE)
+_OF, _GAIN, _OFFSET, _STIFFNESS, _DAMPING, _ADDRESS, _MODULATED, _RIPPLED, _DROOP = map(
+    int, ActuatorColumn
+)
 
 
 def _step_chains(
     links: Array,
-    motors: Array,
+    actuators: Array,
     ground: Array,
     laws: Array,
     top: Array,
@@ -73,7 +75,7 @@ def _step_chains(
     rows: NDArray[np.int32],
     state: Array,
     forced: Array,
-    places: NDArray[np.int64],
+    spans: NDArray[np.int64],
     steps: int,
     torque: Array,
     broken: NDArray[np.bool_],
@@ -82,66 +84,66 @@ def _step_chains(
     xmat: Array,
     xanchor: Array,
 ) -> None:
-    """Step some simulations of equal layout in place; one that breaks keeps the state it had.
+    """Step some simulations of equal layout in place; one that diverges keeps its last state.
 
     Args:
         links: of `Chain`, as all that follows up to the step, stacked, (s, n + 1, 15).
-        motors: (s, nu, 13).
+        actuators: (s, nu, 13).
         ground: (s, 18).
         laws: (s, 10).
         top: (s, 4).
         gravity: (s, 2) [m/s^2].
         step: (s,) [s].
         root: degrees of freedom of the root.
-        rows: which are stepped.
+        rows: of the simulations to step.
         state: (s, size) mjSTATE_INTEGRATION.
         forced: (s, size) states of which `userdata` has the forces; a state that was corrected
             since then gets new ones.
-        places: (6, 2) where in the state qpos, qvel, act, ctrl, userdata and time begin and end.
+        spans: (6, 2) begin and end of qpos, qvel, act, ctrl, userdata and time in the state.
         steps: how many.
-        torque: (s, nu) of the last step's motors, written.
-        broken: (s,) set where an acceleration is none; those are not stepped again.
+        torque: (s, nu) of the last step's actuators, written.
+        broken: (s,) set where an acceleration diverged; those are not stepped again.
         bodies: (s, nbody, 4) of `Chain`.
-        xpos: (s, nbody, 3) places of the bodies after the steps, as all that follows written where
-            the motion changes them [m].
+        xpos: (s, nbody, 3) positions of the bodies after the steps, as all that follows written
+            where the motion changes them [m].
         xmat: (s, nbody, 9).
         xanchor: (s, njnt, 3) of hinges [m].
     """
     count = links.shape[1] + 2
     q, v, foot = np.empty(count), np.empty(count), np.empty(3)
-    act, user = np.empty(places[2, 1] - places[2, 0]), np.empty(places[4, 1] - places[4, 0])
+    act, user = np.empty(spans[2, 1] - spans[2, 0]), np.empty(spans[4, 1] - spans[4, 0])
     work = np.empty((links.shape[1], WORK))
     for row in rows:
         if broken[row]:
             continue
-        qpos, qvel = _part(state, row, places[0]), _part(state, row, places[1])
-        control, same = _part(state, row, places[3]), True
+        qpos, qvel = _slice(state, row, spans[0]), _slice(state, row, spans[1])
+        control, unchanged = _slice(state, row, spans[3]), True
         for k in (0, 1, 4):
-            for i in range(places[k, 0], places[k, 1]):
-                same = same and state[row, i] == forced[row, i]
-        take_coordinates(root, qpos, qvel, q, v)
-        _copy(_part(state, row, places[2]), act)
-        _copy(_part(state, row, places[4]), user)
-        broken[row] = not _advance(
-            links[row], motors[row], ground[row], laws[row], top[row], gravity[row],
-            float(step[row]), root > 0, q, v, act, control, user, same, steps, torque[row], foot,
-            work,
+            for i in range(spans[k, 0], spans[k, 1]):
+                unchanged = unchanged and state[row, i] == forced[row, i]
+        read_coordinates(root, qpos, qvel, q, v)
+        _copy(_slice(state, row, spans[2]), act)
+        _copy(_slice(state, row, spans[4]), user)
+        broken[row] = not _step_chain(
+            links[row], actuators[row], ground[row], laws[row], top[row], gravity[row],
+            float(step[row]), root > 0, q, v, act, control, user, unchanged, steps, torque[row],
+            foot, work,
         )  # fmt: skip
         if broken[row]:
             continue
-        _give(root, q, v, qpos, qvel)
-        _copy(act, _part(state, row, places[2]))
-        _copy(user, _part(state, row, places[4]))
-        state[row, places[5, 0]] += steps * step[row]
+        _write_coordinates(root, q, v, qpos, qvel)
+        _copy(act, _slice(state, row, spans[2]))
+        _copy(user, _slice(state, row, spans[4]))
+        state[row, spans[5, 0]] += steps * step[row]
         place_links(links[row], q, v, work)
-        _show(bodies[row], root, q, work, xpos[row], xmat[row], xanchor[row])
+        _write_poses(bodies[row], root, q, work, xpos[row], xmat[row], xanchor[row])
 
 
 @compile_part
-def _show(
+def _write_poses(
     bodies: Array, root: int, q: Array, work: Array, xpos: Array, xmat: Array, xanchor: Array
 ) -> None:
-    """Write where bodies and hinges are."""
+    """Write positions and orientations of bodies and positions of hinges."""
     x, z, body = q[0], q[1], 1
     first = xanchor.shape[0] - work.shape[0] + 1
     for k in range(work.shape[0]):
@@ -167,8 +169,8 @@ def _show(
 
 
 @compile_part
-def _part(state: Array, row: int, place: NDArray[np.int64]) -> Array:
-    return state[row, place[0] : place[1]]
+def _slice(state: Array, row: int, span: NDArray[np.int64]) -> Array:
+    return state[row, span[0] : span[1]]
 
 
 @compile_part
@@ -178,21 +180,21 @@ def _copy(values: Array, to: Array) -> None:
 
 
 @compile_part
-def _give(root: int, q: Array, v: Array, qpos: Array, qvel: Array) -> None:
-    """Copy them back."""
+def _write_coordinates(root: int, q: Array, v: Array, qpos: Array, qvel: Array) -> None:
+    """Copy a chain's coordinates to the engine's; the reverse of `read_coordinates`."""
     if root == 6:
         qpos[0], qpos[2] = q[0], q[1]
         qpos[3], qpos[5] = math.cos(q[2] / 2), math.sin(q[2] / 2)
         qvel[0], qvel[2], qvel[4] = v[0], v[1], v[2]
-    places, speeds = len(qpos) - len(q), len(qvel) - len(v)
+    angles, speeds = len(qpos) - len(q), len(qvel) - len(v)
     for i in range(3 if root == 6 else 3 - root, len(q)):
-        qpos[places + i], qvel[speeds + i] = q[i], v[i]
+        qpos[angles + i], qvel[speeds + i] = q[i], v[i]
 
 
 @compile_part
-def _advance(
+def _step_chain(
     links: Array,
-    motors: Array,
+    actuators: Array,
     ground: Array,
     laws: Array,
     top: Array,
@@ -204,28 +206,28 @@ def _advance(
     act: Array,
     control: Array,
     user: Array,
-    same: bool,
+    unchanged: bool,
     steps: int,
     torque: Array,
     foot: Array,
     work: Array,
 ) -> bool:
-    """Step one chain; return whether every acceleration was one."""
+    """Step one chain; return whether every acceleration was finite."""
     last = links.shape[0] - 1
     for done in range(steps):
         foot[0] = foot[1] = foot[2] = 0.0
         if ground[0] != 0.0:
-            if same and done == 0:
+            if unchanged and done == 0:
                 planar_forces_again(ground, q, user, foot)
             else:
                 planar_forces(ground, q, v, user, foot)
         place_links(links, q, v, work)
         bend_hinges(links, q, v, work)
-        for i in range(motors.shape[0]):
-            _turn(motors, i, q, v, act, control, torque, work)
+        for i in range(actuators.shape[0]):
+            _add_actuator_torque(actuators, i, q, v, act, control, torque, work)
         if laws[0] != 0.0:
             pull_top(links, laws, top, q, v, work)
-        _inward(links, step, work)
+        _articulated_inertias(links, step, work)
         turn, forward, up = _root(work, foot) if free else (0.0, -gravity[0], -gravity[1])
         if not abs(turn) + abs(forward) + abs(up) < _HIGHEST:
             return False
@@ -233,25 +235,25 @@ def _advance(
             v[0] += step * (forward + gravity[0])
             v[1] += step * (up + gravity[1])
             v[2] += step * turn
-        for i in range(motors.shape[0]):
-            _activate(motors, i, step, q, v, act, control, work)
+        for i in range(actuators.shape[0]):
+            _step_activation(actuators, i, step, q, v, act, control, work)
         for k in range(1, last + 1):
             rx, rz = work[k, RX], work[k, RZ]
             forward, up = forward + turn * rz + work[k, CX], up - turn * rx + work[k, CZ]
-            held = work[k, II] * turn + work[k, IX] * forward + work[k, IZ] * up
-            own = (work[k, TORQUE] - held) * work[k, OVER]
-            if not abs(own) < _HIGHEST:
+            inertial = work[k, II] * turn + work[k, IX] * forward + work[k, IZ] * up
+            joint = (work[k, TORQUE] - inertial) * work[k, OVER]
+            if not abs(joint) < _HIGHEST:
                 return False
-            turn += own
-            v[2 + k] += step * own
+            turn += joint
+            v[2 + k] += step * joint
         for i in range(0 if free else 3, last + 3):
             q[i] += step * v[i]
     return True
 
 
 @compile_part
-def _turn(
-    motors: Array,
+def _add_actuator_torque(
+    actuators: Array,
     i: int,
     q: Array,
     v: Array,
@@ -260,34 +262,41 @@ def _turn(
     torque: Array,
     work: Array,
 ) -> None:
-    """Add the torque of a motor to that of its hinge."""
-    k, gain, address = int(motors[i, _OF]), motors[i, _GAIN], int(motors[i, _ADDRESS])
-    if motors[i, _RIPPLED] != 0.0:
-        gain *= ripple(motors[i, _DROOP + 1 :], work[k, COS], work[k, SIN])
+    """Add the torque of an actuator to that of its hinge."""
+    k, gain, address = int(actuators[i, _OF]), actuators[i, _GAIN], int(actuators[i, _ADDRESS])
+    if actuators[i, _RIPPLED] != 0.0:
+        gain *= ripple(actuators[i, _DROOP + 1 :], work[k, COS], work[k, SIN])
     driven = control[i] if address < 0 else act[address]
-    passive = motors[i, _STIFFNESS] * q[2 + k] + motors[i, _DAMPING] * v[2 + k]
-    torque[i] = gain * driven + motors[i, _OFFSET] + passive
+    passive = actuators[i, _STIFFNESS] * q[2 + k] + actuators[i, _DAMPING] * v[2 + k]
+    torque[i] = gain * driven + actuators[i, _OFFSET] + passive
     work[k, TORQUE] += torque[i]
-    work[k, LOSS] -= motors[i, _DAMPING]
+    work[k, LOSS] -= actuators[i, _DAMPING]
 
 
 @compile_part
-def _activate(
-    motors: Array, i: int, step: float, q: Array, v: Array, act: Array, control: Array, work: Array
+def _step_activation(
+    actuators: Array,
+    i: int,
+    step: float,
+    q: Array,
+    v: Array,
+    act: Array,
+    control: Array,
+    work: Array,
 ) -> None:
-    """Move a motor's activation on; hinges have the speeds that they had before the step."""
-    k, address, rate = int(motors[i, _OF]), int(motors[i, _ADDRESS]), control[i]
+    """Integrate an actuator's activation, with the hinges' speeds before the step."""
+    k, address, rate = int(actuators[i, _OF]), int(actuators[i, _ADDRESS]), control[i]
     if address < 0:
         return
-    if motors[i, _UNEVEN] != 0.0:
-        apart, numbers = act[address] - q[2 + k], motors[i, _DROOP:]
-        rate = servo_rate(numbers, rate, apart, v[2 + k], work[k, COS], work[k, SIN])
+    if actuators[i, _MODULATED] != 0.0:
+        error, numbers = act[address] - q[2 + k], actuators[i, _DROOP:]
+        rate = servo_rate(numbers, rate, error, v[2 + k], work[k, COS], work[k, SIN])
     act[address] += step * rate
 
 
 @compile_part
-def _inward(links: Array, step: float, work: Array) -> None:
-    """Put each link, as far as its hinge holds it, into the one before."""
+def _articulated_inertias(links: Array, step: float, work: Array) -> None:
+    """Add each link's articulated inertia and force to the link before, tip to root."""
     for k in range(links.shape[0] - 1, 0, -1):
         a, b, c = work[k, II], work[k, IX], work[k, IZ]
         over = 1.0 / (a + links[k, _ARMATURE] + step * work[k, LOSS])

@@ -1,7 +1,6 @@
-"""What is asked of a robot and its command before the first step.
+"""Checks of a robot and its command before the first step.
 
-`require_sound` needs no model and runs first; `require_stable` looks at the model at rest. Each
-check is one function that raises InputError; a new one is a function and its name in the list.
+`require_valid` needs no model and runs first; `require_stable` checks the model at rest.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ from workbench.sim.condition import Condition
 from workbench.sim.drive import DRIVES, LIMITS, Drive
 from workbench.sim.robot import Robot
 
-__all__ = ["MARGIN", "HighestMode", "highest_mode", "require_sound", "require_stable"]
+__all__ = ["MARGIN", "HighestMode", "highest_mode", "require_stable", "require_valid"]
 
 MARGIN = 0.95
-"""Share of the longest stable step that is allowed: the pose, and with it the highest mode, moves,
-and the limit itself was found to be met within 1.5 % (see `highest_mode`)."""
+"""Share of the longest stable step that is allowed: the highest mode changes with the pose, and the
+limit itself is accurate within 1.5 % (see `highest_mode`)."""
 
 
 class HighestMode(NamedTuple):
-    """The fastest swing of the beam, which the step must be able to follow.
+    """The highest natural mode of the beam, which limits the time step.
 
     Args:
         omega: [rad/s].
@@ -49,15 +48,15 @@ class HighestMode(NamedTuple):
         return 2 * (zeta + np.sqrt(1 + zeta**2)) / self.omega
 
 
-def require_sound(robot: Robot, condition: Condition) -> None:
-    """Refuse numbers that no robot or motor can have.
+def require_valid(robot: Robot, condition: Condition) -> None:
+    """Refuse values that no robot or motor can have.
 
     Raises:
         InputError: with name, value, unit and what is allowed.
     """
     _require_values(robot)
     _require_shape(robot)
-    _require_circumstances(robot, condition)
+    _require_finite_condition(robot, condition)
     _require_drive(condition.drive)
     _require_samples(condition.command)
     _require_finite_command(condition.drive, condition.command)
@@ -65,7 +64,7 @@ def require_sound(robot: Robot, condition: Condition) -> None:
 
 
 def require_stable(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Refuse a step that the beam's highest mode would blow up.
+    """Refuse a step in which the beam's highest mode would diverge.
 
     Raises:
         InputError: with the mode, the step and what to change.
@@ -115,7 +114,7 @@ def _require_shape(robot: Robot) -> None:
         raise InputError(f"the beam's length is {robot.length:g} m; it must be above 0 m")
 
 
-def _require_circumstances(robot: Robot, condition: Condition) -> None:
+def _require_finite_condition(robot: Robot, condition: Condition) -> None:
     for name, value, unit in (
         ("the floor's slope", robot.slope, "rad"),
         ("the rotor's start angle", condition.start_angle, "rad"),

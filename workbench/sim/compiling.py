@@ -1,8 +1,8 @@
-"""Machine code that MuJoCo calls, compiled once for a computer.
+"""Callbacks and loops compiled by numba and cached on disk.
 
-numba keeps compiled functions on disk and compiles anew when their own file changes. It does not
-see a change in what they call or in the constants of other files, nor in MuJoCo's layout, whose
-offsets are built in. So all of that goes into the name under which the code is kept.
+numba compiles a cached function anew when its own file changes. It does not notice a change in the
+functions that it calls, in constants of other files, or in MuJoCo's layout, whose offsets are
+constants. So the name of a cached function contains a hash of all of them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numba.core.ccallback import CFunc
 __all__ = ["INSTALLING", "callback", "compiled"]
 
 INSTALLING = threading.Lock()
-"""Held while callbacks are compiled and installed: a batch builds robots on several threads."""
+"""Locked while callbacks are compiled and installed: a batch builds robots on several threads."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -27,19 +27,19 @@ _SOURCES = sorted(Path(__file__).parent.glob("*.py"))
 
 
 def callback(function: Callable[..., Any], signature: str, offsets: Sequence[int] = ()) -> CFunc:
-    """Compile a function for MuJoCo to call, or take it as it was compiled before.
+    """Compile a function for MuJoCo to call, or load it from the cache.
 
     Args:
         function: in numba's subset of Python; may call compiled functions of this room.
-        signature: as numba writes it.
-        offsets: that are built into the code.
+        signature: in numba's notation.
+        offsets: that are constants of the code.
     """
     _name_by_sources(function, offsets)
     return numba.cfunc(signature, cache=True)(function)
 
 
 def compiled(function: F) -> F:
-    """Compile a function that calls others of this room; it lets other threads run meanwhile."""
+    """Compile a function that calls others of this room, without the interpreter's lock."""
     _name_by_sources(function)
     return cast(F, numba.njit(nogil=True, cache=True, error_model="numpy")(function))
 

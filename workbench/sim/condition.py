@@ -1,4 +1,4 @@
-"""What a robot is put through in one simulation."""
+"""The experimental condition of one simulation."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ __all__ = ["Condition"]
 
 @dataclass(frozen=True)
 class Condition:
-    """What a robot is put through.
+    """Experimental condition: mode, command and start of a simulation.
 
     Args:
         mode: `hop` and `clamped` are driven; in `decay` the foot is fixed and T, pulled forward, is
-            released at time zero; in `drop` the robot, still in the shape it has while its foot is
-            held, is let go. Zero speed locks the rotor in both.
-        command: (n,) what the drive is given from each sample to the next [unit of `drive`]; its
-            length is that of the simulation.
-        start_angle: where the rotor stands at rest, about +y from +x [rad].
-        rest: still time that is put before time zero [s].
+            released at time zero; in `drop` the robot is released in the shape it has while its
+            foot is held. Zero speed locks the rotor in both.
+        command: (n,) of the drive from each sample to the next [unit of `drive`]; its length is
+            that of the simulation.
+        start_angle: of the rotor at rest, about +y from +x [rad].
+        rest: time at rest before time zero [s].
         pull: force on T before the release, in mode decay, forward [N].
         height: of the fall, in mode drop [m].
         drive: `speed` [rad/s] or `torque` [N m] of the rotor against T, or `voltage` [V] of the
@@ -50,7 +50,7 @@ class Condition:
     pull_up: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a mode that would be taken for another one."""
+        """Refuse an unknown mode."""
         if self.mode not in (modes := get_args(Mode)):
             near = did_you_mean(str(self.mode), modes)
             known = f"it must be one of {', '.join(modes)}"

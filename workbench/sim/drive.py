@@ -1,8 +1,7 @@
-"""What turns the rotor against T (thesis, 3.3.4): a speed, a torque or a voltage.
+"""Drives of the rotor against T (thesis, 3.3.4): by speed, torque or voltage.
 
 A drive is a function that adds its actuators to the spec; each of them takes the command itself as
-its control, so that nothing else needs to know which drive it is. A new drive is such a function,
-its name in `DRIVES` and its range in `LIMITS`.
+its control. A new drive is such a function, its name in `DRIVES` and its range in `LIMITS`.
 
 Replay of a measured rotor angle is a speed as well: `command.replayed` makes it.
 """
@@ -30,10 +29,10 @@ SERVO_DAMPING = 0.1
 
 _BRISTLE_STIFFNESS = 50.0
 _BRISTLE_DAMPING = 0.05
-"""[N m/rad], [N m s/rad] of friction at rest: it gives way by 0.3 mrad before the rotor slides."""
+"""[N m/rad], [N m s/rad] of static friction: it yields by 0.3 mrad before the rotor slides."""
 
-# the rate of the servo's angle is the command, or what `uneven` makes of it
-_REMEMBER_ANGLE = (mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtDyn.mjDYN_USER)
+# the rate of the servo's angle is the command, or the one of `droop_ripple`
+_HAS_ANGLE = (mujoco.mjtDyn.mjDYN_INTEGRATOR, mujoco.mjtDyn.mjDYN_USER)
 
 
 class Limit(NamedTuple):
@@ -61,8 +60,8 @@ def add_drive(spec: mujoco.MjSpec, drive: Drive) -> None:
 
 
 def hold_rotor(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Let a servo start where the rotor stands; no other drive remembers an angle."""
-    servo = np.isin(model.actuator_dyntype, _REMEMBER_ANGLE)
+    """Start a servo at the rotor's present angle; other drives have no such state."""
+    servo = np.isin(model.actuator_dyntype, _HAS_ANGLE)
     data.act[model.actuator_actadr[servo]] = data.joint("rotor").qpos
 
 
@@ -121,4 +120,4 @@ def _add_motor(spec: mujoco.MjSpec) -> None:
 
 
 DRIVES: dict[Drive, AddDrive] = {"speed": _add_servo, "torque": _add_torque, "voltage": _add_motor}
-"""Name of a drive -> what adds it."""
+"""Name of a drive -> function that adds it."""

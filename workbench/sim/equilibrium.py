@@ -1,4 +1,4 @@
-"""The robot at rest under gravity: where every simulated run starts."""
+"""The static equilibrium of the robot under gravity, where every simulated run starts."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.sim.beam_laws import within_play
 from workbench.sim.chain import read_chain
 from workbench.sim.drive import Drive, hold_rotor
 from workbench.sim.ground import CORNER_FIELDS, CORNERS
-from workbench.sim.laws import within_play
 from workbench.sim.robot import Foot, Robot, compile_model, hinge_name
 from workbench.sim.statics import displace, moving_dofs, static_force, static_stiffness
 
@@ -22,9 +22,9 @@ __all__ = ["FALLEN_M", "hinge_ids", "hold_top", "settle", "unloaded", "world_ang
 _ROUNDS = 60
 _BALANCED = 1e-10  # [N, N m]
 _LONGEST_STEP = 0.1  # [m, rad] of one round
-_HELD_M = 1e-8  # how near T is held to its place
+_HELD_M = 1e-8  # tolerance of T's held position
 _LOAD_ROUNDS = 3
-_HANGING = np.pi / 2  # the rotor straight below T loads no hinge with a moment of its own
+_HANGING = np.pi / 2  # the rotor straight below T causes no moment
 FALLEN_M = 0.05
 """Height of T below which the robot has fallen (thesis, Appendix E)."""
 
@@ -67,15 +67,15 @@ def settle(
     """Return model and data at rest, the rotor held at an angle.
 
     Newton's method on the static forces, the stiffness by central differences. Within the play of
-    its foot joint, where the robot topples, it goes with the force instead, away from the unstable
-    equilibrium. The one found must be stable: its stiffness matrix positive definite.
+    its foot joint, where the equilibrium is unstable, it follows the force instead. The equilibrium
+    must be stable: its stiffness matrix positive definite.
 
     Args:
         robot: with the angles of the free strip.
         foot: on the ground or fixed.
         start_angle: direction from T to the rotor in the world, about +y from +x [rad].
-        pull: force on T, forward and up [N]; it is gone from the data returned.
-        drive: what the model's rotor is turned by.
+        pull: force on T, forward and up [N]; not in the data returned.
+        drive: of the model's rotor.
 
     Raises:
         InputError: when the robot falls over or finds no rest.
@@ -104,10 +104,10 @@ def settle(
 
 
 def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> NDArray[np.float64]:
-    """Pull T to a place and return the force that holds it there, forward and up, (2,) [N].
+    """Pull T to a position and return the force that holds it there, forward and up, (2,) [N].
 
-    The foot is fixed. Newton's method on the static forces and the two places at once:
-    [K, -J'; J, 0] [dq; dF] = [force; place - T], J the derivative of T's x and z. The data's pose
+    The foot is fixed. Newton's method on the static forces and the position at once:
+    [K, -J'; J, 0] [dq; dF] = [force; target - T], J the derivative of T's x and z. The data's pose
     is the one held, without the force; the rotor keeps its angle in the world.
 
     Args:
@@ -127,14 +127,14 @@ def hold_top(model: mujoco.MjModel, data: mujoco.MjData, x: float, z: float) -> 
         force = static_force(model, data)[free]
         mujoco.mj_jac(model, data, jacobian, None, data.xpos[top], top)
         slopes = jacobian[[0, 2]][:, free]
-        away = np.array([x, z]) - data.xpos[top, [0, 2]]
-        if np.abs(force).max() < _BALANCED and np.abs(away).max() < _HELD_M:
+        error = np.array([x, z]) - data.xpos[top, [0, 2]]
+        if np.abs(force).max() < _BALANCED and np.abs(error).max() < _HELD_M:
             data.xfrc_applied[:] = 0
             hold_rotor(model, data)
             mujoco.mj_forward(model, data)
             return pull
         whole = np.block([[stiffness, -slopes.T], [slopes, np.zeros((2, 2))]])
-        step = np.linalg.solve(whole, np.concatenate([force, away]))
+        step = np.linalg.solve(whole, np.concatenate([force, error]))
         share = min(1.0, _LONGEST_STEP / max(float(np.abs(step[:-2]).max()), 1e-12))
         displace(model, data, free, np.asarray(share * step[:-2], dtype=np.float64))
         pull = pull + share * step[-2:]
@@ -154,7 +154,7 @@ def _drifted(robot: Robot) -> Robot:
 def _towards_rest(
     stiffness: NDArray[np.float64], force: NDArray[np.float64], leaving: bool
 ) -> NDArray[np.float64]:
-    """Return Newton's step; to leave an unstable pose, turned round along what is unstable."""
+    """Return Newton's step; to leave an unstable pose, reversed along the unstable directions."""
     if not leaving:
         return np.asarray(np.linalg.solve(stiffness, force), dtype=np.float64)
     values, directions = np.linalg.eigh((stiffness + stiffness.T) / 2)
@@ -168,11 +168,11 @@ def _bounded(step: NDArray[Any]) -> NDArray[np.float64]:
 def _require_standing(
     data: mujoco.MjData, force: NDArray[np.float64], stiffness: NDArray[np.float64]
 ) -> None:
-    height, left = float(data.body("top").xpos[2]), float(np.abs(force).max())
+    height, unbalanced = float(data.body("top").xpos[2]), float(np.abs(force).max())
     softest = float(np.linalg.eigvalsh((stiffness + stiffness.T) / 2).min())
-    if left < _BALANCED and softest > 0 and height > FALLEN_M:
+    if unbalanced < _BALANCED and softest > 0 and height > FALLEN_M:
         return
-    state = f"{left:.2g} N(m) unbalanced" if left >= _BALANCED else "it would topple"
+    state = f"{unbalanced:.2g} N(m) unbalanced" if unbalanced >= _BALANCED else "it would topple"
     raise InputError(
         f"this robot does not stand: with T at z = {height:.3f} m it finds no rest ({state}); "
         "check the shape's angles, the stiffness and the masses"
@@ -180,7 +180,7 @@ def _require_standing(
 
 
 def _hold_on_slope(model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, foot: Foot) -> None:
-    """Put the foot at x = 0 and let its locked corners carry what pulls it down a slope."""
+    """Put the foot at x = 0 and let its locked corners carry the weight along a slope."""
     if foot != "free":
         mujoco.mj_forward(model, data)
         return

@@ -1,9 +1,9 @@
-"""Spread many simulations over the cores of this machine, or over a cluster of several.
+"""Run many simulations on all cores of this machine, or on a cluster of several machines.
 
-Several machines are reached through a `dask.distributed` scheduler; nothing else imports it. Jobs
-are cut into batches, and a batch is one function of its jobs alone. So the results are the same,
-bit for bit, for any number of workers and any size of batches, and a batch whose worker died is
-simply done again. So is all that a scheduler had in hand when it went down.
+A cluster is reached through a `dask.distributed` scheduler; nothing else imports it. Jobs are cut
+into batches, and a batch is a function of its jobs alone. So the results are the same, bit for bit,
+for any number of workers and any size of batches, and a batch is repeated when its worker died or
+its scheduler went down.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from workbench.errors import InputError, WorkbenchError
 from workbench.progress import Progress, reached
 from workbench.sim.condition import Condition
 from workbench.sim.robot import Robot
-from workbench.sim.simulate import Admit, Simulation, attempt_all, simulate_all
+from workbench.sim.simulate import Precheck, Simulation, attempt_all, simulate_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -61,10 +61,10 @@ class Fanout:
     Args:
         scheduler: address of a `dask scheduler`, `tcp://host:8786`; None takes this machine's
             cores.
-        batch_size: how many jobs a worker is given at a time, and at most has to do again when it
-            dies; None takes up to 8, fewer when there are few jobs for many workers.
-        patience: how long to go on without any worker, and without the scheduler: one that is
-            started again at its address is given what was not done yet [s].
+        batch_size: jobs that a worker is given at a time, and that are repeated when it dies; None
+            takes up to 8, fewer when there are few jobs for many workers.
+        patience: how long to wait without any worker, or without the scheduler, which may be
+            started again at its address [s].
 
     Raises:
         InputError: when the scheduler cannot be reached or `distributed` is not installed.
@@ -91,14 +91,14 @@ class Fanout:
     def close(self) -> None:
         """Leave the cluster; its scheduler and workers stay."""
         if self._client is not None:
-            _leave(self._client)
+            _disconnect(self._client)
 
     def map(self, jobs: Sequence[Job], progress: Progress = lambda text: None) -> list[Simulation]:
         """Simulate every job; the results are in the order of the jobs.
 
         Args:
             jobs: any mix of robots and conditions.
-            progress: is told after each batch, as `simulation 8 of 24`; on this machine's cores
+            progress: is called after each batch with `simulation 8 of 24`; on this machine's cores
                 once, at the end.
 
         Raises:
@@ -106,41 +106,40 @@ class Fanout:
                 is not the same as here.
             WorkbenchError: when workers or scheduler are lost for good.
         """
-        return self._spread(simulate_all, jobs, progress)
+        return self._run(simulate_all, jobs, progress)
 
     def attempt(
         self,
         jobs: Sequence[Job],
-        admit: Admit | None = None,
+        precheck: Precheck | None = None,
         progress: Progress = lambda text: None,
     ) -> list[Simulation | InputError]:
-        """Simulate every job as `map` does; one that is refused costs only its own place.
+        """Simulate every job as `map` does; a refused one has its error as result.
 
         Args:
             jobs: any mix of robots and conditions.
-            admit: looks at each model at rest before its first step and raises InputError to
-                refuse it; it must be importable on the workers.
+            precheck: as for `attempt_all`; it must be importable on the workers.
             progress: as for `map`.
 
         Raises:
             InputError: when a worker's software is not the same as here.
             WorkbenchError: when workers or scheduler are lost for good.
         """
-        return self._spread(partial(attempt_all, admit=admit), jobs, progress)
+        return self._run(partial(attempt_all, precheck=precheck), jobs, progress)
 
-    def _spread(self, work: Work[R], jobs: Sequence[Job], tell: Progress) -> list[R]:
+    def _run(self, work: Work[R], jobs: Sequence[Job], progress: Progress) -> list[R]:
         if self._client is None:
             results = work(jobs)
-            tell(reached(_COUNTED, len(jobs), len(jobs)))
+            progress(reached(_COUNTED, len(jobs), len(jobs)))
             return results
         size = self._batch_size or _batch_size(len(jobs), self._threads_or_none(self._client))
         batches = [jobs[i : i + size] for i in range(0, len(jobs), size)]
         done: dict[int, list[R]] = {}
         while len(done) < len(batches):
             try:
-                self._collect(self._client, work, batches, done, tell)
+                self._collect(self._client, work, batches, done, progress)
             except _SchedulerLost as loss:
-                self._client = self._connect_again(loss)
+                self._client = self._reconnect(loss)
         return [result for k in range(len(batches)) for result in done[k]]
 
     def _collect(
@@ -149,55 +148,55 @@ class Fanout:
         work: Work[R],
         batches: Sequence[Sequence[Job]],
         done: dict[int, list[R]],
-        tell: Progress,
+        progress: Progress,
     ) -> None:
-        """Have the batches done that are not done yet, and put their results into `done`."""
+        """Compute the batches that are missing in `done`, and put their results into it."""
         here = versions()
         # one call a batch: a graph of all of them would pass the scheduler as one large message
-        places = {
-            client.submit(_work_on_batch, work, batch, here, pure=False): k
+        batch_of = {
+            client.submit(_run_batch, work, batch, here, pure=False): k
             for k, batch in enumerate(batches)
             if k not in done
         }
         total = sum(map(len, batches))
         try:
-            for future in self._finished(client, list(places)):
-                done[places[future]] = self._fetch(client, future)
-                tell(reached(_COUNTED, sum(len(batches[k]) for k in done), total))
+            for future in self._finished(client, list(batch_of)):
+                done[batch_of[future]] = self._fetch(client, future)
+                progress(reached(_COUNTED, sum(len(batches[k]) for k in done), total))
         finally:
-            with suppress(OSError, RuntimeError, AttributeError):  # nobody there to cancel them
-                client.cancel([future for future, k in places.items() if k not in done])
+            with suppress(OSError, RuntimeError, AttributeError):  # no scheduler to cancel them
+                client.cancel([future for future, k in batch_of.items() if k not in done])
 
     def _finished(self, client: Client, futures: Sequence[Future]) -> Iterator[Future]:
-        """Yield each future when it has ended, as long as there is somebody to work on them."""
+        """Yield each future when it has ended, as long as there are workers."""
         ended: Queue[Future] = Queue()
         for future in futures:
             future.add_done_callback(ended.put)
-        left, alive = len(futures), monotonic()
-        while left:
+        remaining, alive = len(futures), monotonic()
+        while remaining:
             try:
                 yield ended.get(timeout=_POLL_S)
-                left, alive = left - 1, monotonic()
+                remaining, alive = remaining - 1, monotonic()
             except Empty:
                 if self._threads(client):
                     alive = monotonic()
                 elif monotonic() - alive > self._patience:
-                    raise self._deserted() from None
+                    raise self._no_workers() from None
 
     def _fetch(self, client: Client, future: Future) -> list[Any]:
-        """Bring a batch's results here; its worker may die even now."""
+        """Fetch a batch's results; its worker may still die."""
         distributed = _distributed()
         while True:
             try:
                 results = future.result(timeout=self._patience)
-                future.release()  # or the scheduler has it done again when its worker dies later
+                future.release()  # or the scheduler repeats it when its worker dies later
                 return results
             except distributed.TimeoutError:
                 if not self._threads(client):
-                    raise self._deserted() from None
+                    raise self._no_workers() from None
             except distributed.KilledWorker as error:
                 raise WorkbenchError(
-                    f"a batch was given up, its workers ran out of memory or lack this workbench: "
+                    f"a batch was given up, its workers ran out of memory or miss this workbench: "
                     f"{error}"
                 ) from None
             except RuntimeError as error:
@@ -218,26 +217,26 @@ class Fanout:
         except _SchedulerLost:
             return 0
 
-    def _connect_again(self, loss: _SchedulerLost) -> Client:
+    def _reconnect(self, loss: _SchedulerLost) -> Client:
         """Wait until the scheduler is there again."""
         if self._client is not None:
-            _leave(self._client)
-        given_up = monotonic() + self._patience
+            _disconnect(self._client)
+        deadline = monotonic() + self._patience
         while True:
             try:
                 return _connect(self._scheduler)
             except InputError:
-                if monotonic() > given_up:
-                    raise self._lost() from loss
+                if monotonic() > deadline:
+                    raise self._no_scheduler() from loss
             sleep(_POLL_S)
 
-    def _lost(self) -> WorkbenchError:
+    def _no_scheduler(self) -> WorkbenchError:
         return WorkbenchError(
             f"the scheduler {self._scheduler} has not answered for {self._patience:g} s; look at "
             "what it printed, start it and its workers again and repeat"
         )
 
-    def _deserted(self) -> WorkbenchError:
+    def _no_workers(self) -> WorkbenchError:
         return WorkbenchError(
             f"the scheduler {self._scheduler} has had no worker for {self._patience:g} s; start "
             f"`dask worker {self._scheduler}` on a machine with this workbench and repeat"
@@ -245,18 +244,18 @@ class Fanout:
 
 
 class _SchedulerLost(Exception):
-    """The scheduler is gone, and with it what its workers were doing."""
+    """The scheduler is gone, and with it the batches of its workers."""
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Return what must be the same on all machines, for the same numbers everywhere."""
+    """Return the versions that must be the same on all machines for the same results."""
     packages = {name: metadata.version(name) for name in ("mujoco", "numba", "numpy")}
     return {"workbench": f"of sources {_sources()}"} | packages
 
 
 def _sources() -> str:
-    """Return a short hash of the workbench's code, which its installed version may be behind."""
+    """Return a short hash of the workbench's sources; an installed version may be older."""
     root = Path(workbench.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py"), key=lambda p: p.relative_to(root).as_posix()):
@@ -269,8 +268,8 @@ def _batch_size(jobs: int, threads: int) -> int:
     return min(_LARGEST_BATCH, max(1, jobs // (_BATCHES_A_THREAD * max(1, threads))))
 
 
-def _work_on_batch(work: Work[R], jobs: Sequence[Job], wanted: dict[str, str]) -> list[R]:
-    """Simulate on a worker, which calls this on each of its threads."""
+def _run_batch(work: Work[R], jobs: Sequence[Job], wanted: dict[str, str]) -> list[R]:
+    """Simulate on a thread of a worker."""
     _check_versions(wanted, _distributed().get_worker().address)
     return work(jobs, threads=1)
 
@@ -290,10 +289,10 @@ def _check_versions(wanted: dict[str, str], worker: str) -> None:
 
 
 def _connect(address: str) -> Client:
-    """Reach a scheduler within a few seconds or say what to try."""
+    """Connect to a scheduler within a few seconds or say what to try."""
     distributed = _distributed()
     try:
-        _greet(address)
+        _await_greeting(address)
         return distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
@@ -302,19 +301,19 @@ def _connect(address: str) -> Client:
         ) from None
 
 
-def _leave(client: Client) -> None:
-    """Close a client; of one whose scheduler is gone nothing more is expected."""
+def _disconnect(client: Client) -> None:
+    """Close a client, whose scheduler may be gone."""
     with suppress(OSError, RuntimeError):
         client.close(timeout=_CONNECT_S)
 
 
-def _greet(address: str) -> None:
-    """Wait for a scheduler's first byte; dask's own client waits without end for a mute server."""
-    place = urlsplit(address)
-    if place.scheme not in ("tcp", "tls") or not place.hostname or not place.port:
+def _await_greeting(address: str) -> None:
+    """Wait for a scheduler's first byte; dask's own client has no timeout for a mute server."""
+    url = urlsplit(address)
+    if url.scheme not in ("tcp", "tls") or not url.hostname or not url.port:
         raise ValueError("an address looks like tcp://host:8786")
-    with socket.create_connection((place.hostname, place.port), _CONNECT_S) as line:
-        if place.scheme == "tcp" and not line.recv(1):
+    with socket.create_connection((url.hostname, url.port), _CONNECT_S) as connection:
+        if url.scheme == "tcp" and not connection.recv(1):
             raise ConnectionError("what listens there is no scheduler")
 
 

@@ -1,4 +1,4 @@
-"""How a simulated robot hops: hops, stride, slip, power and the cost of transport."""
+"""Gait of a simulated robot: hops, stride, slip, power and the cost of transport."""
 
 from __future__ import annotations
 
@@ -12,20 +12,19 @@ from workbench.sim.simulate import Simulation
 
 __all__ = ["Gait", "gait"]
 
-
 _RISEN_M = 0.002
 
 
 class Gait(NamedTuple):
-    """What hopping came to over the driven time.
+    """Gait over the driven time.
 
     Args:
         hops: times that the foot's centre rose by more than 2 mm. The thesis' first shape rocks:
             its front and rear corners leave the ground in turn.
         stride_m: forward travel a hop.
         airborne: share of the time without a corner on the ground.
-        slip_per_hop_m: way that the foot slid while a corner that touched was not sticking, a hop.
-        mean_power_W: what the motor gave; what it took back is not counted, nothing stores it.
+        slip_per_hop_m: distance that the foot slid while a corner in contact was not sticking.
+        mean_power_W: of the motor; negative power is not counted, nothing stores it.
         cost_of_transport: mean power over weight and speed, the specific resistance of the thesis'
             introduction; NaN when the robot did not travel.
     """
@@ -39,7 +38,7 @@ class Gait(NamedTuple):
 
 
 def gait(simulation: Simulation, duration: float) -> Gait:
-    """Tell how a simulation hopped from time zero to `duration` [s]; zeros where no ground is."""
+    """Return the gait from time zero to `duration` [s]; zeros where there is no ground."""
     motion = simulation.motion.between(0.0, duration)
     power = float(np.mean(np.maximum(motion["motor_power_W"], 0.0)))
     if "corners_touching" not in motion:

@@ -1,7 +1,7 @@
 """The thesis' ground law, eq. 3.1 to 3.3 and the stick-slip of section 3.3.2, compiled.
 
 MuJoCo's own soft contact cannot carry this law (its stiffness scales with the effective mass), so
-the forces of the foot's four corners are added in the passive-force callback (`passive`).
+the forces of the foot's four corners are added in the passive-force callback (`passive_forces`).
 
 Normal, eq. 3.1 and 3.2:  fz = max(0, -kz z - dz z') for z <= 0, else 0.
 Sideways, eq. 3.3:        fy = -ky y - dy y', y from the corner's own line, while it touches.
@@ -15,12 +15,13 @@ load and moves the joint against kinetic friction alone (decision 2).
 The anchor is a stiff spring and damper (`Stick`): the only regularisation, it cannot drift. It
 locks where its damper's force has come down to the sliding one, and is dragged along while loose.
 
-A corner lands, locks and breaks loose within a step, not at its end. A step in which it lands has
-the share of the force for which it touches; one after a change of state makes up for the part that
-was gone by then. Without it a hair more stiffness moves a change from one step to another: T jumped
-by up to 0.2 mm after 4 s of hopping, and no derivative of a hop was one.
+A corner lands, locks, breaks loose and turns back within a step, not at its end. A step in which it
+lands has the share of the force for which it touches; one after a change of state, or of direction,
+compensates the part of the step before the change. Without it a slightly greater stiffness moves a
+change from one step to another: T jumped by up to 0.2 mm after 4 s of hopping, and a hop had no
+usable derivative.
 
-Beyond the thesis, each absent where it is zero (`Beyond`): damping that grows with the depth, as in
+Beyond the thesis, each absent where it is zero (`ExtraTerm`): damping that grows with depth, as in
 Hunt and Crossley's law; a sole that sticks, its spring pulling back until it tears off; friction
 that depends on the direction; static friction that also brakes a loose corner.
 """
@@ -41,7 +42,7 @@ __all__ = [
     "GROUND_MAGIC",
     "GROUND_PARAMETERS",
     "GROUND_RECORD",
-    "Beyond",
+    "ExtraTerm",
     "Stick",
     "add_ground",
     "corner_records",
@@ -55,9 +56,8 @@ CORNERS = 4
 CORNER_FIELDS = (
     "state", "anchor_m", "force_x_N", "force_y_N", "force_z_N", "touching", "speed_x_m_s",
 )  # fmt: skip
-"""What `userdata` keeps for each corner: 0 unlocked, 1 locked, 2 wait, 3 loose; place and forces;
-1 from when it touched until the floor lets go of it; its forward speed a step ago where it touched.
-"""
+"""State of each corner in `userdata`: 0 unlocked, 1 locked, 2 wait, 3 loose; anchor and forces; 1
+while in contact; its forward speed a step ago where it touched."""
 
 UNLOCKED, LOCKED, WAIT, LOOSE = 0.0, 1.0, 2.0, 3.0
 
@@ -65,25 +65,30 @@ _NAME = "ground"
 _WIDTH = len(CORNER_FIELDS)
 
 GROUND_MAGIC = 3.1e8  # eq. 3.1
-"""First number of the numeric field, which tells it from anybody else's."""
+"""First number of the numeric field, by which it is recognized."""
 GROUND_PARAMETERS = 18
 """How many numbers the numeric field has."""
 GROUND_RECORD = CORNERS * _WIDTH
 """How many numbers of `userdata` the law keeps."""
 
-Beyond = Literal["depth_damping", "adhesion", "anisotropy", "wait"]
-"""What the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
+ExtraTerm = Literal["depth_damping", "adhesion", "anisotropy", "wait"]
+"""Terms that the thesis' law does not have: lambda of a corner's damping lambda |z| [N s/m^2]; the
 greatest pull of a corner [N]; the share by which friction is greater against a forward motion and
 smaller against a backward one [1]; the share of what static friction has beyond sliding friction
 that brakes a loose corner [1]."""
 
-_BEYOND: dict[Beyond, int] = {"depth_damping": 13, "adhesion": 14, "anisotropy": 15, "wait": 16}
+_EXTRA_TERMS: dict[ExtraTerm, int] = {
+    "depth_damping": 13,
+    "adhesion": 14,
+    "anisotropy": 15,
+    "wait": 16,
+}
 
 
 class Stick(NamedTuple):
-    """What holds a locked corner to its anchor: numerics, the thesis' stiction is rigid.
+    """Spring and damper of a locked corner's anchor: numerics, the thesis' stiction is rigid.
 
-    Both lie well inside what one step can carry for the 0.089 kg that four locked corners see: 0.22
+    Both are well below the stability limits of a step for the 0.089 kg on four locked corners: 0.22
     of m/dt^2 and 0.66 of m/dt.
 
     Args:
@@ -105,7 +110,7 @@ def add_ground(
             do.
         values: model values by name, SI.
         planar: whether the foot's joints are x, z and pitch instead of a free joint.
-        stick: what holds a locked corner.
+        stick: anchor of a locked corner.
     """
     data = [
         GROUND_MAGIC,
@@ -120,24 +125,24 @@ def add_ground(
         values["friction_threshold"],
         *stick,
         float(planar),
-        *[0.0] * len(_BEYOND),
+        *[0.0] * len(_EXTRA_TERMS),
         spec.option.timestep,
     ]
     spec.add_numeric(name=_NAME, data=data, size=GROUND_PARAMETERS)
     spec.nuserdata = GROUND_RECORD
 
 
-def extend_ground(spec: mujoco.MjSpec, name: Beyond, by: float) -> None:
-    """Add to a number that the thesis' law does not have; nothing where no ground is.
+def extend_ground(spec: mujoco.MjSpec, name: ExtraTerm, by: float) -> None:
+    """Add to an extra term of the ground law; do nothing without a ground.
 
     Args:
         spec: changed in place.
-        name: of the number.
-        by: what is added to it.
+        name: of the term.
+        by: added to it, in its unit.
     """
     ground = spec.numeric(_NAME)
     if ground is not None:
-        ground.data[_BEYOND[name]] += by
+        ground.data[_EXTRA_TERMS[name]] += by
 
 
 def corner_records(userdata: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -163,7 +168,7 @@ def _normal(p: NDArray[np.float64], corner: NDArray[np.float64], z: float, vz: f
 def _friction(
     p: NDArray[np.float64], corner: NDArray[np.float64], x: float, vx: float, fz: float
 ) -> float:
-    """Return the forward force of one corner and move its state on (thesis, fig. 3.4)."""
+    """Return the forward force of one corner and update its state (thesis, fig. 3.4)."""
     v_th, stiffness, damping, step = p[9], p[10], p[11], p[17]
     v_before = corner[6]
     speed, before = abs(vx), abs(v_before)
@@ -172,19 +177,22 @@ def _friction(
         corner[0] = UNLOCKED
         return 0.0
     way = np.sign(vx)
-    grip = p[7] * (1 + p[15] * way) * fz
-    sliding = -way * grip
+    kinetic = p[7] * (1 + p[15] * way) * fz
+    sliding = -way * kinetic
     late = 0.0  # share of a step for which it is locked already
     if corner[0] == UNLOCKED:
-        locks = min(v_th, grip / damping)  # there the anchor's force is the sliding one
+        locks = min(v_th, kinetic / damping)  # there the anchor's force is the sliding one
         if speed >= locks:
+            if vx * v_before < 0.0:  # it has turned back, and was pushed the wrong way since
+                late = speed / (speed + before)
+                sliding -= 2 * late * way * p[7] * (1 - p[15] * way) * corner[4]
             return sliding
         if before > locks:
             late = (locks - speed) / (before - speed)
         corner[0] = LOCKED
         corner[1] = x - vx * late * step
     elif corner[0] == LOOSE:
-        way = np.sign(x - corner[1])  # the way that its load pushes it
+        way = np.sign(x - corner[1])  # direction of its load
         if vx * way < 0.0:
             corner[0] = LOCKED
         else:
@@ -258,7 +266,7 @@ def planar_forces_again(
     user: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Add the forces that `user` keeps of the same state; no corner's state moves on twice."""
+    """Add the forces that `user` has of the same state, without a second update of its corners."""
     c, s = np.cos(q[2]), np.sin(q[2])
     for k in range(CORNERS):
         corner = user[k * _WIDTH : (k + 1) * _WIDTH]

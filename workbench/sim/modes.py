@@ -1,7 +1,7 @@
-"""How the clamped robot rings: its linear modes, and how it answers the rotor's speed.
+"""Vibration of the clamped robot: its linear modes, and its response to the rotor's speed.
 
 These are two different things. A linear mode is a small motion about the equilibrium under gravity;
-the driven robot bends far, and can answer one speed in two ways.
+the driven robot bends far, and can respond to one speed in two ways.
 
 Linear modes solve K phi = w^2 M phi with M and K = -dF/dq of the equilibrium, the rotor locked to
 T. The damping ratio is phi' D phi / (2 w) with phi' M phi = 1 and D the hinges' damping.
@@ -64,7 +64,7 @@ class NaturalMode(NamedTuple):
 
 @dataclass(frozen=True)
 class DrivenResponse:
-    """What T did while the rotor's speed went through a staircase.
+    """Motion of T while the rotor's speed went through a staircase.
 
     Args:
         direction: whether the speeds rose or fell.
@@ -140,8 +140,8 @@ def driven_response(
 ) -> list[DrivenResponse]:
     """Drive the clamped robot through the speeds, one continuing simulation for each direction.
 
-    So a motion that only exists when it is come upon from one side is seen. Where T falls that
-    motion ends, and the next speed starts from rest.
+    So a hysteresis of the response shows. Where T falls the motion ends, and the next speed starts
+    from rest.
 
     Args:
         robot: of any state.
@@ -163,23 +163,23 @@ def driven_response(
         )
     orders = [rising if direction == "up" else rising[::-1] for direction in directions]
     with ThreadPoolExecutor(len(orders)) as pool:
-        found = pool.map(lambda order: _go_through(robot, order, hold, turns), orders)
+        responses = pool.map(lambda order: _sweep(robot, order, hold, turns), orders)
     return [
         DrivenResponse(direction, order.copy(), *columns)
-        for direction, order, columns in zip(directions, orders, found, strict=True)
+        for direction, order, columns in zip(directions, orders, responses, strict=True)
     ]
 
 
 def driven_peaks(responses: Sequence[DrivenResponse]) -> list[DrivenPeak]:
     """Return where the driven amplitude peaks; these are not the linear modes."""
-    found = []
+    peaks = []
     for response in responses:
         along: dict[Axis, NDArray[np.float64]] = {"x": response.x, "z": response.z}
         for axis, amplitude in along.items():
             for k in scipy.signal.find_peaks(np.nan_to_num(amplitude, nan=np.inf))[0]:
                 peak = float(response.speed[k]), float(amplitude[k])
-                found.append(DrivenPeak(response.direction, axis, *peak))
-    return found
+                peaks.append(DrivenPeak(response.direction, axis, *peak))
+    return peaks
 
 
 def mass_matrix(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
@@ -210,18 +210,18 @@ def _mode(
     return NaturalMode(omega / (2 * np.pi), ratio, (float(direction[0]), float(direction[1])))
 
 
-def _go_through(
+def _sweep(
     robot: Robot, speeds: NDArray[np.float64], hold: float, turns: int
 ) -> NDArray[np.float64]:
     """Return amplitudes along x and z and their change at each speed, (3, n)."""
     rows: list[tuple[float, float, float]] = []
     while len(rows) < len(speeds):
-        left = speeds[len(rows) :]
-        motion = simulate(robot, _staircase_of(left, hold)).motion
+        remaining = speeds[len(rows) :]
+        motion = simulate(robot, _staircase_of(remaining, hold)).motion
         held = int((motion.times[-1] + 1.5 / SAMPLE_RATE_HZ) / hold)
-        for k, speed in enumerate(left[:held]):
+        for k, speed in enumerate(remaining[:held]):
             rows.append(_amplitudes(motion, hold * (k + 1), _window(speed, turns)))
-        if held < len(left):
+        if held < len(remaining):
             rows.append((np.nan, np.nan, np.nan))
     return np.array(rows).T
 

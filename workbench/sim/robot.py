@@ -18,7 +18,7 @@ from workbench.protocol import UNITS, ShapeFile
 from workbench.sim.beam import Hinge, hinges
 from workbench.sim.drive import Drive, add_drive
 from workbench.sim.ground import Stick, add_ground
-from workbench.sim.passive import install_force_laws
+from workbench.sim.passive_forces import install_force_laws
 
 __all__ = [
     "SAMPLE_RATE_HZ",
@@ -43,7 +43,7 @@ _THIN = 1e-6  # the x entry of I_Leg and I_T, Appendix B
 
 @dataclass(frozen=True)
 class Robot:
-    """What the simulation needs to know about a robot.
+    """Parameters of a simulated robot.
 
     Args:
         values: model values by name, SI.
@@ -55,10 +55,10 @@ class Robot:
         slope: of the floor, rising forward [rad]; axes stay along the floor.
         steps_per_sample: of the engine. 34 make 0.245 ms: the longest step whose halving changes a
             hop of 10 s at 17 rad/s by less than 2 %.
-        stick: what holds a locked corner of the foot.
+        stick: anchor of a locked corner of the foot.
         drift: (n,) by which the free strip's angles changed since the shape was listed [rad].
-        effects: name -> quantities, of those that are still to be applied (`sim.effects`).
-        edits: what applied effects do to the MjSpec.
+        effects: name -> quantities, of those not yet applied (`sim.effects`).
+        edits: changes of the MjSpec by applied effects.
     """
 
     values: Mapping[str, float]
@@ -75,7 +75,7 @@ class Robot:
     edits: tuple[Edit, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a state that would be taken for another one."""
+        """Refuse an unknown state."""
         require_named("state of a beam", self.state, ("unloaded", "loaded"))
 
     @property
@@ -85,7 +85,7 @@ class Robot:
 
     @property
     def step(self) -> float:
-        """Return the time that the engine steps by [s]."""
+        """Return the engine's time step [s]."""
         return 1 / (SAMPLE_RATE_HZ * self.steps_per_sample)
 
 
@@ -179,9 +179,9 @@ def _add_beam(foot: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
     values, step = robot.values, robot.length / robot.increments
     mass = values["beam_mass"] / robot.increments
     inertia = mass / 12 * np.array([_THIN, step**2, step**2])
-    parent, place = foot, [values["beam_root"], 0, 0]
+    parent, position = foot, [values["beam_root"], 0, 0]
     for k, hinge in enumerate(robot.hinges):
-        body = parent.add_body(name=f"increment_{k}", pos=place)
+        body = parent.add_body(name=f"increment_{k}", pos=position)
         if hinge.stiffness is None:
             body.quat = [np.cos(hinge.angle / 2), 0, np.sin(hinge.angle / 2), 0]
         else:
@@ -200,7 +200,7 @@ def _add_beam(foot: mujoco.MjsBody, robot: Robot) -> mujoco.MjsBody:
             mass=0,
             fromto=[0, 0, 0, step, 0, 0],
         )
-        parent, place = body, [step, 0, 0]
+        parent, position = body, [step, 0, 0]
     return parent
 
 

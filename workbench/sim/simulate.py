@@ -1,8 +1,8 @@
 """Run robots from rest and record their motion at 120 Hz, one or many at once on all cores.
 
 `simulate_all` is the one way to run: a single simulation is a batch of one, so that a result does
-not depend on what else was run. Between two samples the engine steps by itself; the interpreter
-only sets the drive's command and takes the sample.
+not depend on the others. Between two samples only compiled code runs; the interpreter sets the
+drive's command and takes the sample.
 """
 
 from __future__ import annotations
@@ -20,34 +20,34 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.sim.checks import require_sound, require_stable
+from workbench.sim.checks import require_stable, require_valid
 from workbench.sim.condition import Condition
 from workbench.sim.drive import Drive
 from workbench.sim.effects.apply import applied, driven, observed
 from workbench.sim.equilibrium import FALLEN_M, settle, unloaded
-from workbench.sim.motion import ENERGY, Recorder, Samples, motion_of
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot
+from workbench.sim.samples import ENERGY, SampleRecorder, Samples, motion_of
 from workbench.sim.stepper import Stepper
 from workbench.timeseries import TimeSeries
 
 __all__ = [
-    "Admit",
     "Outcome",
+    "Precheck",
     "Simulation",
     "at_rest",
     "attempt_all",
     "keep_engine_quiet",
+    "parallel_map",
     "simulate",
     "simulate_all",
-    "spread",
 ]
 
 Outcome = Literal["completed", "fell", "diverged"]
 
 Job = tuple[Robot, Condition]
 
-Admit = Callable[[mujoco.MjModel, mujoco.MjData], None]
-"""Looks at a model at rest, before its first step, and raises InputError to refuse it."""
+Precheck = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""Checks a model at rest, before its first step; raises InputError to refuse it."""
 
 J = TypeVar("J")
 R = TypeVar("R")
@@ -59,14 +59,14 @@ _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 @dataclass(frozen=True)
 class Simulation:
-    """What one simulation gave.
+    """Result of one simulation.
 
     Args:
-        outcome: `fell` when T went below 0.05 m, `diverged` when the numbers blew up; the motion
-            then ends there, with the last states that made sense.
+        outcome: `fell` when T went below 0.05 m, `diverged` when the integration did; the motion
+            then ends with the last valid state.
         motion: channels of `workbench.motion`, hinge angles, ground forces, contact and power,
-            120 Hz, places against the foot at rest. Time zero is where the command begins.
-        sink_m: how far the foot's centre rests below the floor.
+            120 Hz, positions against the foot at rest. Time zero is where the command begins.
+        sink_m: depth of the foot's centre below the floor at rest.
         weight_N: of the whole robot.
     """
 
@@ -88,8 +88,8 @@ def simulate(robot: Robot, condition: Condition) -> Simulation:
 def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
     """Simulate many robots, each from rest; the results are in the order of the jobs.
 
-    Every thread takes a few jobs at a time from start to result, so that the interpreter's part of
-    one is done while the engine steps another.
+    Every thread takes a few jobs at a time, so that the interpreter works on some while compiled
+    code steps others.
 
     Args:
         jobs: any mix of robots and conditions.
@@ -102,30 +102,30 @@ def simulate_all(jobs: Sequence[Job], threads: int = 0) -> list[Simulation]:
 
 
 def attempt_all(
-    jobs: Sequence[Job], threads: int = 0, admit: Admit | None = None
+    jobs: Sequence[Job], threads: int = 0, precheck: Precheck | None = None
 ) -> list[Simulation | InputError]:
-    """Simulate many robots as `simulate_all` does; one that is refused costs only its own place.
+    """Simulate many robots as `simulate_all` does; a refused one has its error as result.
 
     Args:
         jobs: any mix of robots and conditions.
         threads: 0 takes all cores.
-        admit: looks at each model at rest before its first step and raises InputError to refuse it.
+        precheck: of each model at rest before its first step; raises InputError to refuse it.
     """
-    return _on_threads(partial(_attempt_chunk, admit=admit), jobs, threads)
+    return _on_threads(partial(_attempt_chunk, precheck=precheck), jobs, threads)
 
 
 def _on_threads(
     work: Callable[[Sequence[Job]], Sequence[R]], jobs: Sequence[Job], threads: int
 ) -> list[R]:
-    """Let threads take a few jobs at a time; the results are in the order of the jobs."""
+    """Give threads a few jobs at a time; the results are in the order of the jobs."""
     threads = threads or os.cpu_count() or 1
     size = min(_MOST_AT_ONCE, max(1, -(-len(jobs) // threads)))
     chunks = [jobs[i : i + size] for i in range(0, len(jobs), size)]
-    return [result for done in spread(work, chunks, threads) for result in done]
+    return [result for done in parallel_map(work, chunks, threads) for result in done]
 
 
-def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[R]:
-    """Return what some work makes of each job, on all cores unless fewer threads are asked for."""
+def parallel_map(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[R]:
+    """Return the results of a function for each job, on all cores unless `threads` is given."""
     threads = threads or os.cpu_count() or 1
     if len(jobs) < 2 or threads == 1:
         return [work(job) for job in jobs]
@@ -134,19 +134,19 @@ def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int = 0) -> list[
 
 
 def _simulate_chunk(jobs: Sequence[Job]) -> list[Simulation]:
-    """Simulate on the calling thread; the first that is refused ends it."""
+    """Simulate on the calling thread; the first refused job ends it."""
     return _step([_prepared(job) for job in jobs])
 
 
-def _attempt_chunk(jobs: Sequence[Job], admit: Admit | None) -> list[Simulation | InputError]:
-    """Simulate those that are not refused, on the calling thread."""
-    tried = [_attempted(job, admit) for job in jobs]
+def _attempt_chunk(jobs: Sequence[Job], precheck: Precheck | None) -> list[Simulation | InputError]:
+    """Simulate the jobs that are not refused, on the calling thread."""
+    tried = [_prepared_or_refused(job, precheck) for job in jobs]
     done = iter(_step([one for one in tried if isinstance(one, _Prepared)]))
     return [next(done) if isinstance(one, _Prepared) else one for one in tried]
 
 
 class _Prepared(NamedTuple):
-    """A job with its effects applied, its model and data at rest; the robot as it was asked."""
+    """A job with effects applied, its model and data at rest; `asked` is the robot before them."""
 
     asked: Robot
     robot: Robot
@@ -161,11 +161,11 @@ def _prepared(job: Job) -> _Prepared:
     return _Prepared(asked, robot, driven_by, *at_rest(robot, driven_by))
 
 
-def _attempted(job: Job, admit: Admit | None) -> _Prepared | InputError:
+def _prepared_or_refused(job: Job, precheck: Precheck | None) -> _Prepared | InputError:
     try:
         ready = _prepared(job)
-        if admit is not None:
-            admit(ready.model, ready.data)
+        if precheck is not None:
+            precheck(ready.model, ready.data)
     except InputError as refusal:
         return refusal
     return ready
@@ -180,20 +180,20 @@ def _step(jobs: Sequence[_Prepared]) -> list[Simulation]:
         groups.setdefault(layout, []).append(i)
     done: dict[int, Simulation] = {}
     for (*_, steps), members in groups.items():
-        recorder, sane = _stepped(
+        recorder, valid = _stepped(
             [(jobs[i].model, jobs[i].data) for i in members],
             np.array([jobs[i].condition.command for i in members]),
             steps,
         )
         for row, i in enumerate(members):
-            result = _result(jobs[i], recorder.samples(row), int(sane[row]))
+            result = _result(jobs[i], recorder.samples(row), int(valid[row]))
             done[i] = replace(result, motion=observed(result.motion, jobs[i].asked))
     return [done[i] for i in range(len(jobs))]
 
 
 def at_rest(robot: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return model and data at time zero."""
-    require_sound(robot, condition)
+    require_valid(robot, condition)
     model, data = _rest(unloaded(robot), condition)
     if condition.energy:
         model.opt.enableflags |= ENERGY
@@ -224,8 +224,8 @@ def _rest(free: Robot, condition: Condition) -> tuple[mujoco.MjModel, mujoco.MjD
 
 def _stepped(
     starts: Sequence[tuple[mujoco.MjModel, mujoco.MjData]], command: NDArray[np.float64], steps: int
-) -> tuple[Recorder, NDArray[np.int_]]:
-    """Step a group of equal layout; return the samples and how many of them make sense.
+) -> tuple[SampleRecorder, NDArray[np.int_]]:
+    """Step a group of equal layout; return the samples and how many of them are valid.
 
     Args:
         starts: model and data at time zero.
@@ -240,37 +240,37 @@ def _stepped(
         mujoco.mj_getState(own, data, batch.state[row], _STATE)
     batch.forward(stage=_CURRENT)
     stepper, control = Stepper(batch, [m for m, _ in starts]), batch.bind("ctrl")
-    recorder = Recorder(batch, stepper.torque, command.shape[1])
+    recorder = SampleRecorder(batch, stepper.torque, command.shape[1])
     recorder.take(0)
-    sane = np.full(len(starts), command.shape[1])
+    valid = np.full(len(starts), command.shape[1])
     for k in range(1, command.shape[1]):
         control[:] = command[:, k - 1, None]
         stepper.step(steps)
         recorder.take(k)
-        # after a blow-up the engine starts again from zero, so what follows is another motion
-        sane[stepper.broken] = np.minimum(sane[stepper.broken], k)
-    return recorder, sane
+        # after divergence the engine restarts from zero: the rest is another motion
+        valid[stepper.broken] = np.minimum(valid[stepper.broken], k)
+    return recorder, valid
 
 
 @cache
 def keep_engine_quiet() -> None:
-    """Stop the engine from writing a log file into the user's folder: outcomes tell it all."""
+    """Stop the engine from writing a log file into the user's folder; `Outcome` reports faults."""
     config = mujoco.MjLogConfig.get()
     config.logto_file = config.logto_console = False
     config.set()
 
 
-def _result(job: _Prepared, samples: Samples, sane: int) -> Simulation:
-    """Turn samples into a motion that ends where the robot fell or the numbers blew up."""
+def _result(job: _Prepared, samples: Samples, valid: int) -> Simulation:
+    """Turn samples into a motion that ends where the robot fell or the integration diverged."""
     _, robot, condition, model, data = job
     sink = -float(data.body("foot").xpos[2]) if condition.mode == "hop" else 0.0
     motion = motion_of(robot, model, samples, rest=condition.rest)
     count, top = len(samples.top), samples.top[:, 2]
-    fallen = np.flatnonzero(top[:sane] < FALLEN_M)
-    outcome: Outcome = "completed" if sane == count else "diverged"
+    fallen = np.flatnonzero(top[:valid] < FALLEN_M)
+    outcome: Outcome = "completed" if valid == count else "diverged"
     if len(fallen):
-        outcome, sane = "fell", int(fallen[0])
-    if sane < count:
-        motion = motion.between(-np.inf, (max(sane, 1) - 1) / SAMPLE_RATE_HZ)
+        outcome, valid = "fell", int(fallen[0])
+    if valid < count:
+        motion = motion.between(-np.inf, (max(valid, 1) - 1) / SAMPLE_RATE_HZ)
     weight = robot.values["gravity"] * float(model.body_mass.sum())
     return Simulation(outcome, motion, sink, weight)

@@ -1,4 +1,4 @@
-"""The force that nothing balances and how it changes with the pose, by the engine's own forces."""
+"""The unbalanced static force and its derivative by the pose, the static stiffness."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.sim.chain import Chain
+from workbench.sim.chain import PlanarChain
 from workbench.sim.chain_statics import stiffness_of_chain
 from workbench.sim.robot import Foot
 
 __all__ = ["RotorKeeps", "displace", "moving_dofs", "static_force", "static_stiffness"]
 
 RotorKeeps = Literal["world", "top"]
-"""What the rotor keeps its angle to while the rest moves; locked to T it turns with the top."""
+"""Frame in which the rotor keeps its angle while the rest moves; locked to T it turns with T."""
 
 _DIFFERENCE = 1e-6  # [m, rad]
 # the one moving degree of freedom that is no rotation, by the type of the model's first joint
@@ -23,9 +23,9 @@ _HEIGHT = {int(mujoco.mjtJoint.mjJNT_FREE): 2, int(mujoco.mjtJoint.mjJNT_SLIDE):
 
 
 def moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
-    """Return the degrees of freedom that gravity moves: not the rotor, and of the foot z, pitch.
+    """Return the degrees of freedom that gravity moves: all but the rotor, of the foot z and pitch.
 
-    Sideways and around its vertical the robot is symmetric, forward the ground holds it.
+    The robot is symmetric sideways and about its vertical; the ground holds it forward.
     """
     rotor = model.joint("rotor").dofadr[0]
     held = {rotor}
@@ -35,13 +35,13 @@ def moving_dofs(model: mujoco.MjModel, foot: Foot) -> NDArray[np.int_]:
 
 
 def static_force(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Return the force that nothing balances, (nv,) [N, N m]; the corners lock where they are."""
+    """Return the unbalanced force, (nv,) [N, N m]; the corners lock where they are."""
     data.qvel[:] = 0
     return _static_force(model, data, model.body("top").id)
 
 
 def _static_force(model: mujoco.MjModel, data: mujoco.MjData, top: int) -> NDArray[np.float64]:
-    """Return the force of a pose that does not move; names are not looked up each time."""
+    """Return the unbalanced force of a pose at rest; `top` is T's body."""
     data.userdata[:] = 0
     mujoco.mj_forward(model, data)
     force = data.qfrc_passive - data.qfrc_bias
@@ -58,7 +58,7 @@ def static_stiffness(
     data: mujoco.MjData,
     dofs: NDArray[np.int_],
     rotor_keeps: RotorKeeps = "world",
-    chain: Chain | None = None,
+    chain: PlanarChain | None = None,
 ) -> NDArray[np.float64]:
     """Return minus the derivative of the static force, (n, n), by central differences.
 
@@ -68,17 +68,17 @@ def static_stiffness(
         model: of the robot.
         data: at the pose.
         dofs: (n,) degrees of freedom of force and displacement.
-        rotor_keeps: what the rotor keeps its angle to.
-        chain: the model's planar chain, where it is known and has one: that is twice as fast.
+        rotor_keeps: frame in which the rotor keeps its angle.
+        chain: the model's planar chain where it has one; twice as fast.
     """
     top, directions = model.body("top").id, _directions(model, dofs, rotor_keeps)
     data.qvel[:] = 0
     if chain is not None:
-        place = {int(dof): i for i, dof in enumerate(chain.dofs)}
+        index = {int(dof): i for i, dof in enumerate(chain.dofs)}
         return stiffness_of_chain(
             chain.links, chain.ground, chain.laws, chain.top, np.array(chain.gravity), chain.root,
             data.qpos, np.where(chain.dofs >= 0, directions[:, chain.dofs], 0.0),
-            np.array([place[int(dof)] for dof in dofs]), _DIFFERENCE,
+            np.array([index[int(dof)] for dof in dofs]), _DIFFERENCE,
             chain.bodies[top], data.xfrc_applied[top, [0, 2]],
         )  # fmt: skip
     here, columns = data.qpos.copy(), []
@@ -103,20 +103,20 @@ def displace(
     velocity = np.zeros(model.nv)
     velocity[dofs] = by
     if rotor_keeps == "world":
-        velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[_turning(model, dofs)])
+        velocity[model.joint("rotor").dofadr[0]] -= np.sum(by[_is_rotation(model, dofs)])
     mujoco.mj_integratePos(model, data.qpos, velocity, 1.0)
 
 
 def _directions(
     model: mujoco.MjModel, dofs: NDArray[np.int_], rotor_keeps: RotorKeeps
 ) -> NDArray[np.float64]:
-    """Return what moves with each of n degrees of freedom, (n, nv)."""
-    every = np.zeros((dofs.size, model.nv))
-    every[np.arange(dofs.size), dofs] = 1.0
+    """Return the unit displacement of each of n degrees of freedom, (n, nv)."""
+    units = np.zeros((dofs.size, model.nv))
+    units[np.arange(dofs.size), dofs] = 1.0
     if rotor_keeps == "world":
-        every[_turning(model, dofs), model.joint("rotor").dofadr[0]] -= 1.0
-    return every
+        units[_is_rotation(model, dofs), model.joint("rotor").dofadr[0]] -= 1.0
+    return units
 
 
-def _turning(model: mujoco.MjModel, dofs: NDArray[np.int_]) -> NDArray[np.bool_]:
+def _is_rotation(model: mujoco.MjModel, dofs: NDArray[np.int_]) -> NDArray[np.bool_]:
     return dofs != _HEIGHT.get(int(model.jnt_type[0]), -1)

@@ -1,4 +1,4 @@
-"""Step the simulations of a batch: planar chains by compiled lines, all others by the engine."""
+"""Step the simulations of a batch: planar chains by compiled code, all others by the engine."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _CURRENT = int(mujoco.mjtStage.mjSTAGE_VEL)
 
 
 class Stepper:
-    """Steps a batch; what is bound of it is that of the state after the step, as with `mj_step1`.
+    """Steps a batch; its bound arrays are those of the state after the step, as with `mj_step1`.
 
-    Both ways step alike, to rounding. A chain takes a fifth of the time: see `chain`.
+    Both ways agree to rounding. A chain takes a fifth of the time: see `chain`.
 
     Args:
         batch: whose models are set and whose state is forwarded to `mjSTAGE_VEL`.
         models: of its simulations, in their order.
         places_alone: whether after a step only `xpos`, `xmat` and `xanchor` of this object are
-            wanted, and nothing that is bound of the batch but its state: a chain has them for a
-            tenth of what the engine takes.
+            needed, and of the batch only its state: a chain computes them in a tenth of the
+            engine's time.
 
     Attributes:
-        xpos: (s, nbody, 3) places of the bodies [m].
+        xpos: (s, nbody, 3) positions of the bodies [m].
         xmat: (s, nbody, 9).
         xanchor: (s, njnt, 3) of hinges [m].
-        broken: (s,) simulations whose numbers blew up; what they hold is no motion any more.
+        broken: (s,) simulations that diverged; their states are not valid.
         torque: (s, nu) of the actuators in the step before [N m].
     """
 
@@ -48,7 +48,7 @@ class Stepper:
         self.broken = np.zeros(batch.nsim, dtype=np.bool_)
         self.torque = np.zeros((batch.nsim, batch.model.nu))
         self._torque = batch.bind("actuator_force")
-        self._places = np.array([_place(batch, name) for name in _PARTS])
+        self._spans = np.array([_span(batch, name) for name in _PARTS])
         self._forced = np.full_like(batch.state, np.nan) if places_alone else batch.state.copy()
         self._all = np.arange(batch.nsim, dtype=np.int32)
         chains = [read_chain(model) for model in models]
@@ -57,11 +57,11 @@ class Stepper:
         some = next((chain for chain in chains if chain is not None), None)
         if some is None:
             return
-        whole = [chain or some for chain in chains]  # where none is, nobody reads the numbers
+        whole = [chain or some for chain in chains]  # rows of other models are not used
         self._root = some.root
         self._numbers = tuple(
             np.array([getattr(chain, name) for chain in whole])
-            for name in ("links", "motors", "ground", "laws", "top", "gravity", "step")
+            for name in ("links", "actuators", "ground", "laws", "top", "gravity", "step")
         )
         self._bodies = np.array([chain.bodies for chain in whole])
 
@@ -94,7 +94,7 @@ class Stepper:
     def _step_chains(self, steps: int, rows: NDArray[np.int32]) -> None:
         batch = self._batch
         step_chains(
-            *self._numbers, self._root, rows, batch.state, self._forced, self._places, steps,
+            *self._numbers, self._root, rows, batch.state, self._forced, self._spans, steps,
             self.torque, self.broken, self._bodies, self.xpos, self.xmat, self.xanchor,
         )  # fmt: skip
         if not self._places_alone:
@@ -102,8 +102,8 @@ class Stepper:
             self._forced[:] = batch.state
 
 
-def _place(batch: Batch, name: str) -> tuple[int, int]:
-    """Return where a part of the state begins and ends in its row."""
+def _span(batch: Batch, name: str) -> tuple[int, int]:
+    """Return begin and end of a part of the state in its row."""
     part, state = batch.bind(name), batch.state
     begin = (part.ctypes.data - state.ctypes.data) // state.itemsize
     return begin, begin + part[0].size

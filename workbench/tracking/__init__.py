@@ -1,17 +1,16 @@
 """Tracking: OptiTrack exports and streams in, tracks out, exports written for the virtual bench.
 
-Here live the readers of every export flavour, the recorder of a NatNet stream, the report on a raw
+Here are the readers of every export format, the recorder of a NatNet stream, the report on a raw
 take, the axis mapping, the cleaning recipes, and the way from a take to the motion of foot, T and
 rotor. No instruments, no simulation, no bundle folder: this room imports `motion`, `timeseries` and
 `errors` only.
 
-The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `as_stated` (what
-a sheet says of it) -> `raw_points` (bench axes) -> a recipe of `CLEANING` -> `make_track` ->
-`Track`.
+The way of the data: `read_take` -> `Take` (the file's axes, nothing filtered) -> `with_overrides`
+(by a sheet) -> `raw_points` (bench axes) -> a recipe of `CLEANING` -> `make_track` -> `Track`.
 
-To add a file flavour: one parser `Source -> Take`, one line in `reader.py`, one test file.
-To add a cleaning recipe: one function `RawPoints -> Cleaned` in a file of its
-own, one entry in `CLEANING`, one test.
+To add a file format: one parser `Source -> Take`, one line in `reader.py`, one test file.
+To add a cleaning recipe: one function `RawPoints -> Cleaned` in its own file, one entry in
+`CLEANING`, one test.
 """
 
 from workbench.tracking.alignment import ClockFit, Delay, clock_fit, delay
@@ -22,18 +21,18 @@ from workbench.tracking.causal import FramePoints
 from workbench.tracking.cleaning import CLEANING
 from workbench.tracking.exchanges import Exchange
 from workbench.tracking.floor import Floor, fit_floor
-from workbench.tracking.live import Recorder, Stream, record
 from workbench.tracking.motive_writer import write_motive
 from workbench.tracking.motor_speed import motor_speed_fft, motor_speed_thesis
+from workbench.tracking.natnet_frames import Body, Sample
+from workbench.tracking.natnet_recorder import Recorder, Stream, record
 from workbench.tracking.noise import ChannelNoise, Harmonics, noise_floor, synchronous
+from workbench.tracking.overrides import Overrides, with_overrides
 from workbench.tracking.quality import exports_in, quality, quality_or_error
 from workbench.tracking.reader import read_take
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, Recipe
 from workbench.tracking.rotor import RotorAngle, RotorSpeed, Turns, mean_speed, turns, unwrapped
 from workbench.tracking.row_writer import write_row
 from workbench.tracking.start_time import format_start_time
-from workbench.tracking.stated import Stated, as_stated
-from workbench.tracking.streamed import Body, Sample
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take
 from workbench.tracking.track import Track, make_track
 
@@ -56,6 +55,7 @@ __all__ = [
     "Harmonics",
     "MarkerPlaces",
     "Missing",
+    "Overrides",
     "RawBody",
     "RawPoints",
     "Recipe",
@@ -63,12 +63,10 @@ __all__ = [
     "RotorAngle",
     "RotorSpeed",
     "Sample",
-    "Stated",
     "Stream",
     "Take",
     "Track",
     "Turns",
-    "as_stated",
     "clock_fit",
     "delay",
     "exports_in",
@@ -88,6 +86,7 @@ __all__ = [
     "synchronous",
     "turns",
     "unwrapped",
+    "with_overrides",
     "write_motive",
     "write_row",
 ]

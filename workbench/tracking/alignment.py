@@ -1,8 +1,8 @@
 """Two signals on one clock: sub-sample delays, and the clocks of cameras and bench.
 
-A delay between two motions is told by a signal that they share. The rate of a clock is another
-matter: a motor that turns too fast and a clock that runs too slow make the same rotor angle. They
-are told apart by events: when the motor starts, changes its speed and stops.
+A delay between two motions follows from a signal that they share. The rate of a clock does not: a
+motor that turns too fast and a clock that runs too slow make the same rotor angle. Events separate
+them: when the motor starts, changes its speed and stops.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.motion import ROTOR_ANGLE
 from workbench.timeseries import TimeSeries
-from workbench.tracking.blocks import block_covariance, correlation_time, time_blocks
+from workbench.tracking.autocorrelation import block_covariance, correlation_time, time_blocks
 
 __all__ = ["ClockFit", "Delay", "clock_fit", "delay"]
 
@@ -30,7 +30,7 @@ _DONE_S = 1e-9
 _SCALES = np.array([1e-2, 1.0, 1.0, 1e-3])
 _DIFF_STEP = 1e-5
 _MOST_TRIES = 60
-_MOST_LEFT_RAD = 1.0  # a rotor that follows its commands is a tenth of a radian beside them
+_MOST_RESIDUAL_RAD = 1.0  # a rotor that follows its commands has a tenth of a radian
 _LAG_GUESS_S = 0.05
 _LOWEST = np.array([-np.inf, np.log(1e-3), np.log(1e-3), -0.1])  # of what `_Clock` searches
 _HIGHEST = np.array([np.inf, np.log(10.0), np.log(10.0), 0.1])
@@ -40,12 +40,12 @@ _PPM = 1e6
 
 @dataclass(frozen=True)
 class Delay:
-    """How much later one signal is than another.
+    """Delay of one signal against another.
 
     Args:
         seconds: positive where the first is late.
         standard_error: [s], from blocks in time.
-        left: root mean square of what the shift does not explain, in the signal's unit.
+        left: root mean square of the residual, in the signal's unit.
     """
 
     seconds: float
@@ -55,19 +55,19 @@ class Delay:
 
 @dataclass(frozen=True)
 class ClockFit:
-    """The cameras' clock against the bench's, from what the rotor did with its commands.
+    """The cameras' clock against the bench's, from the rotor's response to its commands.
 
     A bench time t happens at the cameras' time offset + (1 + rate) t. The motor follows its command
     with a first-order lag, which may differ between driven and switched off.
 
     Args:
-        offset_s: where the cameras' zero has the output come on, without the motor's lag.
+        offset_s: time of the output's switching on by the cameras' clock, without the motor's lag.
         offset_error_s: its standard error.
         drift_ppm: rate in parts per million; None where the stop is not in the take.
         drift_error_ppm: its standard error.
         lag_s: of the motor while driven.
         speed_ratio: rotor speed over commanded speed.
-        left_rad: root mean square of the angle that is left.
+        left_rad: root mean square of the angle's residual.
     """
 
     offset_s: float
@@ -91,7 +91,7 @@ def delay(
         real: with valid samples of the channel; gaps do no harm.
         twin: likewise, and smooth: simulated, or `Track.motion`. Noise in it would draw the shift
             towards half samples, where a spline averages it. Its gaps are bridged.
-        channel: name; one that sways. The rotor's angle grows evenly and tells no delay.
+        channel: name; one that oscillates. The rotor's angle grows evenly and shows no delay.
         start: of the part of `real` to look at [s].
         stop: its end [s].
         most: the greatest shift looked for [s].
@@ -111,19 +111,19 @@ def delay(
     curve = scipy.interpolate.CubicSpline(twin.times[known], twin[channel][known])
     t, values = t[inside], real[channel][inside]
     shift = _coarse(curve, t, values, most)
-    terms, left = _linear(curve, t, values, shift)
+    terms, residual = _linear(curve, t, values, shift)
     for _ in range(_ROUNDS):
-        step = float(np.linalg.lstsq(terms, left)[0][0])
+        step = float(np.linalg.lstsq(terms, residual)[0][0])
         shift += step
         if abs(shift) > most:
             break
-        terms, left = _linear(curve, t, values, shift)
+        terms, residual = _linear(curve, t, values, shift)
         if abs(step) < _DONE_S:
             break
     if abs(shift) >= most:
         raise InputError(f"{channel}: no shift within {most:g} s fits best; is it the same run?")
-    covariance = block_covariance(terms, left, time_blocks(t, _BLOCKS))
-    return Delay(shift, float(np.sqrt(covariance[0, 0])), float(np.sqrt(np.mean(left**2))))
+    covariance = block_covariance(terms, residual, time_blocks(t, _BLOCKS))
+    return Delay(shift, float(np.sqrt(covariance[0, 0])), float(np.sqrt(np.mean(residual**2))))
 
 
 def _coarse(
@@ -144,10 +144,10 @@ def _linear(
     values: NDArray[np.float64],
     shift: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the terms shift, size and level, (n, 3), and what the last two leave, (n,)."""
+    """Return the terms shift, size and level, (n, 3), and the residual of the last two, (n,)."""
     shape = np.column_stack([curve(t - shift), np.ones_like(t)])
-    scale, left = _fit(shape, values)
-    return np.column_stack([-scale[0] * curve(t - shift, 1), shape]), left
+    scale, residual = _fit(shape, values)
+    return np.column_stack([-scale[0] * curve(t - shift, 1), shape]), residual
 
 
 def _fit(
@@ -185,11 +185,11 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
     guess = np.array([0.0, np.log(_LAG_GUESS_S), np.log(_LAG_GUESS_S), 0.0])
     free = len(guess) if stops else 2
 
-    def unexplained(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return _fit(_terms(t, angle, steps, _Clock(*x, *guess[len(x) :])), angle)[1]
 
     found = scipy.optimize.least_squares(
-        unexplained,
+        residuals,
         guess[:free],
         bounds=(_LOWEST[:free], _HIGHEST[:free]),
         x_scale=_SCALES[:free],
@@ -197,13 +197,13 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
         max_nfev=_MOST_TRIES,
     )
     clock = _Clock(*found.x, *guess[free:])
-    solution, left = _fit(_terms(t, angle, steps, clock), angle)
-    if np.sqrt(np.mean(left**2)) > _MOST_LEFT_RAD:
+    solution, residual = _fit(_terms(t, angle, steps, clock), angle)
+    if np.sqrt(np.mean(residual**2)) > _MOST_RESIDUAL_RAD:
         raise InputError(
             "the rotor's angle does not follow the commanded steps; did the robot fall, or is it "
             "another run?"
         )
-    errors = _errors(t, left, found.jac, free + len(solution))
+    errors = _errors(t, residual, found.jac, free + len(solution))
     return ClockFit(
         offset_s=clock.offset,
         offset_error_s=float(errors[0]),
@@ -211,26 +211,26 @@ def clock_fit(motion: TimeSeries, steps: Sequence[tuple[float, float]]) -> Clock
         drift_error_ppm=float(errors[3]) * _PPM if stops else None,
         lag_s=float(np.exp(clock.log_lag)),
         speed_ratio=float(solution[0]),
-        left_rad=float(np.sqrt(np.mean(left**2))),
+        left_rad=float(np.sqrt(np.mean(residual**2))),
     )
 
 
 def _errors(
-    t: NDArray[np.float64], left: NDArray[np.float64], jac: NDArray[np.float64], fitted: int
+    t: NDArray[np.float64], residual: NDArray[np.float64], jac: NDArray[np.float64], fitted: int
 ) -> NDArray[np.float64]:
-    """Return standard errors from the Jacobian; samples count as often as they forget the last."""
-    memory = max(1.0, correlation_time(t, left) / float(np.median(np.diff(t))))
-    variance = float(left @ left) / max(1, len(t) - fitted) * memory
+    """Return standard errors from the Jacobian and the effective number of samples."""
+    correlated = max(1.0, correlation_time(t, residual) / float(np.median(np.diff(t))))
+    variance = float(residual @ residual) / max(1, len(t) - fitted) * correlated
     try:
         return np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
     except np.linalg.LinAlgError:
         raise InputError(
-            "the rotor's angle does not answer to the commanded steps; are they of this take?"
+            "the rotor's angle does not respond to the commanded steps; are they of this take?"
         ) from None
 
 
 class _Clock(NamedTuple):
-    """What is searched: offset [s], logarithms of both lags [log s], rate."""
+    """Parameters of the fit: offset [s], logarithms of both lags [log s], rate."""
 
     offset: float
     log_lag: float

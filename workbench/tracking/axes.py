@@ -1,4 +1,4 @@
-"""How the axes of an export lie in the bench: the file does not say, so the user does."""
+"""The axes of an export in the bench, which the user states, as the file does not have them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Axes:
     forward: str = "-z"
 
     def __post_init__(self) -> None:
-        """Refuse what is no pair of perpendicular axes."""
+        """Refuse axes that are not perpendicular."""
         for role, name in (("up", self.up), ("forward", self.forward)):
             if _plain(name) not in _NAMES:
                 raise InputError(

@@ -1,4 +1,4 @@
-"""Where foot, T and rotor are, in bench axes, and which of a take's numbers say so."""
+"""Positions of foot, T and rotor in bench axes, and the data of the take they come from."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.tracking.axes import Axes
 from workbench.tracking.body_names import BodyNames, check_names
+from workbench.tracking.body_position import POOR_FIT_M, BodyPosition, locate_body
 from workbench.tracking.exchanges import without_exchanges
-from workbench.tracking.identity import told_exchanges, untangle
-from workbench.tracking.placing import POOR_FIT_M, Placed, place
+from workbench.tracking.identity import exchange_summary, untangle
+from workbench.tracking.length_unit import in_plausible_unit
+from workbench.tracking.parallel import parallel_map
 from workbench.tracking.pose import pitch_of
-from workbench.tracking.size import in_plausible_unit
-from workbench.tracking.take import BodyTake, Missing, Take, known
-from workbench.tracking.template import order_of_places
+from workbench.tracking.rigid_body import order_of_places
+from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
 
 __all__ = ["MarkerPlaces", "RawBody", "RawPoints", "raw_points"]
 
 MarkerPlaces = Mapping[str, NDArray[np.float64] | Sequence[Sequence[float]]]
 """By body name: (m, 3) places of its markers on the body, forward, left, up [mm]."""
 
-_WORTH = 0.5  # share of seen samples in which the measured markers tell the body's place
+_LEAST_SHARE = 0.5  # of seen samples whose measured markers give the body's position
 _MM = 1e-3
 
 
@@ -39,16 +40,16 @@ class RawBody:
         position: (n, 3) in bench axes [m], NaN where not seen.
         solved: (n, 3) centroid of the solved markers [m], with what the file holds while the body
             is lost; the pose position where the file has no solved markers.
-        pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers tell none, of
-            the foot where the file's pose tells none either. From given marker places it is
+        pitch: (n,) rotation about +y [rad], NaN where unknown; None where the markers give none, of
+            the foot where the file's pose gives none either. From given marker places it is
             absolute, else relative to the take's first half second.
-        missing: (n,) values of `Missing`; SEEN wherever `position` is told, GLITCH where the
+        missing: (n,) values of `Missing`; SEEN wherever `position` is known, GLITCH where the
             markers do not fit the body.
-        source: which numbers `position` was made of, for the report.
+        source: data that `position` was computed from, for the report.
         solved_source: the same for `solved`.
-        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where none is told.
-        bridged: (n,) True where only some markers were visible and how they lie about the point was
-            carried over from the samples beside: less accurate by what `source` says.
+        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where unknown.
+        bridged: (n,) True where only some markers were visible and their offsets from the point
+            were carried over from samples nearby: less accurate by the error in `source`.
     """
 
     name: str
@@ -100,19 +101,19 @@ class _Marked:
 def raw_points(
     take: Take, names: BodyNames, axes: Axes, markers: MarkerPlaces | None = None
 ) -> RawPoints:
-    """Take foot, T and rotor out of a take.
+    """Return foot, T and rotor of a take.
 
     Exchanged bodies and markers are put back first. Three or more markers then give a pose; with
     `markers` the body's point is its origin, else the centroid of the rigid body that the take
     itself shows. Two markers give a point and a direction. Neither jumps when a marker is hidden.
-    Where the file has no measured markers, or they seldom tell the place, the solved ones are
+    Where the file has no measured markers, or they seldom give the position, the solved ones are
     used, else the pose position.
 
     Args:
         take: the export.
-        names: what it calls the bodies.
-        axes: how its axes lie.
-        markers: where markers sit on the bodies [mm]; best in the order of the file's markers,
+        names: of the bodies in the export.
+        axes: of the export.
+        markers: their positions on the bodies [mm]; best in the order of the file's markers,
             another order is noticed.
 
     Raises:
@@ -125,20 +126,19 @@ def raw_points(
     take, exchanges = without_exchanges(take, names)
     marked = {role: _marked(take.bodies[name], axes) for role, name in asdict(names).items()}
     marked = _untangled(take, marked, exchanges)
-    told: dict[str, list[str]] = {role: [] for role in marked}
+    noted: dict[str, list[str]] = {role: [] for role in marked}
 
     def raw_body(role: str) -> RawBody:
         each = marked[role]
-        return _raw_body(take, role, each, axes, places.get(each.body.name), told[role])
+        return _raw_body(take, role, each, axes, places.get(each.body.name), noted[role])
 
-    # one after the other: at once they are no faster, and hold three times as much in memory
-    found = {role: raw_body(role) for role in marked}
-    warnings = (*unit, *exchanges, *chain(*told.values()))
+    found = dict(zip(marked, parallel_map(raw_body, marked), strict=True))
+    warnings = (*unit, *exchanges, *chain(*noted.values()))
     return RawPoints(take.times, take.rate_hz, **found, warnings=warnings)
 
 
 def _marked(body: BodyTake, axes: Axes) -> _Marked:
-    if np.isfinite(body.measured).any():
+    if any_finite(body.measured):
         return _Marked(body, axes.points_to_bench(body.measured), "measured")
     return _solved_marked(body, axes)
 
@@ -154,13 +154,13 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
     measured = {role: each for role, each in marked.items() if each.kind == "measured"}
     for role, each in measured.items():
         mine = untangle(take.times, each.cloud)
-        _warn(warnings, told_exchanges(take.times, mine.exchanged, repr(each.body.name)))
+        _warn(warnings, exchange_summary(take.times, mine.exchanged, repr(each.body.name)))
         out[role] = replace(each, cloud=mine.cloud)
     top, rotor = out["top"], out["rotor"]
     if top.kind == rotor.kind == "measured":
         both = untangle(take.times, np.concatenate([top.cloud, rotor.cloud], axis=1), partly=False)
         whose = f"{top.body.name!r} and {rotor.body.name!r}"
-        _warn(warnings, told_exchanges(take.times, both.exchanged, whose))
+        _warn(warnings, exchange_summary(take.times, both.exchanged, whose))
         if both.exchanged.any():
             count = top.cloud.shape[1]
             out["top"] = replace(top, cloud=both.cloud[:, :count])
@@ -179,65 +179,67 @@ def _raw_body(
     body = marked.body
     solved, solved_source = _solved(body)
     solved = axes.points_to_bench(solved)
-    told = _told(take, role, marked, axes, places, warnings)
-    if told is None:
+    located = _located(take, role, marked, axes, places, warnings)
+    if located is None:
         position = np.where(body.seen[:, None], solved, np.nan)
         never = np.zeros(len(position), dtype=np.bool_)
         unknown = np.full(len(position), np.nan)
-        told = Placed(position, None, unknown, never, never, solved_source)
-    warnings.extend(told.warnings)
-    given = known(told.position)
+        located = BodyPosition(position, None, unknown, never, never, solved_source)
+    warnings.extend(located.warnings)
+    given = known(located.position)
     if not given.any():
         raise InputError(
             f"{take.path}: body {body.name!r} is never seen; nothing can be made of it"
         )
     missing = body.missing.copy()
     missing[body.seen] = Missing.BLANK
-    missing[told.strays] = Missing.GLITCH
+    missing[located.strays] = Missing.GLITCH
     missing[given] = Missing.SEEN
     return RawBody(
         name=body.name,
-        position=told.position,
+        position=located.position,
         solved=solved,
-        pitch=_pose_pitch(body, axes) if told.pitch is None and role == "foot" else told.pitch,
+        pitch=_pose_pitch(body, axes)
+        if located.pitch is None and role == "foot"
+        else located.pitch,
         missing=missing,
-        source=told.source,
+        source=located.source,
         solved_source=solved_source,
-        residual=told.residual,
-        bridged=told.bridged,
+        residual=located.residual,
+        bridged=located.bridged,
     )
 
 
-def _told(
+def _located(
     take: Take,
     role: str,
     marked: _Marked,
     axes: Axes,
     places: NDArray[np.float64] | None,
     warnings: list[str],
-) -> Placed | None:
-    """Return what the measured markers tell, or the solved ones where those seldom do."""
+) -> BodyPosition | None:
+    """Return the position by the measured markers, or by the solved ones where those seldom do."""
     body = marked.body
     if places is not None and len(places):
         places = _ordered(take, role, marked, places * _MM, warnings)
     else:
         places = None
-    told = _placed(take, marked, places)
+    located = _locate(take, marked, places)
     if marked.kind == "solved":
-        return told
-    share = 0.0 if told is None else float(known(told.position)[body.seen].mean())
-    if share >= _WORTH or not np.isfinite(body.solved).any():
-        return told
-    solved = _placed(take, _solved_marked(body, axes), places)
+        return located
+    share = 0.0 if located is None else float(known(located.position)[body.seen].mean())
+    if share >= _LEAST_SHARE or not any_finite(body.solved):
+        return located
+    solved = _locate(take, _solved_marked(body, axes), places)
     why = f"the measured ones give its place in {100 * share:.0f} % only"
     return solved and replace(solved, source=f"{solved.source} ({why})")
 
 
-def _placed(take: Take, marked: _Marked, places: NDArray[np.float64] | None) -> Placed | None:
-    if not np.isfinite(marked.cloud).any():
+def _locate(take: Take, marked: _Marked, places: NDArray[np.float64] | None) -> BodyPosition | None:
+    if not any_finite(marked.cloud):
         return None
-    told = place(marked.body.name, take.times, marked.cloud, places)
-    return told and replace(told, source=told.source.format(marked.kind))
+    located = locate_body(marked.body.name, take.times, marked.cloud, places)
+    return located and replace(located, source=located.source.format(marked.kind))
 
 
 def _ordered(
@@ -266,7 +268,7 @@ def _warn(warnings: list[str], text: str | None) -> None:
 
 def _solved(body: BodyTake) -> tuple[NDArray[np.float64], str]:
     solved = body.centroid_solved
-    if np.isfinite(solved).any():
+    if any_finite(solved):
         return solved, "centroid of the solved markers"
     return body.position, "pose position"
 

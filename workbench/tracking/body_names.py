@@ -1,4 +1,4 @@
-"""What an export calls foot, T and rotor, and a guess by geometry where the names are not known."""
+"""The names of foot, T and rotor in an export, and a guess by geometry where they are unknown."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _LEAST_SAMPLES = 20
 _MOST_SAMPLES = 2000
 _ARM_SPREAD = 0.1  # of the radius at which the rotor circles T
 _TURNED = 1.8  # chord over radius: 128 degrees
-_APART = 1.5  # one explanation is told from the next by this factor
+_APART = 1.5  # factor between the best explanation and the next
 
 
 @dataclass(frozen=True)
 class BodyNames:
-    """What the export calls the robot's three bodies."""
+    """Names of the robot's three bodies in the export."""
 
     foot: str = "Foot"
     top: str = "T"
@@ -70,8 +70,8 @@ def guess_bodies(take: Take, axes: Axes | None = None) -> BodyNames | None:
     """Guess which bodies of a take are foot, T and rotor, from how far apart they are.
 
     Foot to T is 0.16 to 0.6 m and T to rotor 0.01 to 0.2 m in nearly all samples (Appendix C); the
-    rotor keeps its distance from T. Of such a pair the rotor is the one that turns about itself, or
-    where the poses do not tell, the one that moves more while the rotor makes its first half turn.
+    rotor keeps its distance from T. Of such a pair the rotor is the one that rotates by its poses,
+    or without them, the one that moves more while the rotor makes its first half turn.
     The foot is the body whose distance from T changes least.
 
     Args:
@@ -111,10 +111,10 @@ def _by_distances(take: Take, axes: Axes, before: str) -> str:
     if guess is None:
         return ""
     roles = asdict(guess)
-    told = ", ".join(f"{role} is {name!r}" for role, name in roles.items())
+    guessed = ", ".join(f"{role} is {name!r}" for role, name in roles.items())
     written = ", ".join(f"{role}: {_in_yaml(name)}" for role, name in roles.items())
     stop = "" if before.endswith("?") else "."
-    return f"{stop} By their distances {told}: write bodies: {{{written}}}"
+    return f"{stop} By their distances {guessed}: write bodies: {{{written}}}"
 
 
 def _in_yaml(name: str) -> str:
@@ -124,7 +124,7 @@ def _in_yaml(name: str) -> str:
 def _always_within(
     distance: NDArray[np.float64], allowed: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Tell pairs (b, b) whose distance is within bounds in nearly all samples that show both."""
+    """Find pairs (b, b) whose distance is within bounds in nearly all samples that show both."""
     both = np.isfinite(distance).sum(axis=2)
     inside = ((distance >= allowed[0]) & (distance <= allowed[1])).sum(axis=2)
     return (both >= _LEAST_SAMPLES) & (inside >= _NEARLY_ALWAYS * both)
@@ -135,7 +135,7 @@ def _circles(arm: NDArray[np.float64]) -> bool:
 
 
 def _spread(values: NDArray[np.float64]) -> float:
-    """Return how far apart the 5 and 95 % quantiles of the finite values are."""
+    """Return the distance of the 5 and 95 % quantiles of the finite values."""
     low, high = np.quantile(_finite(values), [0.05, 0.95])
     return float(high - low)
 
@@ -147,7 +147,7 @@ def _rotor_turns(
     top: NDArray[np.float64],
     rotor: NDArray[np.float64],
 ) -> bool:
-    """Tell whether of T and rotor, as guessed, it is the rotor that turns."""
+    """Return whether of T and rotor, as guessed, it is the rotor that turns."""
     top_turns, rotor_turns = (_turns(take, name) for name in (guess.top, guess.rotor))
     if top_turns != rotor_turns:
         return rotor_turns
@@ -164,7 +164,7 @@ def _rotor_turns(
 
 
 def _turns(take: Take, name: str) -> bool:
-    """Tell whether a body's pose turns by more than a quarter turn and more than now and then."""
+    """Return whether over 5 % of a body's poses are turned by more than a quarter turn."""
     body = take.bodies[name]
     quaternion = body.quaternion[body.seen & known(body.quaternion)]
     if len(quaternion) < _LEAST_SAMPLES:

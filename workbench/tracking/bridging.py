@@ -1,4 +1,4 @@
-"""A body's point while some of its markers are hidden: the visible ones carry it on."""
+"""A body's point while some of its markers are hidden, from the visible ones."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ __all__ = ["Bridge", "Offsets", "bridge"]
 
 _LONGEST_S = 0.1
 _WORST_M = 2e-3  # half of what cleaning takes for a stray
-_TRIED = 1000  # samples that tell how fast a body turns
+_TRIED = 1000  # samples for the speed at which a body turns
 
 
 Offsets = Callable[[NDArray[np.intp]], NDArray[np.float64]]
-"""Gives the (k, m, 3) offsets of markers from the point in k samples [m]; NaN where not told."""
+"""Returns (k, m, 3) offsets of markers from the point in k samples [m]; NaN where unknown."""
 
 
 class Bridge(NamedTuple):
-    """Points (n, 3) [m], (n,) True where one was carried on, and the error of doing so [m]."""
+    """Points (n, 3) [m], (n,) True where one was extrapolated, and the error of doing so [m]."""
 
     position: NDArray[np.float64]
     bridged: NDArray[np.bool_]
@@ -35,22 +35,22 @@ def bridge(
     position: NDArray[np.float64],
     about: Offsets,
 ) -> Bridge:
-    """Carry a point on from the visible markers where too few of them tell it.
+    """Extrapolate a point from the visible markers where too few of them determine it.
 
     A marker's offset from the point turns with the body. Over a gap it is interpolated, beside a
-    longer one it is held. How far that may reach the take itself says: over the lags at which its
-    own offsets are told this way within 2 mm (root mean square), and never beyond 0.1 s.
+    longer one it is held, over the lags at which this predicts the take's own offsets within 2 mm
+    (root mean square), and never beyond 0.1 s.
 
     Args:
         times: (n,) [s].
-        cloud: (n, m, 3) markers [m], NaN where not seen; nothing is carried on where all are NaN.
-        position: (n, 3) the point [m], NaN where not told.
-        about: of the same markers; where the point is told, so are always the same ones of them.
+        cloud: (n, m, 3) markers [m], NaN where not seen; the point stays NaN where all are NaN.
+        position: (n, 3) the point [m], NaN where unknown.
+        about: of the same markers; where the point is known, so are always the same ones of them.
     """
-    told = known(position)
-    anchors = np.flatnonzero(told)
+    given = known(position)
+    anchors = np.flatnonzero(given)
     used = known(about(anchors[:1])).any(axis=0)
-    wanted = np.flatnonzero(~told)
+    wanted = np.flatnonzero(~given)
     wanted = wanted[known(cloud[wanted][:, used]).any(axis=1)]
     bridged = np.zeros(len(times), dtype=np.bool_)
     if not len(wanted) or len(anchors) < 2:
@@ -78,7 +78,7 @@ def bridge(
 
 
 def _reach(about: Offsets, count: int, most: int, one_sided: bool) -> tuple[int, float]:
-    """Return over how many of `count` samples offsets are carried well, and the error there [m]."""
+    """Return the lag [samples] up to which offsets are predicted well, and the error there [m]."""
     reach, error = 0, 0.0
     for lag in range(1, most + 1):
         middle = np.arange(lag, count - lag, max(1, count // _TRIED))

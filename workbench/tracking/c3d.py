@@ -24,6 +24,7 @@ from workbench.tracking.c3d_data import (
     read_points,
     whole_frames,
 )
+from workbench.tracking.clock import is_rate
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import LARGEST, Source, shown
@@ -36,14 +37,13 @@ _METRES = {
     "m": 1.0, "meter": 1.0, "meters": 1.0, "cm": 0.01, "centimeters": 0.01,
     "mm": 0.001, "millimeter": 0.001, "millimeters": 0.001, "in": 0.0254, "inches": 0.0254,
 }  # fmt: skip
-_RATES_HZ = (0.1, 1e5)
 _LIBRARY_ERRORS = (RuntimeError, ValueError, KeyError, IndexError, TypeError, OSError, MemoryError)
 
 
 class _Points(NamedTuple):
-    """What the file holds: k labels, (n, k, 3) in its unit, its rate [Hz], its first frame.
+    """Points of the file: k labels, (n, k, 3) in its unit, its rate [Hz], its first frame.
 
-    `screen` is which of its axes point up and to the right on a screen, empty where it says none.
+    `screen` has its axes that point up and to the right on a screen, empty where it names none.
     """
 
     labels: list[str]
@@ -55,7 +55,7 @@ class _Points(NamedTuple):
 
 
 def is_c3d(data: bytes | memoryview) -> bool:
-    """Tell a C3D file by its second byte and by the key of the parameters that the first names."""
+    """Recognize a C3D file by its second byte and by the key of the parameters' block."""
     at = BLOCK * (data[0] - 1) if data else 0
     is_keyed = len(data) >= BLOCK and data[1] == _KEY and at > 0
     return is_keyed and at + 4 <= len(data) and data[at + 3] in PROCESSORS
@@ -70,7 +70,7 @@ def parse_c3d(source: Source) -> Take:
     points = _read(source)
     if points.unit.casefold() not in _METRES:
         raise _fault(source, f"POINT:UNITS is {shown(points.unit)}; known are {', '.join(_METRES)}")
-    if not _RATES_HZ[0] <= points.rate <= _RATES_HZ[1]:
+    if not is_rate(points.rate):
         raise _fault(source, f"POINT:RATE is {points.rate:g}; no rate of cameras [Hz]")
     indices = points.first + np.arange(len(points.position))
     metres = _METRES[points.unit.casefold()]
@@ -152,7 +152,7 @@ def _checked(position: NDArray[np.float64], source: Source) -> NDArray[np.float6
 
 
 def _check_size(source: Source) -> Header:
-    """Return the header; refuse one that promises too much.
+    """Return the header; refuse one of more data than the file has.
 
     A damaged count would make the library reserve memory for hours of data.
     """
@@ -172,7 +172,7 @@ def _check_size(source: Source) -> Header:
 
 
 def _frames(header: Header, parameters: Any, source: Source) -> int:
-    """Return how many frames there are: as the header says, or where it cannot, as others do."""
+    """Return the number of frames by the header, or the parameters where it cannot count them."""
     counted = header.last - header.first + 1
     fitting = whole_frames(source.data, header)
     stated = _stated_frames(parameters)
@@ -219,8 +219,9 @@ def _check_parameters(source: Source) -> None:
         if link + 2 > end:
             break
         (step,) = struct.unpack_from("<H", data, link)
-        told = link + 2 if group < 0 else _parameter_end(data, link + 2)
-        needed = told + 1 + data[told] if told < end else end + 1  # a description comes last
+        stop = link + 2 if group < 0 else _parameter_end(data, link + 2)
+        # a description comes last
+        needed = stop + 1 + data[stop] if stop < end else end + 1
         if step and link + step < needed:
             raise _fault(source, f"the parameter at byte {at} is longer than its record; damaged")
         at = link + step if step else end
@@ -229,13 +230,13 @@ def _check_parameters(source: Source) -> None:
 
 
 def _parameter_end(data: bytes | memoryview, at: int) -> int:
-    """Return where the values of a parameter end, whose type stands at a byte."""
+    """Return the end of a parameter's values, whose type is at byte `at`."""
     kind, rank = struct.unpack("<bB", bytes(data[at : at + 2]).ljust(2, b"\0"))
     return at + 2 + rank + abs(kind) * prod(data[at + 2 : at + 2 + rank])
 
 
 def _labels(group: Any) -> list[str]:
-    """Return all labels; from the 256th on they stand in LABELS2, LABELS3."""
+    """Return all labels; from the 256th on they are in LABELS2, LABELS3."""
     labels: list[str] = []
     for key in ("LABELS", *(f"LABELS{k}" for k in range(2, 10))):
         if key in group:

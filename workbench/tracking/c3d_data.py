@@ -1,7 +1,7 @@
-"""The header and the points of a C3D file: how much there is, whatever the byte order.
+"""The header and the points of a C3D file, in any byte order.
 
-`ezc3d` reads parameters and points, but 65,535 frames at most, which is what the header's numbers
-can count. Longer files state their length elsewhere, or have it in their size alone.
+`ezc3d` reads parameters and points, but 65,535 frames at most, the limit of the header's numbers.
+Longer files state their length elsewhere, or have it in their size alone.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LAST = 65535
 
 
 class Header(NamedTuple):
-    """What the first block says.
+    """Content of the first block.
 
     Args:
         points: in a frame.
@@ -78,13 +78,13 @@ def read_points(data: bytes | memoryview, header: Header, count: int) -> NDArray
     else:
         numbers = np.frombuffer(text, ">i2" if header.processor == "MIPS" else "<i2")
     frames = numbers.reshape(count, width)[:, : 4 * header.points].reshape(count, -1, 4)
-    places = frames[:, :, :3].astype(float) * (1.0 if header.scale < 0 else header.scale)
-    places[frames[:, :, 3] < 0] = np.nan
-    return places
+    points = frames[:, :, :3].astype(float) * (1.0 if header.scale < 0 else header.scale)
+    points[frames[:, :, 3] < 0] = np.nan
+    return points
 
 
 def _floats(processor: str) -> Callable[[bytes | memoryview], NDArray[np.float32]]:
-    """Return what makes numbers of bytes in a byte order."""
+    """Return the conversion from bytes to floats for a byte order."""
     if processor == "DEC":
         return _dec_floats
     order = ">f4" if processor == "MIPS" else "<f4"

@@ -1,8 +1,8 @@
-"""Where foot, T and rotor are in one frame of a stream, from that frame and the rest before it.
+"""Positions of foot, T and rotor in one frame of a stream, from that frame and the rest before.
 
-A take is placed with all of its frames in hand (`placing`): markers that exchange their slots are
-put back, gaps are bridged, glitches are found from both sides. Of a stream only the rest is known,
-which says how the markers sit; a frame in which they do not fit shows nothing of that body.
+Bodies of a take are located with all of its frames (`body_position`): exchanges of markers are
+undone, gaps bridged, glitches found from both sides. Of a stream only the rest is known, which
+gives the markers' positions on the bodies; a frame in which they do not fit is missing.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 from workbench.tracking.bodies import MarkerPlaces
 from workbench.tracking.body_names import BodyNames
-from workbench.tracking.line import point_on_line
-from workbench.tracking.placing import POOR_FIT_M
+from workbench.tracking.body_position import POOR_FIT_M
+from workbench.tracking.collinear import point_on_line
+from workbench.tracking.natnet_frames import Body, Sample
 from workbench.tracking.pose import fit_poses, on_a_line, pitch_of
-from workbench.tracking.streamed import Body, Sample
+from workbench.tracking.rigid_body import learn_places, marker_weights, order_of_places
 from workbench.tracking.take import known
-from workbench.tracking.template import learn_places, marker_weights, order_of_places
 
 __all__ = ["FramePoints"]
 
@@ -35,17 +35,17 @@ _POINTS = {"foot": FOOT, "top": TOP, "rotor": ROTOR}
 
 
 class FramePoints:
-    """Learns from frames at rest how the bodies' markers sit, and places them frame by frame.
+    """Learns the bodies' markers from frames at rest, and locates the bodies frame by frame.
 
     Args:
         rest: frames at rest.
         layout: the stream's bodies, in the order of the frames' poses.
-        names: what it calls foot, T and rotor.
-        axes: how its axes lie.
-        markers: where markers sit on the bodies [mm].
+        names: of foot, T and rotor in the stream.
+        axes: of the stream.
+        markers: their positions on the bodies [mm].
 
     Attributes:
-        rest: channels of `workbench.motion` of the frames at rest, from the foot's median place.
+        rest: channels of `workbench.motion` of the frames at rest, from the foot's median position.
 
     Raises:
         InputError: when a body is not streamed or never seen, or marker places do not fit it.
@@ -61,7 +61,7 @@ class FramePoints:
     ) -> None:
         self._origin, self._pitch = np.zeros(3), 0.0
         streamed = {body.name: (row, body) for row, body in enumerate(layout)}
-        self._bodies: dict[str, _Placed] = {}
+        self._bodies: dict[str, _FrameBody] = {}
         for role, name in asdict(names).items():
             if name not in streamed:
                 raise InputError(
@@ -71,18 +71,18 @@ class FramePoints:
             given = (markers or {}).get(name)
             places = None if given is None or not len(given) else _MM * np.asarray(given, float)
             row, body = streamed[name]
-            self._bodies[role] = _Placed(row, body, rest, places, axes, upright=role == "foot")
+            self._bodies[role] = _FrameBody(row, body, rest, places, axes, upright=role == "foot")
         self.rest = self._rest(rest)
 
     def of(self, frame: Sample) -> dict[str, float]:
         """Return the channels of one frame, NaN where not seen; the rotor's angle is not unwrapped.
 
-        Places are from the foot's at rest, the pitch from its own at rest.
+        Positions are against the foot's at rest, the pitch against its own at rest.
         """
         found: dict[str, float] = {}
         for role, body in self._bodies.items():
-            place, pitch = body.of(frame)
-            found |= dict(zip(_POINTS[role], (place - self._origin).tolist(), strict=True))
+            position, pitch = body.of(frame)
+            found |= dict(zip(_POINTS[role], (position - self._origin).tolist(), strict=True))
             if role == "foot":
                 found[PITCH] = pitch - self._pitch
         across, up = (found[ROTOR[i]] - found[TOP[i]] for i in (0, 2))
@@ -106,8 +106,8 @@ class FramePoints:
         )
 
 
-class _Placed:
-    """One body: its rigid template, and how it is placed in a frame."""
+class _FrameBody:
+    """One body: its rigid model, and its pose in a frame."""
 
     def __init__(
         self,
@@ -138,9 +138,7 @@ class _Placed:
         self._weights = marker_weights(rigid, cloud) if rigid is not None and self.posed else None
         self._length = float(np.nanmedian(_length(cloud)))
         self._forward = np.array([1.0, 0.0, 0.0])
-        if (
-            self.posed and rigid is not None and places is None
-        ):  # how it stands is not known but from its rest
+        if self.posed and rigid is not None and places is None:  # forward is as at rest
             turned = fit_poses(rigid, cloud, self._weights).matrix
             first = turned[np.flatnonzero(np.isfinite(turned[:, 0, 0]))[0]]
             self._forward = first.T @ self._forward
@@ -173,5 +171,5 @@ class _Placed:
 
 
 def _length(cloud: Array) -> Array:
-    """Return the way along markers on a line, (n,) [m]."""
+    """Return the length along markers on a line, (n,) [m]."""
     return np.asarray(np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1))

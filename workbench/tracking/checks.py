@@ -1,6 +1,6 @@
-"""What a take states, checked against its own numbers, whatever its format.
+"""Checks of a take against its own numbers, in any format.
 
-Each check is a warning with number and place. Samples that repeat the one before because nothing
+Each finding is a warning with value and frame. Samples that repeat the one before because nothing
 new was measured no longer count as seen.
 """
 
@@ -34,7 +34,7 @@ class _Held(NamedTuple):
 
 
 def checked(take: Take) -> Take:
-    """Return a take whose held samples do not count as seen, with warnings on what contradicts."""
+    """Return a take whose held samples do not count as seen, with warnings of contradictions."""
     held = {name: found for name, body in take.bodies.items() if (found := _held(body)) is not None}
     bodies = {
         name: body.without(held[name].mask, Missing.FROZEN) if name in held else body
@@ -86,20 +86,20 @@ def _held(body: BodyTake) -> _Held | None:
 
 
 def _on_holds(take: Take, held: Mapping[str, _Held]) -> list[str]:
-    told: list[str] = []
+    warnings: list[str] = []
     for name, found in held.items():
         count = int(np.count_nonzero(found.mask))
         rate = take.rate_hz * found.new / (found.new + count)
-        told.append(
+        warnings.append(
             f"{name!r} repeats the sample before exactly in {count} samples at even intervals, "
             f"first at frame {take.indices[np.argmax(found.mask)]}: {rate:.4g} Hz in effect, "
             f"{take.rate_hz:g} Hz stated; the repeats count as not seen"
         )
-    return told
+    return warnings
 
 
 def _on_solved(bodies: Mapping[str, BodyTake]) -> list[str]:
-    told: list[str] = []
+    warnings: list[str] = []
     for name, body in bodies.items():
         off = apart(body.solved, body.measured)
         if off > _APART_M:
@@ -109,9 +109,9 @@ def _on_solved(bodies: Mapping[str, BodyTake]) -> list[str]:
             stated = (
                 "" if np.isnan(usual) else f", the file states an error of {1e3 * usual:.1f} mm"
             )
-            told.append(
+            warnings.append(
                 f"the solved markers of {name!r} lie {1e3 * off:.1f} mm (median) from the "
                 f"measured ones{stated}: its model is not the body that was seen. The measured "
                 "ones are followed; recipe 'thesis' follows the solved ones"
             )
-    return told
+    return warnings

@@ -7,31 +7,37 @@ from numpy.typing import NDArray
 
 from workbench.tracking.source import Source
 
-__all__ = ["column_rate", "jitter", "motive_times", "row_clock", "warn_of_index_steps"]
+__all__ = ["column_rate", "is_rate", "jitter", "motive_times", "row_clock", "warn_of_index_steps"]
 
 _TIME_TOLERANCE_S = 1e-3
 _SNAP = 1e-4  # a printed step of 0.00833333 s is 120 Hz
 _ORDINARY = 0.6  # of the usual step; larger ones are gaps that the index does not count
 _PRINTED_S = 1e-9
-_DECIMALS = (2, 3, 4)  # of clocks that are cut; finer ones tell each step
+_DECIMALS = (2, 3, 4)  # of clocks that are truncated; finer ones resolve each step
 _ROUND_HZ = (10.0, 5.0, 1.0)
-_APART = 2e-3  # a column that leaves a stated rate by more tells another one
+_APART = 2e-3  # relative difference from which a column has another rate than the stated one
 _LEAST_ROWS = 3
+_RATES_HZ = (0.1, 1e5)
+
+
+def is_rate(rate: float) -> bool:
+    """Return whether cameras may have a rate [Hz]; False for NaN."""
+    return _RATES_HZ[0] <= rate <= _RATES_HZ[1]
 
 
 def column_rate(
     indices: NDArray[np.int64], times: NDArray[np.float64], likely: float = 0.0
 ) -> float | None:
-    """Return the rate that a time column tells over all its rows [Hz], None where it tells none.
+    """Return the rate of a time column over all its rows [Hz], None where it has none.
 
-    A single step tells little: a column that is cut to milliseconds has steps of 8, 8 and 9 ms at
-    120 Hz. So it is the frames counted over the time between them, gaps that the index does not
-    count left out; then the likely or the roundest rate within what the printed digits leave open.
+    The steps of a column that is truncated to milliseconds are 8, 8 and 9 ms at 120 Hz. So it is
+    the number of frames over the time between them, without gaps that the index does not count;
+    then the likely or the roundest rate within the resolution of the printed digits.
 
     Args:
         indices: (n,) frame indices.
         times: (n,) [s], NaN where blank.
-        likely: a rate that goes before round ones [Hz].
+        likely: a rate that is preferred to round ones [Hz].
     """
     advance, steps = np.diff(indices), np.diff(times)
     usable = (advance > 0) & np.isfinite(steps) & (steps >= 0)
@@ -60,8 +66,8 @@ def row_clock(
 ) -> tuple[float, NDArray[np.float64]]:
     """Return the rate of a row format's clock [Hz] and the times (n,) [s].
 
-    The times are the clock's own, but where it is cut to milliseconds and fits an even rate within
-    that: there the frame index tells them better.
+    The times are the clock's own. Where it is truncated to milliseconds and fits an even rate
+    within that, they are those of the frame index, which are more accurate.
 
     Raises:
         TakeError: when the clock has too few samples or stands still.
@@ -88,9 +94,9 @@ def row_clock(
 def motive_times(
     indices: NDArray[np.int64], column: NDArray[np.float64] | None, rate: float, source: Source
 ) -> NDArray[np.float64]:
-    """Return index / rate, (n,) [s]; warn where the time column tells another rate or other times.
+    """Return index / rate, (n,) [s]; warn where the time column has another rate or other times.
 
-    The column of some Motive versions is cut to milliseconds, so it is checked, not used.
+    The column of some Motive versions is truncated to milliseconds, so it is checked, not used.
     """
     times = indices / rate
     if column is None:
@@ -102,21 +108,21 @@ def motive_times(
         return times
     worst = int(known[np.argmax(apart[known])])
     other = column_rate(indices, column) if len(known) >= _LEAST_ROWS else None
-    told = (
+    text = (
         f"the Time column differs from frame / {rate:g} Hz by up to {apart[worst]:.4g} s, at frame "
         f"{indices[worst]}"
     )
     if other is not None and abs(other - rate) > _APART * rate:
-        told += (
-            f": its {len(known)} rows tell {other:.6g} Hz. The rate of the header is used; if the "
+        text += (
+            f": its {len(known)} rows have {other:.6g} Hz. The rate of the header is used; if the "
             f"column is right, state it in the sheet, tracking: {{rate: {other:.6g} Hz}}"
         )
-    source.warn(told)
+    source.warn(text)
     return times
 
 
 def _resolution(times: NDArray[np.float64]) -> float:
-    """Return to what a clock is cut [s]: 0.01, 0.001 or 0.0001 s, or zero where it is finer."""
+    """Return the step to which a clock is truncated [s]: 0.01, 1e-3 or 1e-4; 0 where finer."""
     some = times[np.isfinite(times)]
     for decimals in _DECIMALS:
         cut = (np.abs(part - np.round(part, decimals)) <= _PRINTED_S for part in (some[:100], some))

@@ -1,4 +1,4 @@
-"""The default cleaning: honest about what was seen, gentle to what was."""
+"""The default cleaning: glitches rejected, seen samples smoothed, long gaps left open."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from workbench.timeseries import TimeSeries
 from workbench.tracking.bodies import RawPoints
 from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M
 from workbench.tracking.glitches import bursts, off_length, out_of_reach, spikes, strays
-from workbench.tracking.grid import ABSENT, even_grid, nearest_sample, on_grid, stretches
+from workbench.tracking.parallel import parallel_map
 from workbench.tracking.recipe import BodyReport, Cleaned, CleaningReport, advancing
+from workbench.tracking.resampling import ABSENT, even_grid, nearest_sample, on_grid, stretches
 from workbench.tracking.smoothing import LEAST_SEEN, smooth_stretch
 from workbench.tracking.take import Missing, known, samples_of
 
@@ -33,14 +34,14 @@ _Reasons = dict[str, NDArray[np.int8]]
 def default(points: RawPoints) -> Cleaned:
     """Reject glitches, then draw a smooth curve through what was seen; long gaps stay NaN.
 
-    * Glitches: strays from the running median, stretches that stand aside, an arm from T to the
+    * Glitches: strays from the running median, bursts off the path, an arm from T to the
       rotor of unusual length, and the distance rules of Appendix C (0.16 to 0.6 m from foot to T,
       0.01 to 0.2 m from T to rotor). A distance rule that more than half of the samples break is
       not about glitches: it is left out, with a warning. Last, what strays from the smooth curve.
     * The low-pass has no delay and gain one half at 30 Hz. In simulated hops at 17 and 20 rad/s
       with 0.2 mm markers that leaves the least error of the foot, bias and noise together: at
       25 Hz landings are blurred by up to 0.7 mm, at 35 Hz T and rotor keep more noise.
-      `benchmarks/cleaning.py` measures it. It asks only seen samples (`smoothing`).
+      `benchmarks/cleaning.py` measures it. It uses only seen samples (`smoothing`).
     * Gaps up to 0.1 s get the curve's values. These are FILLED, and not valid. The curve never
       runs across a longer gap or a jump of the frame index; stretches with fewer than four seen
       samples stay as they are.
@@ -58,10 +59,14 @@ def default(points: RawPoints) -> Cleaned:
     missing: _Reasons = {}
     raw_missing: _Reasons = {}
     unfiltered = 0
-    for role, body in points.bodies.items():
+
+    def curve(role: str) -> tuple[NDArray[np.float64], NDArray[np.bool_], int]:
         path = _without(raw[role], rejected[role])
         sampled = on_grid(times, path, grid, source, _LONGEST_FILL_S)
-        path, pulling, short = _curve(sampled, points.rate_hz)
+        return _curve(sampled, points.rate_hz)
+
+    for (role, body), drawn in zip(points.bodies.items(), parallel_map(curve, raw), strict=True):
+        path, pulling, short = drawn
         rejected[role][source[pulling]] = True
         raw_missing[role] = _reasons(body.missing[keep], rejected[role])
         missing[role] = _on_grid(raw_missing[role], source, known(path))
@@ -87,14 +92,14 @@ def default(points: RawPoints) -> Cleaned:
 
 
 def _reject(times: NDArray[np.float64], raw: _Paths) -> tuple[_Masks, tuple[str, ...]]:
-    """Return what cannot be true by role, each (n,), and the rules that do not fit the take."""
+    """Return the glitches by role, each (n,), and warnings of rules that do not fit the take."""
 
     def steady(path: NDArray[np.float64]) -> NDArray[np.float64]:
         # bursts first: spikes would nibble at their ends and hide the jumps
         path = _without(path, bursts(times, path))
         return _without(path, spikes(times, path))
 
-    clean: _Paths = {role: steady(path) for role, path in raw.items()}
+    clean: _Paths = dict(zip(raw, parallel_map(steady, raw.values()), strict=True))
     off = off_length(clean["top"], clean["rotor"])
     clean |= {role: _without(clean[role], off) for role in ("top", "rotor")}
     warnings: list[str] = []
@@ -192,8 +197,8 @@ def _on_grid(
     reasons: NDArray[np.int8], source: NDArray[np.intp], given: NDArray[np.bool_]
 ) -> NDArray[np.int8]:
     """Return why a grid time has no seen sample, FILLED where there is a value all the same."""
-    told = np.where(source == ABSENT, Missing.BLANK, reasons[source])
-    return np.where((told != Missing.SEEN) & given, Missing.FILLED, told).astype(np.int8)
+    why = np.where(source == ABSENT, Missing.BLANK, reasons[source])
+    return np.where((why != Missing.SEEN) & given, Missing.FILLED, why).astype(np.int8)
 
 
 def _report(source: str, missing: NDArray[np.int8], rejected: NDArray[np.bool_]) -> BodyReport:

@@ -1,9 +1,9 @@
-"""Bodies that a tracker took for one another, in takes whose markers do not tell: undone.
+"""Undo exchanges of bodies by the tracker, in takes without measured markers.
 
-A tracker fits its rigid bodies anew in every frame, and two of them may change places for a while.
-Where measured markers are in the file, they tell the bodies apart (`identity`). Where only poses
-or solved markers are, the paths of the bodies do: at both ends of an exchange they jump onto one
-another. The distance of the two stays right meanwhile, so no rule of distances sees it.
+A tracker fits its rigid bodies anew in every frame, and may exchange two of them for a while. Where
+the file has measured markers, they identify the bodies (`identity`). Where it has only poses or
+solved markers, the paths of the bodies do: at both ends of an exchange they jump onto one another.
+The distance of the two stays right meanwhile, so no rule of distances finds it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.body_names import BodyNames
-from workbench.tracking.identity import told_exchanges, untangle
-from workbench.tracking.take import BodyTake, Missing, Take, known
+from workbench.tracking.identity import exchange_summary, untangle
+from workbench.tracking.take import BodyTake, Missing, Take, any_finite, known
 
 __all__ = ["Exchange", "exchanged_back", "without_exchanges"]
 
@@ -38,7 +38,7 @@ class Exchange:
 
 
 def exchanged_back(take: Take, exchanges: Sequence[Exchange]) -> Take:
-    """Return a take without the exchanges that somebody states; a warning repeats each.
+    """Return a take without the exchanges that a sheet states; a warning repeats each.
 
     Raises:
         InputError: a body is not in the take, or no frame lies in the range.
@@ -86,23 +86,23 @@ def without_exchanges(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
         (names.foot, names.rotor),
     ):
         a, b = bodies[one], bodies[other]
-        if np.isfinite(a.measured).any() or np.isfinite(b.measured).any():
+        if any_finite(a.measured) or any_finite(b.measured):
             continue
         paths = np.stack([_path(a), _path(b)], axis=1)
         exchanged = untangle(take.times, paths, partly=False).exchanged
-        told = told_exchanges(take.times, exchanged, f"{one!r} and {other!r}", "bodies")
-        if told is None:
+        sentence = exchange_summary(take.times, exchanged, f"{one!r} and {other!r}", "bodies")
+        if sentence is None:
             continue
         exchanged, unsure = _around(exchanged, np.asarray(known(paths).all(axis=1)))
         a, b = _swapped(a, b, exchanged)
         bodies[one] = a.without(unsure, Missing.GLITCH)
         bodies[other] = b.without(unsure, Missing.GLITCH)
-        warnings.append(told)
+        warnings.append(sentence)
     return (replace(take, bodies=bodies) if warnings else take), warnings
 
 
 def _path(body: BodyTake) -> NDArray[np.float64]:
-    """Return where a body is (n, 3) [m], NaN where it was not seen."""
+    """Return a body's path (n, 3) [m], NaN where it was not seen."""
     path = body.position if known(body.position).any() else body.centroid_solved
     return np.where(body.seen[:, None], path, np.nan)
 
@@ -112,8 +112,8 @@ def _around(
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return (n,) where bodies are exchanged, also while only one is seen, and where it is unsure.
 
-    Between two samples that show both, a lone body is what both of them say; where they disagree,
-    nothing tells which of the two it is.
+    A lone body between two samples that show both is as in both of them; where they disagree, its
+    identity is unknown.
     """
     rows = np.flatnonzero(whole)
     after = np.searchsorted(rows, np.arange(len(whole)))

@@ -1,8 +1,8 @@
-"""The floor as the foot's standing places show it, in place of a slope that is taken on trust.
+"""The plane of the floor, fitted to the positions where the foot stood.
 
-Appendix C takes 0.015 times the forward coordinate off the height, silently. Here the slope is
-fitted and told with its error, and the motion stays as it was measured: whether the floor slopes
-or the cameras are tilted, the contacts alone do not say.
+Appendix C subtracts 0.015 times the forward coordinate from the height. Here the slope is fitted
+and reported with its error, and the motion stays as measured: contacts alone cannot distinguish a
+sloping floor from tilted cameras.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SPEED_OVER = 2  # samples to either side
 _LEAST_CONTACTS = 5
 _LEAST_SPREAD_M = 0.03
 _LEAST_SIDEWAYS_M = 0.03
-_INLIER_M = 1e-3  # how far a rocking foot stands from its place
+_INLIER_M = 1e-3  # scatter of the positions of a rocking foot
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class Floor:
     """The plane that the foot stands on.
 
     Args:
-        slope_x_rad: how steeply it rises forward.
+        slope_x_rad: rise forward.
         slope_x_error_rad: its standard error.
-        slope_y_rad: how steeply it rises to the left; None where the foot stays on one line.
+        slope_y_rad: rise to the left; None where the foot stays on one line.
         slope_y_error_rad: its standard error.
-        contacts: places where the foot stood.
+        contacts: number of positions where the foot stood.
         left_m: robust standard deviation of their heights about the plane.
     """
 
@@ -51,16 +51,16 @@ class Floor:
 
 
 def fit_floor(motion: TimeSeries) -> Floor | None:
-    """Fit a plane to the places where the foot stood, robust against places where it did not.
+    """Fit a plane to the positions where the foot stood, robust against outliers.
 
-    The foot stands where it is slower than 0.04 m/s for 0.03 s. Each such stretch gives one place,
-    its median. The fit has the soft L1, then the Cauchy loss, with a scale of 1 mm.
+    The foot stands where it is slower than 0.04 m/s for 0.03 s. Each such stretch gives one
+    position, its median. The fit has the soft L1, then the Cauchy loss, with a scale of 1 mm.
 
     Args:
         motion: channels of `workbench.motion`, evenly sampled.
 
     Returns:
-        The floor, or None where the foot stood at fewer than five places or within 3 cm.
+        The floor, or None where the foot stood at fewer than five positions or within 3 cm.
     """
     places = _places(motion)
     if len(places) < _LEAST_CONTACTS or np.ptp(places[:, 0]) < _LEAST_SPREAD_M:
@@ -70,12 +70,11 @@ def fit_floor(motion: TimeSeries) -> Floor | None:
     terms = np.column_stack([np.ones(len(places)), (places - middle)[:, : 2 if sideways else 1]])
     height = places[:, 2] - middle[2]
     found = np.zeros(terms.shape[1])
-    for loss in ("soft_l1", "cauchy"):  # the second forgets what is far off, but needs a start
+    for loss in ("soft_l1", "cauchy"):  # the second ignores outliers, but needs a start
         found = scipy.optimize.least_squares(
             lambda x: height - terms @ x, found, loss=loss, f_scale=_INLIER_M
         ).x
-    left = height - terms @ found
-    sigma = float(robust_sigma(left, centred=True))
+    sigma = float(robust_sigma(height - terms @ found, centred=True))
     spare = len(places) / max(1, len(places) - terms.shape[1])
     errors = sigma * np.sqrt(spare * np.diag(np.linalg.inv(terms.T @ terms)))
     slopes = np.arctan(found)
@@ -90,14 +89,14 @@ def fit_floor(motion: TimeSeries) -> Floor | None:
 
 
 def _places(motion: TimeSeries) -> NDArray[np.float64]:
-    """Return where the foot stood, (m, 3) [m]."""
+    """Return the positions where the foot stood, (m, 3) [m]."""
     foot, t = position(motion, FOOT), motion.times
     speed = np.full(len(t), np.nan)
     if len(t) <= 2 * _SPEED_OVER:
         return np.empty((0, 3))
     over = 2 * _SPEED_OVER
-    way = np.linalg.norm(foot[over:] - foot[:-over], axis=1)
-    speed[_SPEED_OVER:-_SPEED_OVER] = way / (t[over:] - t[:-over])
+    moved = np.linalg.norm(foot[over:] - foot[:-over], axis=1)
+    speed[_SPEED_OVER:-_SPEED_OVER] = moved / (t[over:] - t[:-over])
     speed[np.isnan(foot).any(axis=1)] = np.nan  # hidden itself, seen before and after
     least = max(2, round(_STANDING_S / float(np.median(np.diff(t)))))
     stretches = runs(np.nan_to_num(speed, nan=np.inf) < _STANDING_M_S)

@@ -1,4 +1,4 @@
-"""Samples that were seen but cannot be true: spikes, bursts, impossible distances."""
+"""Glitches: seen samples that are spikes, bursts or at impossible distances."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.noise import robust_sigma
-from workbench.tracking.take import known, samples_of
+from workbench.tracking.take import known, samples_of, time_last
 
 __all__ = ["bursts", "off_length", "out_of_reach", "spikes", "strays"]
 
@@ -17,7 +17,7 @@ _FAR_SCALES = 8.0
 _FASTEST_M_S = 5.0  # the rotor moves at about 1 m/s
 _GREATEST_M_S2 = 40.0  # of landings; the rotor's own is 15
 _BURST_S = 0.1
-_PULL_M = 1.5e-3  # at 120 Hz landings leave the curve by up to 0.5 mm, noise of 0.2 mm by as much
+_PULL_M = 1.5e-3  # at 120 Hz landings are up to 0.5 mm off the curve, as is noise of 0.2 mm
 _RESOLVING_HZ = 120.0
 _BACK = 0.5  # of the first jump: how near the path comes to where it would have been
 _ROUNDS = 5
@@ -26,11 +26,11 @@ _ROUNDS = 5
 def spikes(
     times: NDArray[np.float64], path: NDArray[np.float64], least: float = _FAR_M
 ) -> NDArray[np.bool_]:
-    """Tell samples far from the running median of five: (n,) True for one or two strays in a row.
+    """Find samples far from the running median of five: (n,) True for one or two strays in a row.
 
-    Far is 4 mm, or eight times the usual deviation where that is more, plus the way that the body
-    makes at its greatest usual speed while it is not seen. What stands between strays is looked at
-    again without them.
+    Far is 4 mm, or eight times the usual deviation where that is more, plus the distance that the
+    body travels at its greatest usual speed while it is not seen. Samples between strays are
+    checked again without them.
 
     Args:
         times: (n,) increasing [s].
@@ -43,10 +43,10 @@ def spikes(
         if len(seen) < _WINDOW:
             break
         own = samples_of(path, seen)
-        apart = _length(own - _running_median(own))
-        if not (apart > least).any():
-            break
-        far = _far(apart, least, _unseen_way(times[seen], own))
+        apart = _length(_off_median(own))
+        far = apart > (bound := _far(apart, least))
+        if far.any():
+            far = apart > bound + _unseen_way(times[seen], own)
         if not far.any():
             break
         found[seen[far]] = True
@@ -55,7 +55,7 @@ def spikes(
 
 
 def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell stretches of up to 0.1 s that stand aside, (n,).
+    """Find stretches of up to 0.1 s off the path, (n,).
 
     Either between two jumps faster than 5 m/s; or between a jump out and a jump back. A jump is a
     step that differs from the running median of five steps by 4 mm, or by eight times the usual
@@ -73,20 +73,18 @@ def bursts(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.
     velocity = np.diff(samples_of(path, seen), axis=0) / lasted[:, None]
     _mark_fast(found, seen, times, _length(velocity) > _FASTEST_M_S)
     if len(seen) > _WINDOW:
-        excess = (velocity - _running_median(velocity)) * lasted[:, None]
-        bend = 0.5 * _GREATEST_M_S2 * (lasted**2 - np.median(lasted) ** 2)
-        _mark_returned(found, seen, times, excess, np.maximum(bend, 0.0))
+        _mark_returned(found, seen, times, _off_median(velocity) * lasted[:, None], lasted)
     return found
 
 
 def out_of_reach(
     path: NDArray[np.float64], anchor: NDArray[np.float64], allowed: tuple[float, float]
 ) -> NDArray[np.bool_]:
-    """Tell samples whose distance to an anchor is out of bounds, (n,).
+    """Find samples whose distance to an anchor is out of bounds, (n,).
 
     Args:
         path: (n, 3) [m], NaN where not seen.
-        anchor: (n, 3) [m], NaN where not seen; nothing is told there.
+        anchor: (n, 3) [m], NaN where not seen; False there.
         allowed: least and greatest distance [m].
     """
     distance = _length(path - anchor)
@@ -94,40 +92,41 @@ def out_of_reach(
 
 
 def off_length(top: NDArray[np.float64], rotor: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell samples whose arm from T to the rotor has not its usual length, (n,).
+    """Find samples whose arm from T to the rotor has not its usual length, (n,).
 
-    The arm is rigid. Off is 4 mm, or eight times the usual deviation where that is more. Which of
-    the two bodies is wrong, the length does not say.
+    The arm is rigid. Off is 4 mm, or eight times the usual deviation where that is more. Either of
+    the two bodies may be wrong.
 
     Args:
-        top: (n, 3) [m], NaN where not seen; nothing is told there.
+        top: (n, 3) [m], NaN where not seen; False there.
         rotor: (n, 3) [m], likewise.
     """
     length = _length(rotor - top)
     seen = np.isfinite(length)
     found = np.zeros(len(length), dtype=bool)
     if seen.any():
-        found[seen] = _far(np.abs(length[seen] - np.median(length[seen])))
+        off = np.abs(length[seen] - np.median(length[seen]))
+        found[seen] = off > _far(off)
     return found
 
 
 def strays(
     path: NDArray[np.float64], curve: NDArray[np.float64], seen: NDArray[np.bool_], rate: float
 ) -> NDArray[np.bool_]:
-    """Tell the samples that pull a smooth curve away from their neighbours, (n,).
+    """Find the samples that pull a smooth curve away from their neighbours, (n,).
 
     A sample pulls when it lies off the curve by 1.5 mm (more where the cameras are slower than
     120 Hz), or by eight times the usual distance where that is more, and further than its
-    neighbours: those are pulled at, and have another chance against a curve without it.
+    neighbours, which are checked again against a curve without it.
 
     Args:
-        path: (n, 3) [m]; what stands at samples not seen is ignored.
+        path: (n, 3) [m]; ignored at samples not seen.
         curve: (n, 3) [m], finite at seen samples.
         seen: (n,).
         rate: [Hz].
     """
-    apart, far = np.where(seen, _length(path - curve), 0.0), np.zeros(len(path), dtype=np.bool_)
-    far[seen] = _far(apart[seen], _PULL_M * max(1.0, _RESOLVING_HZ / rate) ** 2)
+    apart = np.where(seen, _length(path - curve), 0.0)
+    far = apart > _far(apart[seen], _PULL_M * max(1.0, _RESOLVING_HZ / rate) ** 2)
     if not far.any():
         return far
     return far & (apart == scipy.ndimage.maximum_filter1d(apart, _WINDOW))
@@ -138,21 +137,18 @@ def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
 
 
-def _running_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the medians of five, column by column; a few exchanges are faster than a sort."""
-    padded = np.pad(values, ((2, 2), (0, 0)), mode="edge")
-    a, b, c, d, e = (padded[k : k + len(values)] for k in range(_WINDOW))
-    low = np.maximum(np.minimum(a, b), np.minimum(c, d))
-    high = np.minimum(np.maximum(a, b), np.maximum(c, d))
-    return np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
+def _off_median(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the deviations of values (n, d) from their running medians of five, (n, d)."""
+    from workbench.tracking.loops import median_of_five
+
+    columns = time_last(values)
+    return (columns - median_of_five(columns)).T
 
 
-def _far(
-    apart: NDArray[np.float64], least: float = _FAR_M, more: NDArray[np.float64] | float = 0.0
-) -> NDArray[np.bool_]:
-    """Tell deviations (n,) above the least that is far, or eight times the usual one, and more."""
-    far = apart > least + more
-    return apart > max(least, _FAR_SCALES * float(robust_sigma(apart))) + more if far.any() else far
+def _far(apart: NDArray[np.float64], least: float = _FAR_M) -> float:
+    """Return the limit of deviations (n,): the least that is far, or eight times the usual one."""
+    # the usual one costs a sort, and where none exceeds the least nothing is far
+    return max(least, _FAR_SCALES * float(robust_sigma(apart))) if (apart > least).any() else least
 
 
 def _unseen_way(times: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -187,14 +183,18 @@ def _mark_returned(
     seen: NDArray[np.intp],
     times: NDArray[np.float64],
     excess: NDArray[np.float64],
-    bend: NDArray[np.float64],
+    lasted: NDArray[np.float64],
 ) -> None:
     """Mark what lies between a jump and the jump that undoes it.
 
-    `bend` (n,) is how far a body may leave its straight way in a step [m].
+    In a longer step than usual a body may deviate more from a straight path.
     """
     size = _length(excess)
-    jumps = np.flatnonzero(_far(size, more=bend))
+    bound = _far(size)
+    if not (size > bound).any():
+        return
+    bend = 0.5 * _GREATEST_M_S2 * (lasted**2 - np.median(lasted) ** 2)
+    jumps = np.flatnonzero(size > bound + np.maximum(bend, 0.0))
     aside = np.concatenate([np.zeros((1, 3)), np.cumsum(excess, axis=0)])
     done = -1
     for number, out in enumerate(jumps):

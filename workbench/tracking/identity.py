@@ -1,10 +1,10 @@
-"""Which marker is which: exchanges of slots found by continuity and undone.
+"""Identity of markers: exchanges of slots found by continuity and undone.
 
-A tracker labels markers anew in every frame and sometimes exchanges two of them for a while. An
-exchange is a step in which markers leave their places and others arrive there. Shape alone does not
-show it: a rectangle fits itself in four ways. So samples are compared with those just before them,
-about the markers' common centroid, and a stretch gets another order only where that order continues
-the motion and the order of the file does not.
+A tracker labels markers anew in every frame and sometimes exchanges two of them for a while. In an
+exchange markers leave their positions and others arrive there. Shape alone does not show it: a
+rectangle fits itself in four ways. So samples are compared with those just before them, about the
+markers' common centroid, and a stretch gets another order only where that order continues the
+motion and the order of the file does not.
 """
 
 from __future__ import annotations
@@ -17,17 +17,16 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from workbench.tracking.take import known
+from workbench.tracking.take import known, time_last
 
-__all__ = ["Untangled", "told_exchanges", "untangle"]
+__all__ = ["Untangled", "exchange_summary", "untangle"]
 
 _LEFT = 0.5  # of the least marker distance: further off, a marker is nearer to another's place
 _ARRIVED = 0.25  # of the least marker distance: nearer, a marker continues another's path
 _SHORT_S = 0.025  # a rotor at 21 rad/s turns by half a radian
 _LONGEST_S = 0.2
-_TRIED = 500  # samples that tell how far markers usually move
+_TRIED = 500  # samples for the usual displacement of markers
 _LAGS = 8
-_BLOCK = 8192  # samples looked at together, so that they stay in the cache
 _LOOK_BACK = 3  # stretches; one or two of strays may lie between
 
 
@@ -43,8 +42,8 @@ def untangle(
 ) -> Untangled:
     """Find exchanges of markers and undo them.
 
-    Among samples that can be compared the order that most of them have counts as right. What cannot
-    be told, after a gap in which the body may have turned, stays as the file has it.
+    Among samples that can be compared the most frequent order counts as right. After a gap in which
+    the body may have turned, the order stays as in the file.
 
     Args:
         times: (n,) [s].
@@ -55,9 +54,11 @@ def untangle(
     Returns:
         The markers; the cloud itself where there was nothing to undo.
     """
+    from workbench.tracking.loops import whole
+
     n, m = cloud.shape[:2]
     unchanged, never = np.broadcast_to(np.arange(m), (n, m)), np.zeros(n, dtype=np.bool_)
-    rows = np.flatnonzero(np.isfinite(np.einsum("nmi->n", cloud)))
+    rows = np.flatnonzero(whole(time_last(cloud)))
     if len(rows) < 2 or m < 2:
         return Untangled(cloud, never)
     nearest = _least_distance(cloud[rows[:: max(1, len(rows) // _TRIED)]])
@@ -77,7 +78,7 @@ def untangle(
     return Untangled(np.take_along_axis(cloud, order[:, :, None], axis=1), exchanged)
 
 
-def told_exchanges(
+def exchange_summary(
     times: NDArray[np.float64], exchanged: NDArray[np.bool_], whose: str, what: str = "markers"
 ) -> str | None:
     """Return a sentence on the exchanges undone, or None where there were none."""
@@ -100,13 +101,10 @@ def _least_distance(some: NDArray[np.float64]) -> float:
 
 def _cuts(cloud: NDArray[np.float64], rows: NDArray[np.intp], nearest: float) -> NDArray[np.intp]:
     """Return the places in `rows` at which a marker has left its place since the one before."""
+    from workbench.tracking.loops import steady
+
     limit = _LEFT * nearest
-    # what moves less than half as far in space is no candidate; samples run along the fast axis
-    still = np.zeros(len(cloud), dtype=np.bool_)
-    for start in range(0, len(cloud) - 1, _BLOCK):
-        step = np.diff(cloud[start : start + _BLOCK + 1].transpose(1, 2, 0), axis=2)
-        near = np.einsum("mik,mik->mk", step, step) < (limit / 2) ** 2
-        still[start + 1 : start + 1 + step.shape[2]] = near.all(axis=0)
+    still = steady(time_last(cloud), limit / 2)  # what moves less in space is no candidate
     places = np.flatnonzero(~still[rows[1:]]) + 1
     before, after = (_about_middle(cloud[rows[each]]) for each in (places - 1, places))
     far = np.linalg.norm(after - before, axis=2) > limit
@@ -177,7 +175,7 @@ class _Motion:
         return _about_middle(self.cloud[self.rows[places]])
 
     def comparable(self, last: int, first: int) -> bool:
-        """Tell whether the markers keep their places over the time between two samples."""
+        """Return whether the markers hardly move in the time between two samples."""
         gap = float(self.times[self.rows[first]] - self.times[self.rows[last]])
         return (
             gap <= _SHORT_S or self._usual_move(round(gap / self._step)) < _ARRIVED * self.nearest

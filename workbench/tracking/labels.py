@@ -1,4 +1,4 @@
-"""Bodies of exports that hold points only: their markers' labels say which body they sit on."""
+"""Bodies of exports that hold points only, by their markers' labels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MAKE_BODIES = (
     "make rigid bodies Foot, T and Rotor in Motive, or label the markers there as Foot:Marker1 and "
     "so on, and export again"
 )
-"""What helps where a take has markers and no bodies."""
+"""Advice for a take with markers and no bodies."""
 
 _LABEL = re.compile(
     r"(?P<body>.*\S)\s*(?:"
@@ -45,20 +45,20 @@ def bodies_by_label(
 
     Args:
         labels: k names of points.
-        points: (n, k, 3) their places [m], NaN where not seen.
-        source: takes the warnings.
+        points: (n, k, 3) their positions [m], NaN where not seen.
+        source: for warnings.
 
     Returns:
-        The bodies by name, seen where at least one marker is; the places of the other labels.
+        The bodies by name, seen where at least one marker is; the indices of the other labels.
     """
     owners = owners_of(labels)
     bodies: dict[str, BodyTake] = {}
     for owner in dict.fromkeys(filter(None, owners)):
-        own = [k for k, name in enumerate(owners) if name == owner]
-        names = [marker_name(labels[k].strip().removeprefix(owner)) for k in own]
+        indices = [k for k, name in enumerate(owners) if name == owner]
+        names = [marker_name(labels[k].strip().removeprefix(owner)) for k in indices]
         slots = tuple(dict.fromkeys(names))
         paths: dict[str, NDArray[np.float64]] = {}
-        for k, slot in zip(own, names, strict=True):
+        for k, slot in zip(indices, names, strict=True):
             merge(paths, slot, points[:, k], labels[k], source)
         bodies[owner] = _unposed(owner, slots, side_by_side(paths, slots, len(points)))
     return bodies, [k for k, owner in enumerate(owners) if not owner]
@@ -74,13 +74,13 @@ def owners_of(labels: Sequence[str]) -> list[str]:
 def warn_of_no_bodies(
     labels: Iterable[str], points: NDArray[np.float64], line: int, source: Source
 ) -> None:
-    """Say that a file holds markers alone, and what to do; they are reported all the same.
+    """Warn that a file holds markers alone, and what to do.
 
     Args:
         labels: of the markers.
-        points: (n, k, 3) their places [m], NaN where not seen.
+        points: (n, k, 3) their positions [m], NaN where not seen.
         line: of the header that names them, for the message.
-        source: takes the warning.
+        source: for the warning.
 
     Raises:
         TakeError: no marker is ever seen either.

@@ -1,7 +1,7 @@
-"""Which samples of a Motive body were really seen.
+"""Missing samples of a Motive body, and gaps.
 
 Motive writes blank cells for a lost body, except for solved bodies (format 1.24): there a zero pose
-stands before the first sighting, and the last pose is repeated after a loss.
+is written before the first sighting, and the last pose is repeated after a loss.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ def motive_missing(
     """Return (n,) values of `Missing`.
 
     Raw markers decide where the file has them. Without them a repeated pose counts as frozen only
-    from 0.04 s on (at least 5 samples), and never from the body's first pose: that body has not
-    moved yet, and nothing tells it from one that stands still. But where other bodies have raw
-    markers, one without them that has a single pose all through was never tracked.
+    from 0.04 s on (at least 5 samples), and never from the body's first pose: that body may still
+    be at rest. But where other bodies have raw markers, one without them that has a single pose all
+    through was never tracked.
 
     Args:
         position: (n, 3) NaN where blank.
@@ -63,7 +63,7 @@ def motive_missing(
 
 
 def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> bool:
-    """Tell whether poses (k, 3), (k, 4) w, x, y, z are one and the same; three at the least."""
+    """Return whether poses (k, 3), (k, 4) w, x, y, z are one and the same; three at the least."""
     poses = np.hstack([position, np.nan_to_num(quaternion)])
     return len(poses) >= _STILL_SAMPLES and bool((poses == poses[0]).all())
 
@@ -71,7 +71,7 @@ def never_moves(position: NDArray[np.float64], quaternion: NDArray[np.float64]) 
 def without_zeros(
     points: NDArray[np.float64], whose: str, indices: NDArray[np.int64], warn: Callable[[str], None]
 ) -> NDArray[np.float64]:
-    """Return points (..., 3) with NaN in place of exact zeros, which exporters write for nothing.
+    """Return points (..., 3) with NaN in place of exact zeros, which exporters write for NaN.
 
     Args:
         points: (n, k, 3) [m], NaN where not seen.

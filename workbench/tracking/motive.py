@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
+from workbench.tracking.clock import column_rate, is_rate, jitter, motive_times, warn_of_index_steps
 from workbench.tracking.motive_bodies import bodies_and_cloud, scale
-from workbench.tracking.motive_header import Layout, read_layout
+from workbench.tracking.motive_header import ColumnLayout, read_layout
 from workbench.tracking.motive_table import MotiveTable, read_table
 from workbench.tracking.source import Source, shown
 from workbench.tracking.start_time import parse_start_time
@@ -12,7 +12,6 @@ from workbench.tracking.take import Take
 
 __all__ = ["parse_motive"]
 
-_RATES_HZ = (0.1, 1e5)
 _VERSIONS = ("1.2", "1.21", "1.22", "1.23", "1.24", "1.25")
 
 
@@ -51,27 +50,27 @@ def parse_motive(source: Source) -> Take:
     )
 
 
-def _version(layout: Layout, source: Source) -> str:
+def _version(layout: ColumnLayout, source: Source) -> str:
     version = layout.header.get("Format Version", "")
     if version not in _VERSIONS:
         source.warn(f"format version {shown(version)} is not known; read like the nearest")
     return version
 
 
-def _rate(layout: Layout, table: MotiveTable, source: Source) -> float:
-    """Return the rate that the header states, else the one that the times tell [Hz]."""
+def _rate(layout: ColumnLayout, table: MotiveTable, source: Source) -> float:
+    """Return the rate of the header, else that of the times [Hz]."""
     text = layout.header.get("Export Frame Rate", "")
     stated = _number(text)
-    if _is_rate(stated):
+    if is_rate(stated):
         return stated
-    told = None
+    measured = None
     if layout.time_column is not None:
         captured = _number(layout.header.get("Capture Frame Rate", ""))
-        told = column_rate(table.indices, table.column(layout.time_column), captured)
-    if told is None or not _is_rate(told):
+        measured = column_rate(table.indices, table.column(layout.time_column), captured)
+    if measured is None or not is_rate(measured):
         raise source.fault(1, f"Export Frame Rate is {shown(text)} and the times give none")
-    source.warn(f"Export Frame Rate is {shown(text)}; {told:.6g} Hz found from the times")
-    return told
+    source.warn(f"Export Frame Rate is {shown(text)}; {measured:.6g} Hz found from the times")
+    return measured
 
 
 def _number(text: str) -> float:
@@ -81,11 +80,7 @@ def _number(text: str) -> float:
         return float("nan")
 
 
-def _is_rate(rate: float) -> bool:
-    return _RATES_HZ[0] <= rate <= _RATES_HZ[1]
-
-
-def _check_header(layout: Layout, n: int, source: Source) -> None:
+def _check_header(layout: ColumnLayout, n: int, source: Source) -> None:
     """Warn where the header and the data disagree; edited files often do."""
     header = layout.header
     count = header.get("Total Exported Frames", "")

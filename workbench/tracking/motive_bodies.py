@@ -1,4 +1,4 @@
-"""The bodies of a Motive table: whose marker is whose, metres, quaternions."""
+"""The bodies of a Motive table: their markers, metres, quaternions."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from workbench.tracking.labels import (
     warn_of_no_bodies,
 )
 from workbench.tracking.missing import motive_missing, never_moves, without_zeros
-from workbench.tracking.motive_header import Entity, Layout
+from workbench.tracking.motive_header import ColumnLayout, Entity
 from workbench.tracking.motive_table import MotiveTable
-from workbench.tracking.rotations import usable
+from workbench.tracking.quaternions import usable
 from workbench.tracking.source import Source, listed, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Missing, known
 
@@ -33,13 +33,13 @@ _MANY = 10  # rows
 
 @dataclass(frozen=True)
 class _Scaled:
-    """A table and how many metres its unit of length has."""
+    """A table and its unit of length [m]."""
 
     table: MotiveTable
     metres: float
 
     def position(self, entity: Entity) -> NDArray[np.float64]:
-        """Return (n, 3) [m]; a place known in part only is not known."""
+        """Return (n, 3) [m]; NaN where a coordinate is missing."""
         if entity.position is None:
             return np.full((len(self.table), 3), np.nan)
         values = self.table.block(entity.position)
@@ -57,7 +57,7 @@ class _Scaled:
 
 
 def bodies_and_cloud(
-    layout: Layout, table: MotiveTable, metres: float, rate: float, source: Source
+    layout: ColumnLayout, table: MotiveTable, metres: float, rate: float, source: Source
 ) -> tuple[dict[str, BodyTake], Cloud]:
     """Return the bodies by name and the measured points that belong to none.
 
@@ -75,23 +75,23 @@ def bodies_and_cloud(
     owners = [entity for entity in layout.entities if entity.type in _BODIES]
     if not owners:
         return _from_labels(layout, scaled, source)
-    own: list[list[Entity]] = [[] for _ in owners]
+    markers_of: list[list[Entity]] = [[] for _ in owners]
     loose: list[Entity] = []
     for entity in layout.entities:
         if entity.type not in _BODIES:
             owner = _owner(entity, owners, source)
-            (loose if owner is None else own[owner]).append(entity)
-    raw = [any(marker.type == _MEASURED for marker in markers) for markers in own]
+            (loose if owner is None else markers_of[owner]).append(entity)
+    raw = [any(marker.type == _MEASURED for marker in markers) for markers in markers_of]
     bodies: dict[str, BodyTake] = {}
     for k, owner in enumerate(owners):
         name = unique_name(owner.name, list(bodies), source)
         others_raw = any(raw[:k] + raw[k + 1 :])
-        bodies[name] = _body(owner, name, own[k], scaled, rate, others_raw, source)
+        bodies[name] = _body(owner, name, markers_of[k], scaled, rate, others_raw, source)
     return bodies, _cloud([e for e in loose if e.type == _MEASURED], scaled, source)
 
 
-def scale(layout: Layout, source: Source) -> float:
-    """Return how many metres the file's unit of length has.
+def scale(layout: ColumnLayout, source: Source) -> float:
+    """Return the file's unit of length [m].
 
     Raises:
         TakeError: the unit is unknown.
@@ -106,7 +106,7 @@ def scale(layout: Layout, source: Source) -> float:
 
 
 def _from_labels(
-    layout: Layout, scaled: _Scaled, source: Source
+    layout: ColumnLayout, scaled: _Scaled, source: Source
 ) -> tuple[dict[str, BodyTake], Cloud]:
     """Make bodies of an export of markers alone."""
     markers = [entity for entity in layout.entities if entity.type == _MEASURED]
@@ -126,9 +126,9 @@ def _from_labels(
 
 
 def _owner(marker: Entity, owners: Sequence[Entity], source: Source) -> int | None:
-    """Return whose marker it is: by parent, else by the longest body name before its own.
+    """Return the body of a marker: by parent, else by the longest body name before its own.
 
-    Of bodies named alike a marker belongs to the one whose id it shows; else nothing tells.
+    Of bodies with the same name it is the one whose id it has; None where that is unknown.
     """
     found = [i for i, o in enumerate(owners) if marker.parent and marker.parent in (o.name, o.id)]
     if not found:
@@ -139,7 +139,7 @@ def _owner(marker: Entity, owners: Sequence[Entity], source: Source) -> int | No
         name = owners[found[0]].name
         found = [i for i in found if owners[i].id and marker.id.startswith(owners[i].id)]
         if len(found) != 1:
-            source.warn(f"markers of the bodies named {name!r} cannot be told apart; left out")
+            source.warn(f"markers of the bodies named {name!r} cannot be assigned; left out")
             return None
     return found[0] if found else None
 

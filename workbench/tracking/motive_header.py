@@ -1,4 +1,4 @@
-"""The header of Motive's column format: key row, and what each column means.
+"""The header of Motive's column format: keys, and the meaning of each column.
 
 Header rows are never counted. The row whose first cell is `Frame` names the axes; the rows above it
 give type, name, id, perhaps parent, and component. Format 1.21 leaves the words `Type`, `Name`
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from workbench.tracking.source import Source, shown
 
-__all__ = ["Entity", "Layout", "is_number", "read_layout"]
+__all__ = ["ColumnLayout", "Entity", "is_number", "read_layout"]
 
 _LABELS = ("type", "name", "id", "parent")
 _UNNAMED = ("type", "name", "id")
@@ -56,8 +56,8 @@ class Entity:
 
 
 @dataclass(frozen=True)
-class Layout:
-    """What the header says.
+class ColumnLayout:
+    """Content of the header.
 
     Args:
         header: the key row as pairs.
@@ -81,7 +81,7 @@ class Layout:
         return (0, *sorted(used.union(time) - {0}))
 
 
-def read_layout(source: Source) -> Layout:
+def read_layout(source: Source) -> ColumnLayout:
     """Read the header rows.
 
     Raises:
@@ -92,10 +92,10 @@ def read_layout(source: Source) -> Layout:
     entities = _entities(labelled, axes, line, source)
     if not any(e.position or e.rotation for e in entities):
         kinds = ", ".join(dict.fromkeys(filter(None, labelled["type"][2:])))
-        told = f"; the columns are of type {kinds}" if kinds else " (was anything selected?)"
-        raise source.fault(line, f"there are no data columns; the export is empty{told}")
+        suffix = f"; the columns are of type {kinds}" if kinds else " (was anything selected?)"
+        raise source.fault(line, f"there are no data columns; the export is empty{suffix}")
     width = max(_filled(cells) for cells in (axes, *labelled.values()))
-    return Layout(_pairs(keys), line, entities, _time_column(axes), width)
+    return ColumnLayout(_pairs(keys), line, entities, _time_column(axes), width)
 
 
 def _header_rows(source: Source) -> tuple[list[str], list[list[str]], int, list[str]]:
@@ -156,15 +156,15 @@ def _entities(
 
 
 def _check_entity(key: tuple[str, ...], parts: dict[str, int], line: int, source: Source) -> None:
-    """Refuse what a damaged header leaves half named: a wrong name would get the right numbers."""
+    """Refuse columns that a damaged header leaves half named."""
     kind, name = _type(key[0]), key[1]
     place, turn = _axes_of("position", parts), _axes_of("rotation", parts)
     if kind not in _TYPES and not place and not turn:
         return
     column = min(parts.values()) + 1
     if not kind or not name:
-        lacking = "name" if kind else "type"
-        raise source.fault(line, f"the header rows above give column {column} no {lacking}")
+        absent = "name" if kind else "type"
+        raise source.fault(line, f"the header rows above give column {column} no {absent}")
     if kind not in _TYPES:
         source.warn(f"columns of type {kind!r} are not read")
     elif place != "XYZ" or turn not in ("", "XYZ", "WXYZ"):
@@ -202,7 +202,7 @@ def _type(text: str) -> str:
 
 
 def is_number(text: str) -> bool:
-    """Tell whether a cell holds a number."""
+    """Return whether a cell holds a number."""
     try:
         float(text)
     except ValueError:

@@ -10,11 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.motive_header import Layout
-from workbench.tracking.rectangle import find_rows, read_rectangle
+from workbench.tracking.csv_columns import find_rows, read_columns
+from workbench.tracking.motive_header import ColumnLayout
 from workbench.tracking.source import Source, shown
 
-__all__ = ["MotiveTable", "read_bulk", "read_careful", "read_table"]
+__all__ = ["MotiveTable", "read_bulk", "read_strict", "read_table"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class MotiveTable:
     """The columns that mean something, over n rows.
 
     Args:
-        columns: k places in the file's rows, from 0.
+        columns: k columns of the file, from 0.
         values: (k, n) NaN where blank.
     """
 
@@ -50,7 +50,7 @@ class MotiveTable:
         return self.values[self.places(columns)].T
 
     def places(self, columns: Sequence[int]) -> slice | list[int]:
-        """Return where columns of the file are in `values`."""
+        """Return the rows of `values` with columns of the file."""
         at = [self.columns.index(column) for column in columns]
         is_range = at == list(range(at[0], at[0] + len(at)))
         return slice(at[0], at[0] + len(at)) if is_range else at
@@ -61,17 +61,17 @@ class MotiveTable:
         return np.isnan(self.values)
 
 
-def read_table(layout: Layout, source: Source) -> MotiveTable:
+def read_table(layout: ColumnLayout, source: Source) -> MotiveTable:
     """Read the data rows, in bulk where they are many and plain.
 
     Raises:
         TakeError: a row cannot be used; the message names it and the cause.
     """
-    return (source.large and read_bulk(layout, source)) or read_careful(layout, source)
+    return (source.large and read_bulk(layout, source)) or read_strict(layout, source)
 
 
-def read_bulk(layout: Layout, source: Source) -> MotiveTable | None:
-    """Read all rows at once, or return None where one of them needs a closer look."""
+def read_bulk(layout: ColumnLayout, source: Source) -> MotiveTable | None:
+    """Read all rows at once, or return None where one of them is unusual."""
     start = source.after(layout.line)
     if start is None:
         return None
@@ -79,13 +79,13 @@ def read_bulk(layout: Layout, source: Source) -> MotiveTable | None:
     rows = rows.of(rows.ends > rows.begins)
     if not len(rows):
         return None
-    found = read_rectangle(rows, layout.width, layout.columns)
+    found = read_columns(rows, layout.width, layout.columns)
     if found is None or not _whole(found.numbers[0]).all():
         return None
     return MotiveTable(layout.columns, found.numbers)
 
 
-def read_careful(layout: Layout, source: Source) -> MotiveTable:
+def read_strict(layout: ColumnLayout, source: Source) -> MotiveTable:
     """Read row by row, with an error for the first one that cannot be used."""
     lines, values = array("l"), array("d")
     width = 0
@@ -113,9 +113,9 @@ def _whole(indices: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _check_width(
-    cells: Sequence[str], width: int, line: int, layout: Layout, source: Source
+    cells: Sequence[str], width: int, line: int, layout: ColumnLayout, source: Source
 ) -> None:
-    """Refuse a row in which cells were lost or added: what follows them would be misread.
+    """Refuse a row in which cells were lost or added: the cells after them would be misread.
 
     Args:
         cells: of the row.
@@ -135,7 +135,7 @@ def _check_width(
         raise source.fault(
             line,
             f"the row has {len(cells)} cells, the header names {layout.width}; "
-            f"{shown(surplus)} stands beyond them",
+            f"{shown(surplus)} is beyond them",
         )
     if len(cells) != width:
         raise source.fault(line, f"the row has {len(cells)} cells, the first data row {width}")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.tracking.rotations import euler_degrees
+from workbench.tracking.quaternions import euler_degrees
 from workbench.tracking.take import BodyTake, Cloud, Take, known
 
 __all__ = ["write_motive"]

@@ -1,4 +1,4 @@
-"""The rotor's mean speed from a Fourier transform: as in the thesis, and done right."""
+"""The rotor's mean speed from a Fourier transform, as in the thesis and corrected."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def motor_speed_fft(top_z: NDArray[np.float64], rotor_z: NDArray[np.float64], ra
     """Return the strongest frequency of the height of T above the rotor [rad/s].
 
     The mean is removed, a Hann window keeps leakage local, and a parabola through the logarithms of
-    the three highest bins places the peak between them. The sign of the speed is not told.
+    the three highest bins interpolates the peak. The sign of the speed is unknown.
 
     Args:
         top_z: (n,) height of T [m], finite.

@@ -1,4 +1,4 @@
-"""How much of each channel is noise: at rest, from sample to sample, and beside what repeats."""
+"""The noise of each channel: at rest, from sample to sample, and beside the rotor's harmonics."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from workbench.errors import InputError
 from workbench.motion import ROTOR_ANGLE, ROTOR_SPEED, last_motion
 from workbench.noise import robust_sigma, white_noise
 from workbench.timeseries import TimeSeries
-from workbench.tracking.blocks import block_covariance, correlation_time, time_blocks
+from workbench.tracking.autocorrelation import block_covariance, correlation_time, time_blocks
 
 __all__ = ["ChannelNoise", "Harmonics", "noise_floor", "synchronous"]
 
@@ -33,15 +33,15 @@ _centred_sigma = partial(robust_sigma, centred=True)
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """The noise of one channel, standard deviations in its unit; None where it cannot be told.
+    """The noise of one channel, standard deviations in its unit; None where unknown.
 
     Args:
-        rest: about a line through the samples before time zero; what cameras and floor leave.
+        rest: about a line through the samples before time zero: cameras and floor.
         white: from third differences of the whole run: the part that changes from one sample to the
             next, which no motion below a quarter of the rate does.
         synchronous: over the steady part, beside the harmonics of the rotor and a slow drift:
             noise and motion that does not repeat from turn to turn.
-        correlation_s: how long that rest remembers itself [s]; one sample's time when white.
+        correlation_s: autocorrelation time of `synchronous` [s]; one sample's time when white.
         turns: of the rotor in the steady part.
     """
 
@@ -53,8 +53,8 @@ class ChannelNoise:
 
     def as_json(self, scale: float = 1.0) -> dict[str, float | None]:
         """Return the standard deviations times `scale`, and the correlation time [s]."""
-        told = {"rest": self.rest, "white": self.white, "synchronous": self.synchronous}
-        scaled = {key: None if v is None else scale * v for key, v in told.items()}
+        sigmas = {"rest": self.rest, "white": self.white, "synchronous": self.synchronous}
+        scaled = {key: None if v is None else scale * v for key, v in sigmas.items()}
         return scaled | {"correlation_s": self.correlation_s}
 
 
@@ -66,16 +66,16 @@ class Harmonics(NamedTuple):
     Args:
         coefficients: (order + 1,) complex h_k [unit of the channel].
         covariance: (2 order + 1, 2 order + 1) [that unit squared] of h_0, Re h_1, Im h_1, Re h_2,
-            ... from blocks of whole turns or more, so that what is left may be correlated.
+            ... from blocks of whole turns or more, so that residuals may be autocorrelated.
         times: (n,) of the samples used [s].
-        left: (n,) what the harmonics and the drift do not explain [unit of the channel].
+        residual: (n,) of harmonics and drift [unit of the channel].
         turns: of the rotor in the window.
     """
 
     coefficients: NDArray[np.complex128]
     covariance: NDArray[np.float64]
     times: NDArray[np.float64]
-    left: NDArray[np.float64]
+    residual: NDArray[np.float64]
     turns: float
 
 
@@ -120,19 +120,19 @@ def synchronous(raw: TimeSeries, channel: str, order: int, start: float, stop: f
             f"samples from {start:g} to {stop:g} s; harmonics up to {order} need {_LEAST_TURNS} "
             f"turns and {_LEAST_TURNS * least} samples"
         )
-    if channel == ROTOR_ANGLE:  # its sway about an even turning, against that turning
+    if channel == ROTOR_ANGLE:  # its deviation from uniform rotation, against that rotation
         values = values - np.polyval(np.polyfit(t, phi, 1), t)
         phi = phi - values
     terms = _terms(t, phi, order)
     solution = np.linalg.lstsq(terms, values)[0]
-    left = values - terms @ solution
+    residual = values - terms @ solution
     blocks = time_blocks(t, min(_MOST_BLOCKS, int(count)))
-    told = 2 * order + 1
+    size = 2 * order + 1
     coefficients = np.zeros(order + 1, dtype=np.complex128)
     coefficients[0] = solution[0]
-    coefficients[1:] = solution[1:told:2] + 1j * solution[2:told:2]
-    covariance = block_covariance(terms, left, blocks)[:told, :told]
-    return Harmonics(coefficients, covariance, t, left, count)
+    coefficients[1:] = solution[1:size:2] + 1j * solution[2:size:2]
+    covariance = block_covariance(terms, residual, blocks)[:size, :size]
+    return Harmonics(coefficients, covariance, t, residual, count)
 
 
 def _terms(t: NDArray[np.float64], phi: NDArray[np.float64], order: int) -> NDArray[np.float64]:
@@ -153,8 +153,8 @@ def _channel(raw: TimeSeries, name: str, start: float, stop: float) -> ChannelNo
     return ChannelNoise(
         rest=_rest(raw.times[rest], values[rest]),
         white=_white(values),
-        synchronous=float(np.std(fit.left)),
-        correlation_s=correlation_time(fit.times, fit.left),
+        synchronous=float(np.std(fit.residual)),
+        correlation_s=correlation_time(fit.times, fit.residual),
         turns=fit.turns,
     )
 

@@ -1,4 +1,4 @@
-"""Work on several parts at once: compiled loops let other threads run while they compute."""
+"""Map a function over items on several threads; compiled loops release the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-__all__ = ["at_once"]
+__all__ = ["parallel_map"]
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 
-def at_once(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
-    """Yield what a function makes of each item, in their order.
+def parallel_map(function: Callable[[_Item], _Result], items: Iterable[_Item]) -> Iterator[_Result]:
+    """Yield the results of a function for each item, in their order; raise the first error.
 
-    The first error in that order is raised. The function must not change what items share.
+    The function must not change shared data.
     """
     with ThreadPoolExecutor() as pool:
         yield from pool.map(function, items)

@@ -1,4 +1,4 @@
-"""What a take is worth, before anyone cleans it."""
+"""The quality of a raw take, before any cleaning."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import TakeError
-from workbench.tracking.chains import Chain, chains
+from workbench.tracking.length_unit import unit_hint
+from workbench.tracking.marker_tracks import MarkerTrack, marker_tracks
 from workbench.tracking.missing import gaps
 from workbench.tracking.reader import read_take
-from workbench.tracking.size import unit_hint
 from workbench.tracking.take import Missing, Take, known
 
 __all__ = ["exports_in", "quality", "quality_or_error"]
@@ -42,7 +42,7 @@ def quality(take: Take) -> dict[str, Any]:
         "loose_points": take.cloud.position.shape[1],
         "points": []
         if take.bodies
-        else [_point(take, chain) for chain in chains(take.cloud, take.rate_hz)],
+        else [_point(take, track) for track in marker_tracks(take.cloud, take.rate_hz)],
         "warnings": [*take.warnings, *filter(None, [unit_hint(take)])],
     }
 
@@ -83,12 +83,12 @@ def _body(take: Take, name: str) -> dict[str, Any]:
     }
 
 
-def _point(take: Take, chain: Chain) -> dict[str, Any]:
-    count, longest = chain.gaps(len(take))
+def _point(take: Take, track: MarkerTrack) -> dict[str, Any]:
+    count, longest = track.gaps(len(take))
     return {
-        "names": list(chain.names),
-        "missing": len(take) - len(chain.frames),
+        "names": list(track.names),
+        "missing": len(take) - len(track.frames),
         "gaps": count,
         "longest_gap": longest,
-        "mean_position_m": chain.position.mean(axis=0).tolist(),
+        "mean_position_m": track.position.mean(axis=0).tolist(),
     }

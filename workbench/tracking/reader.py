@@ -1,4 +1,4 @@
-"""Read one export file, whatever its flavour; the content decides, never the file's name."""
+"""Read one export file of any format, which its content determines, not the file's name."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def read_take(path: str | Path) -> Take:
 
 
 def _bytes(path: Path, hashed: Callable[[memoryview], object]) -> memoryview:
-    """Return the bytes of a file; each part of them is given away as soon as it is read."""
+    """Return the bytes of a file; each part is passed to `hashed` as soon as it is read."""
     size = 0
     try:
         with path.open("rb", buffering=0) as raw:
@@ -130,7 +130,7 @@ def _time_follows(cells: list[str]) -> bool:
 
 
 def _diagnosis(first: str, cells: list[str]) -> str:
-    """Say what the first row looks like, when it is no known export."""
+    """Describe the first row of a file that is no known export."""
     for separator, name in ((";", "semicolons"), ("\t", "tabs")):
         if separator in first and first.split(separator)[0].strip().casefold() in (
             "format version",

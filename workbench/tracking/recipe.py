@@ -1,4 +1,4 @@
-"""What a cleaning recipe is, what it gives and what it reports."""
+"""The interface of a cleaning recipe: its result and its report."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ __all__ = ["BodyReport", "Cleaned", "CleaningReport", "Recipe", "advancing"]
 
 @dataclass(frozen=True)
 class BodyReport:
-    """What cleaning did to one body, in samples.
+    """Samples of one body that cleaning changed.
 
     Args:
-        source: which numbers of the take its position was made of.
+        source: data of the take that its position was computed from.
         held: the sample before was repeated.
         filled: interpolated.
-        rejected: seen, but not believed.
+        rejected: seen, but rejected as a glitch.
         missing_left: still unknown afterwards.
     """
 
@@ -36,7 +36,7 @@ class BodyReport:
 
 @dataclass(frozen=True)
 class CleaningReport:
-    """What a recipe did.
+    """Report of a recipe.
 
     Args:
         recipe: its name.
@@ -64,15 +64,15 @@ class CleaningReport:
 
 @dataclass(frozen=True, eq=False)
 class Cleaned:
-    """What a recipe gives.
+    """Result of a recipe.
 
     Args:
         columns: k even samples of FOOT, TOP, ROTOR and perhaps PITCH.
         missing: by role, (k,) values of `Missing`: why a sample of `columns` was not seen; FILLED
             where the recipe gave it a value all the same.
         raw_missing: by role, (m,) the same for the take's own samples that `advancing` keeps,
-            GLITCH where the recipe did not believe one.
-        report: what was done.
+            GLITCH where the recipe rejected one.
+        report: of the recipe.
     """
 
     columns: TimeSeries

@@ -1,4 +1,4 @@
-"""The rotor over time: turns across gaps, the speed of each turn, the mean speed and its error."""
+"""The rotor's angle across gaps, the speed of each turn, the mean speed and its error."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.tracking.blocks import block_covariance, time_blocks
+from workbench.tracking.autocorrelation import block_covariance, time_blocks
 
 __all__ = ["RotorAngle", "RotorSpeed", "Turns", "mean_speed", "turns", "unwrapped"]
 
 _TURN = 2 * np.pi
 _SURE_STEP_RAD = np.pi / 2  # a longer step between seen samples is resolved by the speed
-_LOCAL_S = 0.5  # about a turn on either side of a gap tells the speed in it
+_LOCAL_S = 0.5  # about a turn on either side of a gap, for the speed in it
 _LEAST_LOCAL = 5
-_SPEED_UNKNOWN = 0.25  # of a speed that only the rest of the run tells
+_SPEED_UNKNOWN = 0.25  # relative uncertainty of a speed known from the rest of the run only
 _RIPPLE_RAD = 0.5  # what a turn's uneven speed may add
 _PASSAGE_RAD = np.pi / 4  # between the samples about a passage
 _HARMONICS = 2
@@ -30,9 +30,9 @@ class RotorAngle(NamedTuple):
 
     Args:
         angle: (n,) unwrapped [rad], NaN where not known.
-        resolved: gaps of half a turn or more whose turns the speed beside them tells.
-        unresolved_s: lengths of those in which it does not [s]; after each the angle may be wrong
-            by whole turns.
+        resolved: gaps of half a turn or more whose turns follow from the speed beside them.
+        unresolved_s: lengths of the other ones [s]; after each the angle may be wrong by whole
+            turns.
     """
 
     angle: NDArray[np.float64]
@@ -73,8 +73,8 @@ def unwrapped(times: NDArray[np.float64], wrapped: NDArray[np.float64]) -> Rotor
     """Count the turns of an angle, across gaps too.
 
     Steps of less than a quarter turn are taken the short way. In a longer one the rotor is expected
-    to turn by the mean of the speeds on both sides. That tells the number of turns as long as no
-    speed between the two allows another one.
+    to turn by the mean of the speeds on both sides. That determines the number of turns as long as
+    no speed between the two allows another one.
 
     Args:
         times: (n,) increasing [s].
@@ -172,10 +172,10 @@ def mean_speed(
     start: float = -np.inf,
     stop: float = np.inf,
 ) -> RotorSpeed:
-    """Return the mean speed by a line through the angle, with an error that allows for memory.
+    """Return the mean speed by a line through the angle, and its error for correlated residuals.
 
     Two harmonics of the turn are fitted beside the line, so that uneven turning cannot tilt it. The
-    rest is not white either: the standard error is that of `block_covariance` over ten blocks.
+    residuals are not white: the standard error is that of `block_covariance` over ten blocks.
 
     Args:
         times: (n,) increasing [s].
@@ -201,7 +201,6 @@ def mean_speed(
         [(t - middle) / half, np.ones_like(t), np.cos(mean_phase), np.sin(mean_phase)]
     )
     solution = np.linalg.lstsq(terms, phi)[0]
-    left = phi - terms @ solution
-    covariance = block_covariance(terms, left, time_blocks(t, _BLOCKS))
+    covariance = block_covariance(terms, phi - terms @ solution, time_blocks(t, _BLOCKS))
     error = float(np.sqrt(covariance[0, 0])) / half
     return RotorSpeed(float(solution[0] / half), error, float(count))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.rectangle import ABSENT, Rectangle, Rows, find_rows, read_rectangle
+from workbench.tracking.csv_columns import ABSENT, CsvColumns, Rows, find_rows, read_columns
 from workbench.tracking.row_table import (
     BODY_WORDS,
     LEAD,
@@ -36,7 +36,7 @@ _FRAME, _COMMA = b"f,"
 
 
 class _Declined(Exception):
-    """A row needs a closer look than the bulk can give."""
+    """A row is unusual and must be read by `read_strict`."""
 
 
 class _Kind(NamedTuple):
@@ -46,7 +46,7 @@ class _Kind(NamedTuple):
         rows: k rows.
         width: cells of each.
         frames: (k,) of each row.
-        after: (k,) how many rows after its frame's each is.
+        after: (k,) number of rows from its frame's row to each.
     """
 
     rows: Rows
@@ -59,14 +59,14 @@ _Poses = tuple[NDArray[np.bool_], NDArray[np.float64]]
 
 
 class _Frames(NamedTuple):
-    """What the n frame rows hold.
+    """Content of the n frame rows.
 
     Args:
         indices: (n,).
         times: (n,) [s].
         poses: by id (n,) True where a frame lists the body, and (n, 7) its poses, else NaN.
-        points: (n, k, 3) NaN in places without one.
-        labels: (n, k) places in the vocabulary.
+        points: (n, k, 3) NaN where there is none.
+        labels: (n, k) indices into the vocabulary.
         vocabulary: the different words.
     """
 
@@ -84,7 +84,7 @@ class _Frames(NamedTuple):
 
 
 def read_bulk(source: Source, version: str) -> RowTable | None:
-    """Read all rows at once, or return None where one of them needs a closer look."""
+    """Read all rows at once, or return None where one of them is unusual."""
     try:
         return _read(source, version)
     except _Declined:
@@ -123,7 +123,7 @@ def _require(plain: bool | np.bool_) -> None:
 
 
 def _head(source: Source) -> Head:
-    """Read what stands before the first frame; no cell of it may reach into the frames."""
+    """Read the head before the first frame; no cell of it may extend into the frames."""
     text = source.text() + "frame"
     rows = list(csv.reader(io.StringIO(text, newline="")))
     _require(len(rows) == text.count("\n") + 1 and rows[-1] == ["frame"])
@@ -139,12 +139,12 @@ class _Lines:
 
     Args:
         data: the file's bytes.
-        at: where the first frame starts.
+        at: byte of the first frame.
     """
 
     def __init__(self, data: bytes | memoryview, at: int) -> None:
         self._rows = rows = find_rows(data, at)
-        self._width, (first, last) = rows.looked_over()
+        self._width, (first, last) = rows.counted()
         # spreadsheets add blank cells at the end of a line, and lost cells leave them
         _require(not (last == _COMMA).any())
         self.is_frame = first == _FRAME
@@ -166,7 +166,7 @@ def _frames(lines: _Lines, version: str, source: Source) -> _Frames:
     kinds = list(lines.kinds(lines.is_frame))
     counts = [_counts(kind, version) for kind in kinds]
     bodies, points = (max(each) for each in zip(*counts, strict=True))
-    found = Rectangle.empty(4 + 7 * bodies + 3 * points, 1 + bodies + points, lines.n)
+    found = CsvColumns.empty(4 + 7 * bodies + 3 * points, 1 + bodies + points, lines.n)
     last = POINT_WIDTH[version] - 1
     for kind, (tracked, seen) in zip(kinds, counts, strict=True):
         count = POSE_START + POSE_WIDTH * tracked
@@ -197,10 +197,10 @@ def _read_kind(
     words: list[int],
     source: Source,
     places: NDArray[np.int64],
-    found: Rectangle | None = None,
-) -> Rectangle:
+    found: CsvColumns | None = None,
+) -> CsvColumns:
     encoding = source.plain_encoding
-    found = read_rectangle(kind.rows, kind.width, numbers, words, encoding, places, found)
+    found = read_columns(kind.rows, kind.width, numbers, words, encoding, places, found)
     if found is None:
         raise _Declined
     _require("" not in found.vocabulary)
@@ -261,7 +261,7 @@ def _bodies(
         )
 
 
-def _poses(found: Rectangle, bodies: int) -> dict[str, _Poses]:
+def _poses(found: CsvColumns, bodies: int) -> dict[str, _Poses]:
     """Return by id where frames list a body, and its poses; the first columns of words are ids."""
     ids, here = slice(1, 1 + bodies), defaultdict[str, Any](bool)
     for text, code in found.used(ids).items():

@@ -1,4 +1,4 @@
-"""Read the row formats 1.0 and 1.1 of Tracking Tools: the first cell names what a row holds."""
+"""Read the row formats 1.0 and 1.1 of Tracking Tools: the first cell names the kind of row."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from workbench.tracking.clock import jitter, row_clock, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label, owners_of, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
-from workbench.tracking.rotations import usable
+from workbench.tracking.quaternions import usable
 from workbench.tracking.row_bulk import read_bulk
-from workbench.tracking.row_careful import read_careful
 from workbench.tracking.row_poses import with_own_poses
+from workbench.tracking.row_strict import read_strict
 from workbench.tracking.row_table import MODEL_WIDTH, BodyRows, RowTable, version_of
 from workbench.tracking.source import Source, shown, unique_name
 from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
@@ -18,7 +18,7 @@ from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 __all__ = ["parse_row"]
 
 _BLOCK = 4096  # frames whose points are compared at a time, so that they stay in the cache
-_WXYZ = [6, 3, 4, 5]  # places of the quaternion in a pose
+_WXYZ = [6, 3, 4, 5]  # columns of the quaternion in a pose
 
 
 def parse_row(source: Source) -> Take:
@@ -28,7 +28,7 @@ def parse_row(source: Source) -> Take:
         TakeError: the file cannot be used; the message names file, line and cause.
     """
     version = version_of(source)
-    table = (source.large and read_bulk(source, version)) or read_careful(source, version)
+    table = (source.large and read_bulk(source, version)) or read_strict(source, version)
     table = with_own_poses(table, source)
     _check_header(table, source)
     warn_of_index_steps(table.indices, source)
@@ -71,7 +71,7 @@ def _check_header(table: RowTable, source: Source) -> None:
             )
     for rows in table.bodies:
         rows_of = np.bincount(rows.frames, minlength=len(table.indices))
-        silent = np.count_nonzero(rows_of == 0)
+        without_row = np.count_nonzero(rows_of == 0)
         if not len(rows.frames) and rows.posed.any():
             source.warn(
                 f"body {shown(rows.name)} has no rows of its own, only poses in the frame rows; "
@@ -79,8 +79,10 @@ def _check_header(table: RowTable, source: Source) -> None:
             )
         elif not len(rows.frames):
             source.warn(f"body {shown(rows.name)} is defined and has no rows; left out")
-        elif silent:
-            source.warn(f"body {shown(rows.name)} has no row in {silent} frame(s); missing there")
+        elif without_row:
+            source.warn(
+                f"body {shown(rows.name)} has no row in {without_row} frame(s); missing there"
+            )
 
 
 def _body(rows: BodyRows, name: str, table: RowTable, source: Source) -> BodyTake:
@@ -155,7 +157,7 @@ def _cloud(table: RowTable, bodies: list[BodyTake], source: Source) -> Cloud:
 
 
 def _from_labels(cloud: Cloud, source: Source) -> tuple[dict[str, BodyTake], Cloud]:
-    """Make bodies of a file of points alone, whose places in a frame's list hold any marker."""
+    """Make bodies of a file of points alone, whose order in a frame is arbitrary."""
     names = sorted({str(name) for name in cloud.names.flat if name})
     labels = [name for name, owner in zip(names, owners_of(names), strict=True) if owner]
     if not labels:
@@ -163,9 +165,9 @@ def _from_labels(cloud: Cloud, source: Source) -> tuple[dict[str, BodyTake], Clo
         return {}, cloud
     position, free = np.full((len(cloud.names), len(labels), 3), np.nan), known(cloud.position)
     for k, label in enumerate(labels):
-        frame, place = np.nonzero(cloud.names == label)
-        position[frame, k] = cloud.position[frame, place]
-        free[frame, place] = False
+        frame, slot = np.nonzero(cloud.names == label)
+        position[frame, k] = cloud.position[frame, slot]
+        free[frame, slot] = False
     bodies, _ = bodies_by_label(labels, position, source)
     rest = np.where(free[:, :, None], cloud.position, np.nan)
     return bodies, Cloud(rest, np.where(free, cloud.names, ""))

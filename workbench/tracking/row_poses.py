@@ -1,4 +1,4 @@
-"""Poses of rewritten row formats: frame rows that call a body otherwise than its own rows do."""
+"""Poses of rewritten row formats, whose frame rows have other body ids than the body rows."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _owners(posed: list[BodyRows], whole: list[BodyRows], table: RowTable) -> di
 
 
 def _apart(poses: BodyRows, rows: BodyRows, table: RowTable) -> float:
-    """Return how far a pose's origin is from the middle of markers [m], `_UNFIT` if not rigidly."""
+    """Return the distance of a pose's origin from the markers [m]; `_UNFIT` if it varies."""
     width, m = MODEL_WIDTH[table.version], rows.markers
     if m == 0:
         return _UNFIT

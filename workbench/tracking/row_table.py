@@ -1,4 +1,4 @@
-"""What a row-format file holds: tables of numbers, one a kind of row, and the head before them.
+"""The content of a row-format file: tables of numbers, one a kind of row, and the head.
 
 Rows are ragged: a frame lists only the bodies it tracks and the points it sees. A row `trackable`
 or `rigidbody` defines a body before the first frame and reports on it after.
@@ -52,9 +52,9 @@ class BodyRows:
         name: of the body, empty where frame rows alone name its id.
         id: of the body.
         markers: m, how many it has.
-        frames: (k,) the frame that each row belongs to, as a place in `RowTable.indices`.
+        frames: (k,) the frame that each row belongs to, as an index into `RowTable.indices`.
         lost: (k,) frames since it was last tracked.
-        values: (k, w m + 5 m + 1) what follows the marker count, w = `MODEL_WIDTH`.
+        values: (k, w m + 5 m + 1) cells after the marker count, w = `MODEL_WIDTH`.
         posed: (n,) True where a frame lists its pose.
         poses: (n, 7) x, y, z, qx, qy, qz, qw, NaN in other frames.
     """
@@ -79,8 +79,8 @@ class RowTable:
         indices: (n,) of the frames.
         times: (n,) of the frames [s].
         bodies: in the order of their definitions.
-        points: (n, k, 3) the visible points of each frame, NaN in places without one.
-        labels: (n, k) names of the points as places in `vocabulary`.
+        points: (n, k, 3) the visible points of each frame, NaN where there is none.
+        labels: (n, k) names of the points as indices into `vocabulary`.
         vocabulary: the different names.
     """
 
@@ -106,7 +106,7 @@ def frame_width(bodies: int, points: int, version: str) -> int:
 
 @dataclass
 class Head:
-    """What stands before the first frame: keys and texts; name and marker count of each id."""
+    """The head before the first frame: keys and texts; name and marker count of each id."""
 
     info: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
@@ -114,7 +114,7 @@ class Head:
 
 
 def take_head_row(head: Head, line: int, cells: list[str], source: Source) -> None:
-    """Take in one row that is no frame and no report on a body."""
+    """Read one row of the head."""
     word = cells[0].strip().casefold()
     if word in BODY_WORDS:
         if len(cells) < 4:
@@ -143,29 +143,29 @@ def trimmed(source: Source) -> Iterator[tuple[int, list[str]]]:
 
 
 def version_of(source: Source) -> str:
-    """Tell the version from the width of the first rows; `info` may be absent or rewritten.
+    """Return the version by the width of the first rows; `info` may be absent or rewritten.
 
     Raises:
-        TakeError: neither the rows nor `info` tell a version that is known.
+        TakeError: neither the rows nor `info` give a known version.
     """
-    told, framed = "1.0", False
+    stated, in_frames = "1.0", False
     for line, cells in trimmed(source):
         word = cells[0].strip().casefold()
         if word == "info" and len(cells) > 2 and cells[1].strip() == "version":
-            told = {"1": "1.0"}.get(cells[2].strip(), cells[2].strip())
+            stated = {"1": "1.0"}.get(cells[2].strip(), cells[2].strip())
         fits: list[str] = []
         if word == "frame":
-            framed, fits = True, _versions_of_frame(cells)
-        elif framed and word in BODY_WORDS and len(cells) >= LEAD:
+            in_frames, fits = True, _versions_of_frame(cells)
+        elif in_frames and word in BODY_WORDS and len(cells) >= LEAD:
             markers = source.count(cells[6], line, "the marker count")
             fits = [v for v in MODEL_WIDTH if body_width(markers, v) == len(cells)]
         if len(fits) == 1:
-            if told not in fits:
-                source.warn(f"the file says version {shown(told)}, its rows are of {fits[0]}")
+            if stated not in fits:
+                source.warn(f"the file says version {shown(stated)}, its rows are of {fits[0]}")
             return fits[0]
-    if told not in MODEL_WIDTH:
-        raise source.fault(1, f"row format version {shown(told)} is not known; 1.0 and 1.1 are")
-    return told
+    if stated not in MODEL_WIDTH:
+        raise source.fault(1, f"row format version {shown(stated)} is not known; 1.0 and 1.1 are")
+    return stated
 
 
 def _versions_of_frame(cells: list[str]) -> list[str]:

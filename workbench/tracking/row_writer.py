@@ -11,8 +11,8 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.tracking.rotations import euler_degrees
-from workbench.tracking.take import BodyTake, Take, known
+from workbench.tracking.quaternions import euler_degrees
+from workbench.tracking.take import BodyTake, Take, any_finite, known
 
 __all__ = ["write_row"]
 
@@ -61,13 +61,13 @@ class _Writable:
     def __init__(self, body: BodyTake, number: int, version: str) -> None:
         if not body.marker_names:
             raise InputError(
-                f"body {body.name!r} has no markers; the row format gives places by markers only"
+                f"body {body.name!r} has no markers; the row format has positions of markers only"
             )
         self.body, self.version = body, version
         self.id = body.id if body.id.isdecimal() else str(number + 1)
         self.m = len(body.marker_names)
         self.lost = _frames_since_seen(body.seen)
-        self.solved = _held(body.solved if np.isfinite(body.solved).any() else body.measured)
+        self.solved = _held(body.solved if any_finite(body.solved) else body.measured)
         self.measured = np.where(body.seen[:, None, None], body.measured, np.nan)
         self.visible = known(self.measured)
         self.posed = body.seen & known(np.hstack([body.position, body.quaternion]))

@@ -1,4 +1,4 @@
-"""The text of one export file: rows with line numbers, and faults that name the place."""
+"""The text of one export file: rows with line numbers, and errors that name the line."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ _LISTED = 8
 
 @dataclass(frozen=True)
 class Source:
-    """A file's text, and the warnings that gather while it is read.
+    """A file's text, and the warnings of its parsers.
 
     Args:
         path: the file's name as the user gave it.
-        sha256: gives that of the file's bytes, which is computed meanwhile.
+        sha256: returns the hash of the file's bytes, which is computed meanwhile.
         data: the file's bytes.
         encoding: of the text in them.
         warnings: filled by the parsers.
@@ -76,17 +76,17 @@ class Source:
         return TakeError(f"{self.path}:{line}: {cause}")
 
     def warn(self, text: str) -> None:
-        """Keep a warning once."""
+        """Add a warning once."""
         if text not in self.warnings:
             self.warnings.append(text)
 
     @property
     def large(self) -> bool:
-        """Whether reading in bulk gains more than its compiled loops take to load."""
+        """Whether reading in bulk saves more than the import of its compiled loops."""
         return len(self.data) >= LARGE
 
     def after(self, line: int) -> int | None:
-        """Return where a line ends, or None where the lines before do not all end alike."""
+        """Return the end of a line, or None where the lines before have different line ends."""
         ends = [found.end() for found in islice(re.finditer(rb"\n", self.data), line)]
         if len(ends) < line:
             return None
@@ -94,7 +94,7 @@ class Source:
         return None if head.count(b"\r") > head.count(b"\r\n") else len(head)
 
     def warn_once(self, text: str, line: int) -> None:
-        """Keep a warning with the first line that it is about."""
+        """Add a warning with the first line that it is about."""
         if not any(warning.startswith(text) for warning in self.warnings):
             self.warn(f"{text}, first in line {line}")
 

@@ -15,8 +15,9 @@ from workbench.errors import InputError, did_you_mean
 from workbench.timeseries import TimeSeries
 from workbench.tracking.axes import Axes
 
-__all__ = ["BodyTake", "Cloud", "Missing", "Take", "known", "samples_of"]
+__all__ = ["BodyTake", "Cloud", "Missing", "Take", "any_finite", "known", "samples_of", "time_last"]
 
+_BLOCK = 4096  # samples
 _POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 
 
@@ -53,10 +54,10 @@ class BodyTake:
         solved: (n, m, 3) markers as the fitted body places them [m].
         marker_names: m names; a slot is the same marker in `measured` and `solved`.
         missing: (n,) values of `Missing`.
-        reported_error: (n,) what the export calls the body's error: [m] in Motive files, in a
-            unit that nobody has told in row formats; None where the file gives none.
+        reported_error: (n,) the body's error by the export: [m] in Motive files, in an undocumented
+            unit in row formats; None where the file gives none.
         marker_quality: (n, m) from 0 to 1 [1]; None where the file gives none.
-        solved_only: names of the markers whose measured places the file does not hold.
+        solved_only: names of the markers without measured positions in the file.
     """
 
     name: str
@@ -77,7 +78,7 @@ class BodyTake:
         return self.missing == Missing.SEEN
 
     def without(self, rows: NDArray[np.bool_], reason: Missing) -> BodyTake:
-        """Return the body without what its seen samples in some rows hold.
+        """Return the body with its seen samples in some rows made missing.
 
         Args:
             rows: (n,) True in those.
@@ -116,8 +117,8 @@ class Cloud:
     """The points that belong to no body.
 
     Args:
-        position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is a place in the
-            frame's list and may hold another marker in the next frame.
+        position: (n, k, 3) [m], NaN where a slot is empty. In row formats a slot is an index into
+            the frame's list and may hold another marker in the next frame.
         names: (n, k) the name of the marker in each slot [text]; empty where there is none.
     """
 
@@ -148,8 +149,8 @@ class Take:
         cloud: the points outside the bodies.
         header: the file's own keys and texts, untouched.
         warnings: what a user should know before trusting the numbers.
-        began: local wall time of frame 0; two where the file leaves morning or afternoon open, none
-            where it tells no start time.
+        began: local wall time of frame 0; two where morning or afternoon is unknown, none where the
+            file has no start time.
         axes: up and forward where the file names them, None where it does not.
         unit_m: metres in the unit of length that the file was read in.
         unit_stated: whether the file says that unit.
@@ -207,25 +208,25 @@ class Take:
                 raise InputError(f"{self.path}: no body {name!r}{near}; its bodies are {has}")
             body = self.bodies[name]
             both = np.hstack([self.counted_position(name), body.quaternion])
-            own = {f"{name}_{end}": both[:, k] for k, end in enumerate(_POSE)}
-            columns |= own
-            valid |= dict.fromkeys(own, body.seen)
+            pose = {f"{name}_{end}": both[:, k] for k, end in enumerate(_POSE)}
+            columns |= pose
+            valid |= dict.fromkeys(pose, body.seen)
         return TimeSeries.of(self.times, columns, valid)
 
     def counted_position(self, name: str) -> NDArray[np.float64]:
-        """Return the (n, 3) position that quality numbers are made of [m].
+        """Return the (n, 3) position that the quality report is based on [m].
 
         That is the pose position in Motive files. Row formats give no pose while a body is lost, so
         there it is the centroid of the model markers, which Appendix C of the thesis uses too. A
         body of markers alone is where the centroid of all its markers is.
         """
         body = self.bodies[name]
-        if self.format == "row" and np.isfinite(body.solved).any():
+        if self.format == "row" and any_finite(body.solved):
             return body.centroid_solved
-        return body.position if np.isfinite(body.position).any() else body.centroid_measured
+        return body.position if any_finite(body.position) else body.centroid_measured
 
     def body_path(self, name: str, some: slice = slice(None)) -> NDArray[np.float64]:
-        """Return where a body is in some samples (k, 3) [m], NaN where it is not seen.
+        """Return a body's path in some samples (k, 3) [m], NaN where it is not seen.
 
         By all its markers, else its pose.
         """
@@ -242,12 +243,29 @@ def known(points: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.isfinite(np.einsum("...k->...", points))
 
 
+def any_finite(values: NDArray[np.float64]) -> bool:
+    """Return whether any of some values (n, ...) is finite; stop at the first."""
+    starts = range(0, len(values), _BLOCK)
+    return any(bool(np.isfinite(values[at : at + _BLOCK]).any()) for at in starts)
+
+
 def samples_of(values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
     """Return some samples (k, ...) of values (n, ...), with samples along the fast axis.
 
-    A fifth of the time of `values[rows]`, and what follows along that axis is faster too.
+    A fifth of the time of `values[rows]`, and what follows along that axis is faster too. Nothing
+    is copied where all samples are wanted.
     """
+    if len(rows) == len(values) and (rows == np.arange(len(rows))).all():
+        return values
     return np.moveaxis(np.moveaxis(values, 0, -1).take(rows, axis=-1), -1, 0)
+
+
+def time_last(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values (n, ...) as (..., n) in one piece of memory, for compiled loops over samples.
+
+    Nothing is copied where samples run along the fast axis already, as they do behind a reader.
+    """
+    return np.ascontiguousarray(np.moveaxis(values, 0, -1))
 
 
 def _centroid(markers: NDArray[np.float64]) -> NDArray[np.float64]:

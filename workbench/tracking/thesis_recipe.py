@@ -1,19 +1,19 @@
-"""The thesis' own cleaning, Appendix C, step by step, faults included.
+"""The thesis' cleaning, Appendix C, step by step, faults included.
 
 Centroids of the solved markers; base = median of the foot's first 240 rows; NaN hold; glitch hold
 by distance from the third sample on; Butterworth of order 10 at 9 Hz, forth and back.
 
-Its faults are kept, because they are the recipe:
+Its faults are kept:
 
 * solved markers stay finite while a body is lost, so the NaN hold hardly ever fires;
 * the last frame is lost: the script counts frames - 0.5 of them;
 * every row counts as one sample period, whatever its time or frame index;
 * the base is taken before the NaN hold, and a NaN in the first row is never filled;
-* glitches are told by the distances foot-T and T-rotor alone: the foot is never checked, and a
+* glitches are found by the distances foot-T and T-rotor alone: the foot is never checked, and a
   glitch of T that was held can make the rotor be held too. The text (section 4.2) describes another
   rule, a threshold on the step from sample to sample, which the code does not use;
 * forth and back makes the gain one half at 9 Hz, and hopping has content above that;
-* afterwards every sample counts as valid; `Cleaned.missing` tells those that were not seen.
+* afterwards every sample counts as valid; `Cleaned.missing` marks those that were not seen.
 
 The script has 120 Hz fixed in it; here the take's rate is used. The term 0.015 times the forward
 coordinate that Appendix C takes off the height belongs to its plot; it is not applied.
@@ -84,10 +84,10 @@ def _reasons(
     missing: dict[str, NDArray[np.int8]] = {}
     raw_missing: dict[str, NDArray[np.int8]] = {}
     for role, body in points.bodies.items():
-        told = body.missing.copy()
-        told[:-1][far[role]] = Missing.GLITCH
-        raw_missing[role] = told[keep]
-        held = told[:-1] != Missing.SEEN
+        reasons = body.missing.copy()
+        reasons[:-1][far[role]] = Missing.GLITCH
+        raw_missing[role] = reasons[keep]
+        held = reasons[:-1] != Missing.SEEN
         missing[role] = np.where(held, Missing.FILLED, Missing.SEEN).astype(np.int8)
     return missing, raw_missing
 

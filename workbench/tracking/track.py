@@ -53,17 +53,17 @@ class Track:
             it needs was really seen. Origin: the foot at rest, in a drop still held. Time zero: the
             rotor's first motion, or the release in decay and drop.
         raw: the same channels, origin and time zero on the take's own samples: no filter, nothing
-            filled. NaN where not seen; what cleaning rejected keeps its number and is not valid.
+            filled. NaN where not seen; rejected samples keep their value and are not valid.
             Its rotor speed is the local parabola of `motion`'s, through the raw angle.
         missing: role, foot, top or rotor -> (n,) values of `Missing` for each sample of `motion`:
             why it was not seen, FILLED where it has a value all the same.
         raw_missing: the same, (m,) for each sample of `raw`, GLITCH where cleaning rejected it.
-        floor: the plane that the foot stood on, None where it tells none. It is never taken off.
+        floor: the plane that the foot stood on, None where unknown. It is never subtracted.
         start_angle_rad: the rotor's angle at rest [rad].
         rest_s: how long foot and T stood still before time zero [s].
         zero_in_take_s: time zero on the take's clock [s].
         recipe: the name of the cleaning recipe.
-        report: what cleaning did, for JSON.
+        report: of the cleaning, for JSON.
         take_sha256: of the file it was made from.
         warnings: of the take, the cleaning and the plausibility checks.
     """
@@ -97,11 +97,11 @@ def make_track(
     Args:
         take: the export.
         bodies: its names of foot, T and rotor.
-        axes: how its axes lie.
-        markers: their places on the bodies: forward, left, up [mm].
+        axes: of the export.
+        markers: their positions on the bodies: forward, left, up [mm].
         recipe: a name of `CLEANING`.
         start_hint: time zero where nothing moves, from the take's first sample [s].
-        mode: tells what begins at time zero: the rotor turns, T is released or the foot falls.
+        mode: determines time zero: the rotor turns, T is released or the foot falls.
 
     Raises:
         InputError: a body, marker place or recipe does not fit the take.
@@ -161,13 +161,12 @@ def _lost_turns(turned: RotorAngle) -> list[str]:
         return []
     return [
         f"in {len(turned.unresolved_s)} gap(s), the longest {max(turned.unresolved_s):.2f} s, the "
-        "rotor may have made turns that nobody saw; its angle is uncertain by whole turns after "
-        "them"
+        "rotor may have made unseen turns; its angle is uncertain by whole turns after them"
     ]
 
 
 class _Onset(NamedTuple):
-    """What begins at time zero, and when it did on the take's clock [s], None if never."""
+    """The body whose motion begins at time zero, and when on the take's clock [s], or None."""
 
     who: str
     found: float | None
@@ -203,7 +202,7 @@ def _zero(
 def _rest(
     columns: TimeSeries, zero: float | None, warnings: list[str]
 ) -> tuple[NDArray[np.bool_], float]:
-    """Return the samples that tell the rest, at most 2 s, and how long it stood still [s]."""
+    """Return the samples at rest, at most 2 s, and the duration of the rest [s]."""
     times = columns.times
     before = times <= (times[0] + _LONGEST_REST_S if zero is None else zero)
     still = _still(columns, before)
@@ -217,7 +216,7 @@ def _rest(
 
 
 def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the samples after which foot and T stay within 3 mm of where they end up."""
+    """Return the samples after which foot and T stay within 3 mm of their last position."""
     times = columns.times
     count = int(np.count_nonzero(before))
     last = before & (times >= times[count - 1] - _LEAST_REST_S)
@@ -225,16 +224,16 @@ def _still(columns: TimeSeries, before: NDArray[np.bool_]) -> NDArray[np.bool_]:
     for names in (FOOT, TOP):
         path = _path(columns, names)[:count]
         end = [seen_median(column[last[:count]]) for column in path.T]
-        left = np.flatnonzero(np.linalg.norm(path - end, axis=1) > _STILL_M)
-        if len(left):
-            still[: left[-1] + 1] = False
+        moved = np.flatnonzero(np.linalg.norm(path - end, axis=1) > _STILL_M)
+        if len(moved):
+            still[: moved[-1] + 1] = False
     return still if still.any() else last
 
 
 def _origin(
     columns: TimeSeries, rest: NDArray[np.bool_], base: tuple[float, float, float] | None
 ) -> dict[str, float]:
-    """Return what is zero, by column: the resting foot, or nothing where the recipe had its own."""
+    """Return the origin by column: the resting foot, or none where the recipe had its own."""
     origin: dict[str, float] = {}
     if base is None:
         for names in (FOOT, TOP, ROTOR):

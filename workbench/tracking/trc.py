@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.clock import column_rate, jitter, motive_times, warn_of_index_steps
+from workbench.tracking.clock import column_rate, is_rate, jitter, motive_times, warn_of_index_steps
 from workbench.tracking.labels import bodies_by_label, warn_of_no_bodies
 from workbench.tracking.missing import without_zeros
 from workbench.tracking.source import Source, shown
@@ -21,14 +21,13 @@ from workbench.tracking.take import Cloud, Take, known
 __all__ = ["is_trc", "parse_trc"]
 
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-_RATES_HZ = (0.1, 1e5)
 _LEAD = 2  # columns before the markers: frame and time
 _LABELS_ROW = 3  # from 0, among rows that are not blank
 _DATA_ROW = 5
 
 
 def is_trc(data: memoryview) -> bool:
-    """Tell a TRC file by its first word."""
+    """Recognize a TRC file by its first word."""
     return re.match(rb"[\xef\xbb\xbf \t\r\n]*PathFileType", data) is not None
 
 
@@ -44,8 +43,8 @@ def parse_trc(source: Source) -> Take:
         if line.strip()
     ]
     if len(rows) <= _DATA_ROW:
-        told = f"this .trc file has {len(rows)} rows; a header of five and data are needed"
-        raise source.fault(rows[-1][0], told)
+        fault = f"this .trc file has {len(rows)} rows; a header of five and data are needed"
+        raise source.fault(rows[-1][0], fault)
     header = _header(rows[1][1], rows[2][1])
     labels = _labels(*rows[_LABELS_ROW], source)
     table, lines = _table(rows[_DATA_ROW:], len(labels), source)
@@ -90,11 +89,11 @@ def _header(keys: list[str], values: list[str]) -> dict[str, str]:
 
 
 def _labels(line: int, cells: list[str], source: Source) -> list[str]:
-    """Return the labels; each stands over the first of its three columns."""
+    """Return the labels; each is above the first of its three columns."""
     names = [(at, cell.strip()) for at, cell in enumerate(cells) if cell.strip()][_LEAD:]
-    places = [at for at, _ in names]
-    if not names or places[0] != _LEAD or any(b - a != 3 for a, b in pairwise(places)):
-        raise source.fault(line, "the labels do not stand over three columns each, from the third")
+    columns = [at for at, _ in names]
+    if not names or columns[0] != _LEAD or any(b - a != 3 for a, b in pairwise(columns)):
+        raise source.fault(line, "the labels are not above three columns each, from the third")
     return [name for _, name in names]
 
 
@@ -121,16 +120,16 @@ def _rate(
     line: int,
     source: Source,
 ) -> float:
-    """Return the rate that the header states, else the one that the times tell [Hz]."""
+    """Return the rate of the header, else that of the times [Hz]."""
     text = header.get("DataRate", "")
     try:
         rate = float(text)
     except ValueError:
         rate = float("nan")
-    if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+    if is_rate(rate):
         return rate
-    told = column_rate(indices, times)
-    if told is None:
+    measured = column_rate(indices, times)
+    if measured is None:
         raise source.fault(line, f"DataRate is {shown(text)} and the times give none")
-    source.warn(f"DataRate is {shown(text)}; {told:.6g} Hz found from the times")
-    return told
+    source.warn(f"DataRate is {shown(text)}; {measured:.6g} Hz found from the times")
+    return measured

@@ -1,8 +1,8 @@
 """The named causes by which a robot can differ from its model, one file for each group of them.
 
-`effect` says what an effect is, `library` finds one by its name, `apply` puts effects into a robot,
-a condition and what is seen. A new effect is an entry in its group's file, named in the `EFFECTS`
-at the end of that, and a test that it moves the motion the way it should.
+`effect` has the class, `library` finds one by its name, `apply` applies effects to a robot, a
+condition and an observed motion. A new effect is an entry in its group's file and in the `EFFECTS`
+at its end, and a test that it changes the motion as it should.
 """
 
 from workbench.sim.effects.apply import applied, driven, observed

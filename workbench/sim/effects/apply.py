@@ -1,4 +1,4 @@
-"""Put effects into a robot, into what drives it, and into what is seen of it."""
+"""Apply effects to a robot, to its command, and to the motion that cameras see."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ __all__ = ["applied", "driven", "observed"]
 
 
 def applied(robot: Robot, turning: bool = True) -> Robot:
-    """Return the robot with what its effects change of numbers and MjSpec; none are left to apply.
+    """Return the robot with its effects applied to its parameters and MjSpec.
 
     Args:
         robot: with effects.
-        turning: whether its motor is on; one that is off has no effects of a drive.
+        turning: whether its motor is on; effects of the drive are left out where it is off.
 
     Raises:
         InputError: for an unknown effect or quantity.
@@ -34,7 +34,7 @@ def applied(robot: Robot, turning: bool = True) -> Robot:
 
 
 def driven(condition: Condition, robot: Robot) -> Condition:
-    """Return what the motor makes of a condition."""
+    """Return a condition with the effects of the drive on its command."""
     for effect, values in _effects(robot):
         if effect.drive is not None:
             condition = effect.drive(condition, values)
@@ -42,7 +42,7 @@ def driven(condition: Condition, robot: Robot) -> Condition:
 
 
 def observed(motion: TimeSeries, robot: Robot) -> TimeSeries:
-    """Return what the cameras make of a motion."""
+    """Return a motion as the cameras see it."""
     for effect, values in _effects(robot):
         if effect.observe is not None:
             motion = effect.observe(motion, values)
@@ -54,7 +54,7 @@ def _edit(build: Build, values: Values) -> Edit:
 
 
 def _effects(robot: Robot) -> Iterator[tuple[Effect, dict[str, float]]]:
-    """Yield the effects that are there, in the library's order whatever the robot's is."""
+    """Yield the effects that are not zero, in the library's order."""
     given = {name: effect_values(name, values) for name, values in robot.effects.items()}
     for name, effect in EFFECTS.items():
         if any(given.get(name, {}).values()):

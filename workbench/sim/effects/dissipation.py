@@ -1,12 +1,12 @@
-"""Effects of dissipation: what takes energy out of the beam."""
+"""Effects of dissipation: damping, dry friction and air drag of the beam."""
 
 from __future__ import annotations
 
 import mujoco
 
+from workbench.sim.beam_laws import add_law
 from workbench.sim.effects.effect import Effect, Quantity, Values
-from workbench.sim.effects.shares import scaled, turn_share
-from workbench.sim.laws import add_law
+from workbench.sim.effects.scaling import scaled, turn_ratio
 from workbench.sim.robot import Robot, hinge_name
 
 __all__ = ["EFFECTS"]
@@ -28,14 +28,11 @@ HINGE_DAMPING = Effect(
     alter=lambda robot, values: scaled(robot, values["share"], "hinge_damping"),
 )
 
-_STIFF = [0.9999, 0.9999, 0.001, 0.5, 2]
-
+_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2]
 """Impedance, the engine's greatest: a hinge at rest creeps by 1e-4 of what it would without."""
-
-_QUICK = [0.002, 1]
-
-"""Time constant [s] and damping ratio with which a hinge comes to rest. At ten times that a tenth
-of the energy is not taken, at a quarter of it a robot at rest trembles by micrometres."""
+_SOLREF = [0.002, 1]
+"""Time constant [s] and damping ratio with which a hinge comes to rest. At ten times this a tenth
+of the energy is not dissipated, at a quarter of it a robot at rest vibrates by micrometres."""
 
 
 def _hinge_coulomb_friction(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
@@ -44,7 +41,7 @@ def _hinge_coulomb_friction(spec: mujoco.MjSpec, robot: Robot, values: Values) -
         if hinge.stiffness is not None:
             joint = spec.joint(hinge_name(k))
             joint.frictionloss = values["torque"]
-            joint.solimp_friction, joint.solref_friction = _STIFF, _QUICK
+            joint.solimp_friction, joint.solref_friction = _SOLIMP, _SOLREF
 
 
 HINGE_COULOMB_FRICTION = Effect(
@@ -59,15 +56,14 @@ HINGE_COULOMB_FRICTION = Effect(
 )
 """Dry friction in every hinge but the foot joint: a torque that does not depend on speed.
 
-MuJoCo's own friction loss. The moment is the same in a finer chain, so is the torque at which it
-gives way.
+MuJoCo's own friction loss. The moment is the same in a finer chain, so is the breakaway torque.
 """
 
 
 def _hinge_quadratic_damping(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
     for k, hinge in enumerate(robot.hinges[1:], start=1):
         if hinge.stiffness is not None:
-            spec.joint(hinge_name(k)).damping[1] += values["c"] / turn_share(robot, hinge) ** 2
+            spec.joint(hinge_name(k)).damping[1] += values["c"] / turn_ratio(robot, hinge) ** 2
 
 
 HINGE_QUADRATIC_DAMPING = Effect(
@@ -92,7 +88,7 @@ AIR_DRAG = Effect(
     quantities=(Quantity("c", "N s^2/m^2", low=0.0, high=2.0, tolerance=0.002, step=0.0002),),
     excited_by=("clamped", "decay", "hop", "drop"),
     confused_with=("hinge_quadratic_damping", "hinge_damping"),
-    separated_by="a card of known area on T: the drag grows by its share; other modes of the beam",
+    separated_by="a plate of known area on T: the drag grows by its share; other modes of the beam",
     build=lambda spec, _, values: add_law(spec, {"top_drag": values["c"]}),
 )
 """Air brakes T: a force -c |v| v against its motion through the room."""

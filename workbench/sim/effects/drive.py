@@ -1,4 +1,4 @@
-"""Effects of the drive: what the motor makes of its command."""
+"""Effects of the drive: how the rotor's speed differs from the command."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.sim.condition import Condition
+from workbench.sim.droop_ripple import add_droop, add_ripple
 from workbench.sim.effects.effect import Effect, Quantity, Values
 from workbench.sim.robot import SAMPLE_RATE_HZ
-from workbench.sim.uneven import let_droop, let_ripple
 
 __all__ = ["EFFECTS"]
 
@@ -75,7 +75,7 @@ MOTOR_DROOP = Effect(
     excited_by=("clamped", "hop"),
     confused_with=("speed_ripple", "speed_scale", "speed_offset", "speed_drift"),
     separated_by="the rotor's own speed, within a turn and near the resonance where it loads most",
-    build=lambda spec, _, values: let_droop(spec, values["slope"]),
+    build=lambda spec, _, values: add_droop(spec, values["slope"]),
 )
 """The motor turns slower under load: its line falls with the torque that it gives."""
 
@@ -92,7 +92,7 @@ SPEED_RIPPLE = Effect(
     excited_by=("clamped", "hop"),
     confused_with=("motor_droop", "rotor_unbalance", "marker_offset"),
     separated_by="the axis turned upright: what the weight does is gone, what gears do stays",
-    build=lambda spec, _, values: let_ripple(spec, [values[name] for name in _SHARES]),
+    build=lambda spec, _, values: add_ripple(spec, [values[name] for name in _SHARES]),
 )
 """The rotor turns unevenly within a turn: a bent shaft, eccentric gears, a weight on one side.
 

@@ -1,8 +1,8 @@
-"""What an effect is: one named cause that extends the model or the observation.
+"""An effect: one named cause that extends the model or the observation.
 
-An effect has quantities, all zero where it is absent, and up to four places where it acts. `alter`
-changes the robot's numbers, `build` its MjSpec, `drive` what the motor does with its command,
-`observe` what the cameras make of the motion.
+An effect has quantities, all zero where it is absent, and acts in up to four ways. `alter` changes
+the robot's parameters, `build` its MjSpec, `drive` the rotor's command, `observe` the motion as the
+cameras see it.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ class Quantity:
         name: the key in a model file.
         unit: SI.
         low: least that is physically possible.
-        high: greatest that is.
-        tolerance: how large it may well be in a lab that took care; a prior's deviation.
-        step: a change that a finite difference may take: small enough for the motion to follow in
-            proportion, large beside what one slip of the foot more or less changes.
+        high: greatest that is physically possible.
+        tolerance: standard deviation of its prior: how large it may be in a careful laboratory.
+        step: of finite differences: small enough for a linear response of the motion, large against
+            the change by one slip of the foot more or less.
     """
 
     name: str
@@ -62,17 +62,16 @@ class Effect:
     Args:
         name: canonical, as in a model file.
         group: what kind of cause it is.
-        sentence: what a technician is told; `{name}` stands for a quantity with its unit,
-            `{name:size}` for how large it is, and `{name:heavier|lighter}` for the word that its
-            sign asks for.
+        sentence: for a technician; `{name}` becomes a quantity with its unit, `{name:size}` its
+            magnitude, and `{name:heavier|lighter}` the word for its sign.
         quantities: all of them zero where it is absent.
         excited_by: modes of runs in which it shows.
         confused_with: names of effects that look alike.
-        separated_by: what tells it from those, in words.
-        alter: changes the robot's numbers.
+        separated_by: what separates it from those, in words.
+        alter: changes the robot's parameters.
         build: changes the MjSpec of a robot with this effect.
-        drive: changes what the rotor is told.
-        observe: changes what is seen of the motion.
+        drive: changes the rotor's command.
+        observe: changes the motion as the cameras see it.
     """
 
     name: str

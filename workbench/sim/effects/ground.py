@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from workbench.sim.effects.effect import Effect, Quantity
-from workbench.sim.effects.shares import scaled
+from workbench.sim.effects.scaling import scaled
 from workbench.sim.ground import extend_ground
 
 __all__ = ["EFFECTS"]

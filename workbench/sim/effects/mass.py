@@ -1,11 +1,11 @@
-"""Effects of mass: what weighs how much, and where."""
+"""Effects of mass: masses and their positions."""
 
 from __future__ import annotations
 
 import mujoco
 
 from workbench.sim.effects.effect import Effect, Quantity, Values
-from workbench.sim.effects.shares import added, scaled
+from workbench.sim.effects.scaling import added, scaled
 from workbench.sim.robot import Robot
 
 __all__ = ["EFFECTS"]
@@ -73,7 +73,7 @@ ROTOR_UNBALANCE = Effect(
 )
 """The rotor's unbalance M_R L_R is greater than the model says: its mass sits farther out.
 
-The site that cameras see stays where it is.
+The site that cameras see does not move.
 """
 
 EFFECTS = (TOP_MASS, FOOT_MASS, FOOT_CG, ROTOR_UNBALANCE)

@@ -1,4 +1,4 @@
-"""Effects of numerics: where the simulation itself errs."""
+"""Effects of numerics: discretisation errors of the simulation."""
 
 from __future__ import annotations
 
@@ -36,6 +36,6 @@ TIME_STEP = Effect(
     separated_by="simulating with a shorter step, which costs no experiment",
     alter=_time_step,
 )
-"""The engine's step is too long: the simulation itself errs."""
+"""The engine's step is too long: an integration error."""
 
 EFFECTS = (BEAM_DISCRETISATION, TIME_STEP)

@@ -1,4 +1,4 @@
-"""Effects from outside: what pulls on the robot beside floor and gravity."""
+"""Effects from outside: forces on the robot beside floor and gravity."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.sim.beam_laws import Law, add_law
 from workbench.sim.effects.effect import Effect, Quantity, Values
 from workbench.sim.equilibrium import settle, unloaded
-from workbench.sim.laws import Law, add_law
 from workbench.sim.robot import Robot
 
 __all__ = ["EFFECTS"]
@@ -18,11 +18,10 @@ _HANGING = np.pi / 2  # the rotor straight below T
 
 def _tether(robot: Robot, values: Values) -> Robot:
     _, data = settle(unloaded(robot), "fixed", _HANGING)
-    place = float(data.body("top").xpos[0])
     pull: dict[Law, float] = {
         "top_pull": values["pull"],
         "top_stiffness": values["stiffness"],
-        "top_x": place,
+        "top_x": float(data.body("top").xpos[0]),
     }
     return replace(robot, edits=(*robot.edits, lambda spec, _: add_law(spec, pull)))
 
@@ -31,8 +30,8 @@ TETHER = Effect(
     name="tether",
     group="outside",
     sentence=(
-        "a cable pulls the top {pull:forward|backward} by {pull:size}, and back to its place "
-        "by {stiffness}"
+        "a cable pulls the top {pull:forward|backward} by {pull:size}, and back to its rest "
+        "position by {stiffness}"
     ),
     quantities=(
         Quantity("stiffness", "N/m", low=0.0, high=50.0, tolerance=0.05, step=0.005),
@@ -43,10 +42,10 @@ TETHER = Effect(
     separated_by="a run with the cable slack or on a battery; runs far from the anchor and near it",
     alter=_tether,
 )
-"""A cable pulls on T: by a constant force and one that grows with the way from the place at rest.
+"""A cable pulls on T: by a constant force and a spring about T's position at rest.
 
 force = pull - k (x - x0) forward. The cable hangs from far above, so it acts along the floor only;
-x0 is where T stands at rest, the rotor hanging, with the foot clamped. Its weight is `top_mass`.
+x0 is where T rests, the rotor hanging, with the foot clamped. Its weight is `top_mass`.
 """
 
 EFFECTS = (TETHER,)

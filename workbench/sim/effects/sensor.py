@@ -1,4 +1,4 @@
-"""Effects of the sensor: what the cameras make of the motion."""
+"""Effects of the sensor: how the motion that the cameras report differs from the true one."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ TIME_OFFSET = Effect(
 )
 """The cameras' clock is off: everything is seen later than its stamp says.
 
-The stamps move and no value does, so nothing is interpolated. A reader that takes the motion at
-given times sees it shifted; one that finds time zero in the motion itself, as the twin of a run
-does on both sides, cannot see it. It is left where stamps and command share one clock.
+The stamps move and no value does, so nothing is interpolated. It cannot be seen where time zero is
+found in the motion itself, as for the twin of a run; it shows where stamps and command share a
+clock.
 """
 
 
@@ -71,7 +71,7 @@ LENGTH_SCALE = Effect(
     name="length_scale",
     group="sensor",
     sentence=(
-        "the cameras' metre is off: every place and way is too {share:large|small} by {share:size}"
+        "the cameras' scale is off: every position is too {share:large|small} by {share:size}"
     ),
     quantities=(Quantity("share", "1", low=-0.1, high=0.1, tolerance=0.002, step=1e-5),),
     excited_by=("clamped", "decay", "hop", "drop"),
@@ -79,7 +79,7 @@ LENGTH_SCALE = Effect(
     separated_by="a ruler: two fixed markers, or the rotor's own radius as the cameras see it",
     observe=_length_scale,
 )
-"""The cameras' wand was mistaken: all places are too large by a share; angles are right."""
+"""The cameras' calibration wand was off: all positions are too large by a share, angles right."""
 
 
 def _marker_offset(motion: TimeSeries, values: Values) -> TimeSeries:
@@ -89,7 +89,7 @@ def _marker_offset(motion: TimeSeries, values: Values) -> TimeSeries:
     seen = motion.replaced(
         {x: motion[x] + forward * c + up * s, z: motion[z] - forward * s + up * c}
     )
-    # what another effect did to the angle, such as a tilt, is in the places as well
+    # an effect on the angle, such as a tilt, is in the positions as well
     angle = rotor_angle(position(seen, TOP), position(seen, ROTOR))
     return seen.replaced({ROTOR_ANGLE: angle, ROTOR_SPEED: rotor_speed(motion.times, angle)})
 

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.sim.beam_laws import add_law
 from workbench.sim.effects.effect import Effect, Quantity, Values
-from workbench.sim.effects.shares import scaled, turn_share
-from workbench.sim.laws import add_law
+from workbench.sim.effects.scaling import scaled, turn_ratio
 from workbench.sim.robot import Robot, hinge_name
 
 __all__ = ["EFFECTS"]
@@ -49,7 +49,7 @@ ROOT_STIFFNESS = Effect(
 def _hinge_cubic_stiffness(spec: mujoco.MjSpec, robot: Robot, values: Values) -> None:
     for k, hinge in enumerate(robot.hinges[1:], start=1):
         if hinge.stiffness is not None:
-            spec.joint(hinge_name(k)).stiffness[2] += values["k3"] / turn_share(robot, hinge) ** 3
+            spec.joint(hinge_name(k)).stiffness[2] += values["k3"] / turn_ratio(robot, hinge) ** 3
 
 
 HINGE_CUBIC_STIFFNESS = Effect(
@@ -80,7 +80,7 @@ ROOT_PLAY = Effect(
 """The foot joint has play: it turns freely within a gap before its spring acts.
 
 torque = -k dead(a), zero within the gap either way and k times what is beyond it. In the gap the
-robot topples to one side, so it may stand on either end of it. The joint's damping stays.
+robot topples to one side, so it may rest at either end of it. The joint's damping stays.
 """
 
 _PARTS = ("near_foot", "middle", "near_top")
@@ -91,25 +91,22 @@ def _local_stiffness_loss(spec: mujoco.MjSpec, robot: Robot, values: Values) -> 
     for k, hinge in enumerate(robot.hinges):
         if hinge.stiffness is None:
             continue
-        yielding = (
-            1 / hinge.stiffness + _covered(robot, k) @ softer / robot.values["hinge_stiffness"]
+        compliance = (
+            1 / hinge.stiffness + _overlap(robot, k) @ softer / robot.values["hinge_stiffness"]
         )
-        spec.joint(hinge_name(k)).stiffness[0] = 1 / yielding
+        spec.joint(hinge_name(k)).stiffness[0] = 1 / compliance
 
 
-def _covered(robot: Robot, k: int) -> NDArray[np.float64]:
-    """Return how much of each third the hinge of a chain stands for, in listed increments, (3,).
+def _overlap(robot: Robot, k: int) -> NDArray[np.float64]:
+    """Return the overlap of a hinge's strip with each third of the beam [listed increments], (3,).
 
-    The listed hinges, and the strip that bends, reach from half an increment to half an increment
-    before the end (`beam`).
+    The strip that bends begins half an increment from the foot and ends as far from T (`beam`).
     """
     listed = len(robot.angles)
     cell = listed / robot.increments
     edges = np.linspace(0.5, listed - 0.5, len(_PARTS) + 1)
-    inside = np.clip(
-        [max(k - 0.5, 0.0) * cell, (k + 0.5) * cell], edges[:-1, None], edges[1:, None]
-    )
-    return inside[:, 1] - inside[:, 0]
+    ends = np.clip([max(k - 0.5, 0.0) * cell, (k + 0.5) * cell], edges[:-1, None], edges[1:, None])
+    return ends[:, 1] - ends[:, 0]
 
 
 LOCAL_STIFFNESS_LOSS = Effect(
@@ -129,8 +126,8 @@ LOCAL_STIFFNESS_LOSS = Effect(
 )
 """A part of the beam lost stiffness: a crack, a kink, a burnt spot.
 
-Each third of the strip has its own loss, so that the place shows in a linear screening; a loss
-smeared over two thirds lies across their border. Damping stays. Negative where it is stiffer.
+Each third of the strip has its own loss, so that a linear screening shows its position; a loss at a
+border shows in both thirds. Damping stays. Negative where it is stiffer.
 """
 
 

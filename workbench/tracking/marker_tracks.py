@@ -1,7 +1,7 @@
-"""Which markers without a body are one marker: ids that follow one another over occlusions.
+"""Tracks of markers without a body: ids of one marker joined over occlusions.
 
-A marker that no body claims gets a new id whenever it comes back into sight. An id that appears
-near the place where another one vanished a moment before is the same marker.
+A marker without a body gets a new id whenever it comes back into sight. An id that appears near the
+position where another one vanished a moment before is the same marker.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from workbench.tracking.missing import gaps
 from workbench.tracking.take import Cloud, known
 
-__all__ = ["Chain", "chains"]
+__all__ = ["MarkerTrack", "marker_tracks"]
 
 _LONGEST_S = 0.5
 _NEAR_M = 0.03
 _CLEAR = 2.0  # how much further away the next candidate has to be
 
 
-class Chain(NamedTuple):
+class MarkerTrack(NamedTuple):
     """One marker of a take.
 
     Args:
         names: the ids it had, in their order.
-        frames: (k,) places of the samples that show it.
-        position: (k, 3) where it is there [m].
+        frames: (k,) indices of the samples that show it.
+        position: (k, 3) in those [m].
     """
 
     names: tuple[str, ...]
@@ -41,17 +41,17 @@ class Chain(NamedTuple):
         return gaps(seen)
 
 
-def chains(cloud: Cloud, rate: float) -> list[Chain]:
+def marker_tracks(cloud: Cloud, rate: float) -> list[MarkerTrack]:
     """Return the markers of a cloud, in the order in which they first appear.
 
     An id continues another one that was last seen at most 0.5 s before and 30 mm away, where no
-    other comes into question: twice as far off at least.
+    other candidate is less than twice as far off.
 
     Args:
         cloud: n samples.
         rate: of the take [Hz].
     """
-    found: list[Chain] = []
+    found: list[MarkerTrack] = []
     open_ends: list[int] = []
     for name, frames, position in sorted(_tracks(cloud), key=lambda track: track[1][0]):
         open_ends = [k for k in open_ends if frames[0] - found[k].frames[-1] <= _LONGEST_S * rate]
@@ -62,19 +62,19 @@ def chains(cloud: Cloud, rate: float) -> list[Chain]:
         if clear and apart[order[0]] <= _NEAR_M:
             k = free[order[0]]
             before = found[k]
-            found[k] = Chain(
+            found[k] = MarkerTrack(
                 (*before.names, name),
                 np.concatenate([before.frames, frames]),
                 np.concatenate([before.position, position]),
             )
         else:
             open_ends.append(len(found))
-            found.append(Chain((name,), frames, position))
+            found.append(MarkerTrack((name,), frames, position))
     return found
 
 
 def _tracks(cloud: Cloud) -> list[tuple[str, NDArray[np.intp], NDArray[np.float64]]]:
-    """Return each id with the samples (k,) that show it and its places there (k, 3)."""
+    """Return each id with the samples (k,) that show it and its positions there (k, 3)."""
     frame, slot = np.nonzero(known(cloud.position))
     codes: dict[str, int] = {}
     code = np.array(
@@ -82,6 +82,6 @@ def _tracks(cloud: Cloud) -> list[tuple[str, NDArray[np.intp], NDArray[np.float6
     )
     order = np.argsort(code, kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(code[order])) + 1) if len(order) else []
-    place = cloud.position[frame, slot]
+    position = cloud.position[frame, slot]
     names = list(codes)
-    return [(names[code[part[0]]], frame[part], place[part]) for part in parts]
+    return [(names[code[part[0]]], frame[part], position[part]) for part in parts]

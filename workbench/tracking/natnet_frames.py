@@ -1,7 +1,7 @@
 """A NatNet stream's frames as a take: the same numbers as in Motive's export of the same frames.
 
-A stream names bodies and markers by numbers; the model definitions give the names, and where the
-markers sit on the bodies. Lengths are metres, axes are those of the stream.
+A stream names bodies and markers by numbers; the model definitions have the names, and the
+markers' positions on the bodies. Lengths are metres, axes are those of the stream.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from workbench.tracking.take import BodyTake, Cloud, Missing, Take, known
 if TYPE_CHECKING:
     from natnet import DataFrame, LabeledMarker, RigidBodyDescription
 
-__all__ = ["Body", "Layout", "Sample", "make_take"]
+__all__ = ["Body", "Sample", "StreamLayout", "make_take"]
 
 _SNAP = 1e-3  # a rate this near to a whole number is that number
 _UNIT_WITHIN = 0.01
@@ -43,7 +43,7 @@ class Sample(NamedTuple):
         time_s: of the server's clock [s].
         poses: (b, 8) x, y, z [m], qx, qy, qz, qw, mean marker error [m]; NaN while not tracked.
         markers: (k, 3) of all bodies, as the cameras saw them [m], NaN where not seen.
-        loose: number and place [m] of each marker that belongs to no body.
+        loose: number and position [m] of each marker that belongs to no body.
         timecode: as streamed, 0 without a timecode generator.
         arrived_s: when it came to this computer, by `time.monotonic()` [s].
     """
@@ -75,12 +75,12 @@ class Body:
 
     @property
     def slots(self) -> slice:
-        """Return where its markers are among those of all bodies."""
+        """Return the slice of its markers among those of all bodies."""
         return slice(self.first, self.first + len(self.places))
 
 
-class Layout:
-    """Which number in a frame belongs to what.
+class StreamLayout:
+    """Assigns the numbers in a frame to bodies and markers.
 
     Args:
         descriptions: the stream's rigid bodies.
@@ -98,10 +98,10 @@ class Layout:
         self._by_number = {body.number: i for i, body in enumerate(bodies)}
 
     def sample(self, frame: DataFrame) -> Sample:
-        """Return what a frame says of the bodies.
+        """Return the sample of a frame.
 
         Raises:
-            ValueError: where a tracked body's rotation is none: the bytes mean something else.
+            ValueError: where a tracked body's rotation is no unit quaternion: damaged bytes.
         """
         poses = np.full((len(self.bodies), 8), np.nan)
         for body in frame.rigid_bodies:
@@ -131,7 +131,7 @@ class Layout:
         )
 
     def _slot(self, marker: LabeledMarker) -> int | None:
-        """Return a marker's place among those of all bodies; bodies count theirs from 1."""
+        """Return a marker's index among those of all bodies; bodies count theirs from 1."""
         row = None if marker.unlabeled else self._by_number.get(marker.model_id)
         if row is None or not 1 <= marker.marker_id <= len(self.bodies[row].places):
             return None
@@ -140,7 +140,7 @@ class Layout:
 
 def make_take(
     samples: Sequence[Sample],
-    layout: Layout,
+    layout: StreamLayout,
     version: str,
     began: datetime,
     warnings: Sequence[str] = (),
@@ -157,7 +157,7 @@ def make_take(
         warnings: found while recording.
 
     Raises:
-        HardwareError: when too few frames came to tell a rate.
+        HardwareError: when too few frames came for a rate.
     """
     unique = {sample.number: sample for sample in reversed(samples)}
     ordered = [unique[number] for number in sorted(unique)]
@@ -228,7 +228,7 @@ def _body(
 def _solved(
     places: NDArray[np.float64], position: NDArray[np.float64], quaternion: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return where poses put the model's markers, (n, m, 3) [m], NaN where there is no pose."""
+    """Return the model's markers at poses, (n, m, 3) [m], NaN where there is no pose."""
     seen = known(position)
     solved = np.full((len(position), len(places), 3), np.nan)
     if seen.any():
@@ -245,7 +245,7 @@ def _mirrored(
     quaternion: NDArray[np.float64],
     measured: NDArray[np.float64],
 ) -> tuple[str, NDArray[np.float64]] | None:
-    """Return which axis of a model is mirrored against the measured markers, and it put right.
+    """Return the axis of a model that is mirrored against the measured markers, and it corrected.
 
     None where the model fits as it is, or not better in any mirror.
     """
@@ -255,9 +255,9 @@ def _mirrored(
     best: tuple[float, str, NDArray[np.float64]] | None = None
     for axis, name in enumerate("xyz"):
         places = body.places * np.where(np.arange(3) == axis, -1.0, 1.0)
-        left = apart(_solved(places, position, quaternion), measured)
-        if left < _BETTER * off and (best is None or left < best[0]):
-            best = left, name, places
+        residual = apart(_solved(places, position, quaternion), measured)
+        if residual < _BETTER * off and (best is None or residual < best[0]):
+            best = residual, name, places
     return None if best is None else best[1:]
 
 
@@ -312,7 +312,7 @@ def _losses(samples: Sequence[Sample], numbers: NDArray[np.int64]) -> Iterator[s
         yield "frames came out of order, or Motive played a take in a loop; sorted by number"
 
 
-def _errors(layout: Layout, poses: NDArray[np.float64]) -> dict[str, str]:
+def _errors(layout: StreamLayout, poses: NDArray[np.float64]) -> dict[str, str]:
     """Return the mean of each body's streamed mean marker error, where it was tracked."""
     found = {body.name: poses[known(poses[:, i, :3]), i, 7] for i, body in enumerate(layout.bodies)}
     return {

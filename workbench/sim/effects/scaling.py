@@ -1,4 +1,4 @@
-"""Change model values by a share or by an amount; shares of a hinge."""
+"""Scale model values, add to them, and scale a finer chain's hinges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from workbench.sim.beam import Hinge
 from workbench.sim.robot import Robot
 
-__all__ = ["added", "scaled", "turn_share"]
+__all__ = ["added", "scaled", "turn_ratio"]
 
 
 def scaled(robot: Robot, share: float, *names: str) -> Robot:
@@ -24,8 +24,8 @@ def added(robot: Robot, amount: float, name: str) -> Robot:
     return replace(robot, values=dict(robot.values) | {name: robot.values[name] + amount})
 
 
-def turn_share(robot: Robot, hinge: Hinge) -> float:
-    """Return how far a hinge turns where a listed one of the same beam turns by 1 [1].
+def turn_ratio(robot: Robot, hinge: Hinge) -> float:
+    """Return the turn of a hinge per turn of a listed one of the same beam [rad/rad].
 
     Args:
         robot: whose values are those of the listed chain.

@@ -17,7 +17,7 @@ from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Self
 
 from workbench.errors import HardwareError, InputError
-from workbench.tracking.streamed import Body, Layout, Sample, make_take
+from workbench.tracking.natnet_frames import Body, Sample, StreamLayout, make_take
 from workbench.tracking.take import Take
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ ANSWER_S = 5.0
 
 _POLL_S = 0.005
 _REPEAT_S = 0.5
-_SILENT_S = 1.0
+_NO_FRAMES_S = 1.0
 _OLDEST, _NEWEST = 3, 4  # major versions of the bitstream
 _KNOWN_MINOR = 2  # of version 4
 _UNREADABLE = (struct.error, ValueError, TypeError)  # what the package raises over wrong bytes
@@ -38,7 +38,7 @@ _UNREADABLE = (struct.error, ValueError, TypeError)  # what the package raises o
 
 @dataclass(frozen=True)
 class Stream:
-    """Where a stream comes from, as Motive's streaming pane has it.
+    """Settings of a stream, as in Motive's streaming pane.
 
     Args:
         server: address of the tracking PC.
@@ -65,7 +65,7 @@ def record(stream: Stream, seconds: float, answer: float = ANSWER_S) -> Take:
     """Record a stream for some time.
 
     Args:
-        stream: where it comes from.
+        stream: settings.
         seconds: from the first frame on [s].
         answer: longest wait for the server and for the first frame [s].
 
@@ -79,10 +79,10 @@ def record(stream: Stream, seconds: float, answer: float = ANSWER_S) -> Take:
 
 
 class Recorder:
-    """Records from `start` to `stop`; nothing of it is left open after `stop` or `close`.
+    """Records from `start` to `stop`; `stop` and `close` release thread and sockets.
 
     Args:
-        stream: where it comes from.
+        stream: settings.
         answer: longest wait for the server and for the first frame [s].
     """
 
@@ -91,7 +91,7 @@ class Recorder:
         self._client: NatNetClient | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
-        self._layout: Layout | None = None
+        self._layout: StreamLayout | None = None
         self._samples: list[Sample] = []
         self._news = threading.Condition()
         self._began = datetime.min
@@ -111,7 +111,7 @@ class Recorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Leave nothing open."""
+        """Release thread and sockets."""
         self.close()
 
     def start(self) -> None:
@@ -153,19 +153,21 @@ class Recorder:
         Raises:
             HardwareError: when too few frames came.
         """
-        silent = time.monotonic() - self._last
+        without_frames = time.monotonic() - self._last
         self.close()
         if self._layout is None or not self._samples:
             raise HardwareError(f"{self._stream}: nothing was recorded; start the recorder first")
         warnings = list(self._warnings)
-        if silent > _SILENT_S:
-            warnings.append(f"the stream ended {silent:.1f} s before the recording was stopped")
+        if without_frames > _NO_FRAMES_S:
+            warnings.append(
+                f"the stream ended {without_frames:.1f} s before the recording was stopped"
+            )
         if self._damaged:
             warnings.append(f"{self._damaged} packet(s) could not be read")
         return make_take(self._samples, self._layout, self._version, self._began, warnings)
 
     def close(self) -> None:
-        """End the thread and close the sockets; what was recorded stays."""
+        """End the thread and close the sockets; recorded frames stay."""
         self._stopping.set()
         if self._thread is not None:
             self._thread.join()
@@ -191,7 +193,7 @@ class Recorder:
         except BaseException as error:
             client.shutdown()
             if isinstance(error, (OSError, natnet.NatNetError)):
-                raise HardwareError(_silent(stream, self._answer, error)) from error
+                raise HardwareError(_no_answer(stream, self._answer, error)) from error
             if isinstance(error, _UNREADABLE):
                 raise HardwareError(f"{stream}: what answers is no NatNet server") from error
             raise
@@ -218,13 +220,13 @@ class Recorder:
         if self._client is not None:
             self._client.request_modeldef()
 
-    def _wait(self, ask: Callable[[], None], done: Callable[[], bool], lacking: str) -> None:
-        """Ask again and again, and read what comes, until it is done."""
+    def _wait(self, ask: Callable[[], None], done: Callable[[], bool], failure: str) -> None:
+        """Ask repeatedly and read packets until `done`; raise `failure` after a while."""
         deadline, again = time.monotonic() + self._answer, 0.0
         while not done():
             now = time.monotonic()
             if now > deadline:
-                raise HardwareError(f"{self._stream}: {lacking}")
+                raise HardwareError(f"{self._stream}: {failure}")
             if now >= again:
                 again = now + _REPEAT_S
                 ask()
@@ -247,12 +249,12 @@ class Recorder:
                 self._damaged += 1
 
     def _read(self) -> Exception | None:
-        """Read all packets that are there; return what is wrong with one of them."""
+        """Read all packets in the buffer; return the error of a damaged one."""
         if self._client is None:
             return None
         try:
             self._client.update_sync()
-        except OSError:  # on Windows a closed port of the server; silence is told by who waits
+        except OSError:  # on Windows a closed port of the server; `_wait` and `stop` report it
             return None
         except (_natnet().NatNetError, *_UNREADABLE) as error:
             return error
@@ -266,7 +268,7 @@ class Recorder:
                 f"{self._stream}: the stream has no rigid bodies; make them in Motive and switch "
                 "on Rigid Bodies in its streaming pane"
             )
-        self._layout = Layout(found.rigid_bodies)
+        self._layout = StreamLayout(found.rigid_bodies)
 
     def _take_frame(self, frame: DataFrame) -> None:
         if self._layout is None:
@@ -288,9 +290,9 @@ _NO_FRAMES = (
 
 
 def _is_name(text: bytes) -> bool:
-    """Tell whether bytes that are not UTF-8 look like a name in some code page of Windows.
+    """Return whether bytes that are not UTF-8 look like a name in some code page of Windows.
 
-    Packets of another version are read at the wrong places, where lengths and coordinates are.
+    Packets of another version are read at wrong offsets, of lengths and coordinates.
     """
     low = sum(byte < 0x20 or byte == 0x7F for byte in text)
     letters = sum(chr(byte).isalnum() or byte in b" _-." for byte in text)
@@ -298,7 +300,7 @@ def _is_name(text: bytes) -> bool:
 
 
 def _instead(major: int) -> str:
-    """Return what helps with a version that is not read."""
+    """Return advice for a version that is not supported."""
     if major >= _OLDEST:
         return ""
     return (
@@ -307,7 +309,7 @@ def _instead(major: int) -> str:
     )
 
 
-def _silent(stream: Stream, answer: float, error: BaseException) -> str:
+def _no_answer(stream: Stream, answer: float, error: BaseException) -> str:
     kind = "multicast" if stream.multicast else "unicast"
     words = " ".join(str(error).split())
     cause = f" ({words})" if words else ""

@@ -1,4 +1,4 @@
-"""Where one body is, from its markers: a pose where they span a plane, else a point on a line."""
+"""A body's position from its markers: a pose where they span a plane, else a point on a line."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import scipy
 from numpy.typing import NDArray
 
 from workbench.tracking.bridging import Offsets, bridge
-from workbench.tracking.line import point_on_line
+from workbench.tracking.collinear import point_on_line
 from workbench.tracking.pose import Poses, fit_poses, on_a_line, pitch_of
+from workbench.tracking.rigid_body import learn_places, marker_weights, sample_of
 from workbench.tracking.take import known
-from workbench.tracking.template import learn_places, marker_weights, sample_of
 
-__all__ = ["POOR_FIT_M", "Placed", "place"]
+__all__ = ["POOR_FIT_M", "BodyPosition", "locate_body"]
 
 POOR_FIT_M = 3e-3
-"""A misfit above this is none of measured marker places [m]."""
-_USUAL_TIMES = 8.0  # a misfit this many times the usual one is none of noise
+"""Misfit of markers above which their given positions are wrong [m]."""
+_USUAL_TIMES = 8.0  # a misfit this many times the usual one is not noise
 _REST_SAMPLES = 60  # half a second or so
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
-    """One body's path as its markers tell it, n samples, bench axes.
+class BodyPosition:
+    """One body's path by its markers, n samples, bench axes.
 
     Args:
-        position: (n, 3) the body's point [m], NaN where its markers do not tell it.
-        pitch: (n,) rotation about +y [rad], NaN where unknown; None where no pose is told.
-        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where none is told.
-        bridged: (n,) True where the point was carried on from some of the markers.
+        position: (n, 3) the body's point [m], NaN where its markers do not determine it.
+        pitch: (n,) rotation about +y [rad], NaN where unknown; None where there is no pose.
+        residual: (n,) misfit of the visible markers to the rigid body [m], NaN where unknown.
+        bridged: (n,) True where the point was extrapolated from some of the markers.
         strays: (n,) True where the markers do not fit the body; `position` is NaN there.
-        source: what the point is and what it rests on; {} stands for measured or solved.
+        source: description of the point; {} is replaced by measured or solved.
         warnings: what the user should know.
     """
 
@@ -47,7 +47,7 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """What pose or line tell: as in `Placed`, and how the markers' offsets are found."""
+    """Fit of a pose or line, as in `BodyPosition`, and the offsets of the markers."""
 
     position: NDArray[np.float64]
     pitch: NDArray[np.float64] | None
@@ -58,17 +58,17 @@ class _Fit:
     warnings: tuple[str, ...]
 
 
-def place(
+def locate_body(
     name: str,
     times: NDArray[np.float64],
     cloud: NDArray[np.float64],
     places: NDArray[np.float64] | None,
-) -> Placed | None:
-    """Place a body by its markers.
+) -> BodyPosition | None:
+    """Locate a body by its markers.
 
     Three or more visible markers that span a plane give a weighted least-squares pose; without
     places the rigid body is learned from the take, and its point is the markers' centroid. Other
-    markers give a point where all are visible. Where too few are, `bridge` carries the point on.
+    markers give a point where all are visible. Where too few are, `bridge` extrapolates the point.
 
     Args:
         name: of the body, for messages.
@@ -77,7 +77,7 @@ def place(
         places: (m, 3) on the body, forward, left, up [m]; None if not given.
 
     Returns:
-        None where the markers tell nothing: no sample shows enough of them.
+        None where no sample shows enough markers.
     """
     fit = _fit(name, cloud, places)
     strays = fit.residual > fit.limit
@@ -88,16 +88,16 @@ def place(
     if (~known(position) & ~strays).any():
         usable = np.where(strays[:, None, None], np.nan, cloud) if strays.any() else cloud
         position, bridged, error = bridge(times, usable, position, fit.about)
-        told = f"; {np.count_nonzero(bridged)} samples from some of them"
-        source += f"{told} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
-    return Placed(
+        text = f"; {np.count_nonzero(bridged)} samples from some of them"
+        source += f"{text} (error {1e3 * error:.1f} mm)" if bridged.any() else ""
+    return BodyPosition(
         position=position,
         pitch=None if fit.pitch is None else np.where(strays, np.nan, fit.pitch),
         residual=fit.residual,
         bridged=bridged,
         strays=strays,
         source=source,
-        warnings=(*fit.warnings, *_told_strays(name, strays, fit.limit)),
+        warnings=(*fit.warnings, *_stray_warning(name, strays, fit.limit)),
     )
 
 
@@ -105,11 +105,11 @@ def _fit(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | No
     some = sample_of(cloud)
     rigid = learn_places(some) if places is None else places
     if rigid is None or on_a_line(rigid[known(rigid)]):
-        return _lined(name, cloud, places)
-    return _posed(name, cloud, rigid, marker_weights(rigid, some), given=places is not None)
+        return _fit_line(name, cloud, places)
+    return _fit_pose(name, cloud, rigid, marker_weights(rigid, some), given=places is not None)
 
 
-def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[str, ...]:
+def _stray_warning(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[str, ...]:
     count = int(np.count_nonzero(strays))
     if not count:
         return ()
@@ -119,7 +119,7 @@ def _told_strays(name: str, strays: NDArray[np.bool_], limit: float) -> tuple[st
     )
 
 
-def _posed(
+def _fit_pose(
     name: str,
     cloud: NDArray[np.float64],
     places: NDArray[np.float64],
@@ -183,7 +183,7 @@ def _forward(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.einsum("nij,j->ni", matrix, rest[0])
 
 
-def _lined(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
+def _fit_line(name: str, cloud: NDArray[np.float64], places: NDArray[np.float64] | None) -> _Fit:
     point = point_on_line(name, cloud, places)
     spread = np.linalg.norm(np.diff(cloud, axis=1), axis=2).sum(axis=1) / 2
     residual = np.abs(spread - _median(spread))

@@ -1,7 +1,4 @@
-"""What verbs share that needs no terminal library: options, the JSON object, lines of columns.
-
-A verb that prints with these alone answers while the others still load.
-"""
+"""Shared options, the JSON object and lines of columns without rich, whose import takes time."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 __all__ = [
-    "RUNS_MEANT",
+    "RUNS_ARGUMENT",
     "JsonFlag",
     "RunArgument",
     "RunArguments",
@@ -24,7 +21,7 @@ __all__ = [
     "SearchesFolder",
     "emit",
     "print_columns",
-    "remark_on",
+    "print_to_stderr",
     "width",
 ]
 
@@ -43,8 +40,8 @@ SearchesFolder = Annotated[
 
 
 def _run_names(incomplete: str) -> list[str]:
-    """Return what the Tab key offers, loaded only when it is pressed."""
-    from workbench.cli.completing import run_names
+    """Return what the Tab key offers; imported only then."""
+    from workbench.cli.completion import run_names
 
     return run_names(incomplete)
 
@@ -57,12 +54,12 @@ RunArgument = Annotated[
         autocompletion=_run_names,
     ),
 ]
-RUNS_MEANT = typer.Argument(
+RUNS_ARGUMENT = typer.Argument(
     metavar="RUNS...",
     help="Runs: numbers, names, parts of them, paths, folders of runs, protocols, experiments.",
     autocompletion=_run_names,
 )
-RunArguments = Annotated[list[Path], RUNS_MEANT]
+RunArguments = Annotated[list[Path], RUNS_ARGUMENT]
 
 _GAP = "  "
 _LEAST_LAST = 20  # characters of the last column
@@ -70,7 +67,7 @@ _NUMBERS = {"#", "real", "twin"}
 
 
 def emit(result: Mapping[str, Any]) -> None:
-    """Print the one JSON object; what is no number becomes null."""
+    """Print the one JSON object; a number that is not finite becomes null."""
     print(json.dumps(_finite(result), indent=2, ensure_ascii=False, default=str))
 
 
@@ -90,11 +87,11 @@ def width() -> int:
 
 
 def print_columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a line a row on stdout, for the eye and for other programs.
+    """Print a line a row on stdout, for people and for other programs.
 
     Columns whose name ends in a unit, `#`, `real` and `twin` hold numbers. On a terminal that is
-    too narrow a row goes on in a second line below its first, units stand below their names, and
-    what is still too long ends in a mark.
+    too narrow a row continues in a second line, units are below their names, and a line that is
+    still too long ends in an ellipsis.
 
     Args:
         head: names of the columns.
@@ -128,19 +125,19 @@ def _named(name: str) -> tuple[str, str]:
 
 
 def _folded(widths: Sequence[int], most: int | None) -> list[list[int]]:
-    """Return the places of the columns that go into each line of a row."""
+    """Return the indices of the columns that go into each line of a row."""
     parts: list[list[int]] = [[]]
     used = 0
-    for place, whole in enumerate(widths):
-        size = min(whole, _LEAST_LAST) if place == len(widths) - 1 else whole  # it can be cut
+    for i, whole in enumerate(widths):
+        size = min(whole, _LEAST_LAST) if i == len(widths) - 1 else whole  # it can be cut
         if most is not None and parts[-1] and used + size > most:
             parts.append([])
             used = widths[0] + len(_GAP)
-        parts[-1].append(place)
+        parts[-1].append(i)
         used += size + len(_GAP)
     return parts
 
 
-def remark_on(text: str) -> None:
-    """Tell a person something beside the result."""
+def print_to_stderr(text: str) -> None:
+    """Print text for people beside the result."""
     print(text, file=sys.stderr)

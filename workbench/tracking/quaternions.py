@@ -1,4 +1,4 @@
-"""Rotations at the door: Euler angles as exporters print them, quaternions worth keeping."""
+"""Euler angles as exporters print them, and the check of quaternions that are read."""
 
 from __future__ import annotations
 

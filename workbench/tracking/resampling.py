@@ -1,4 +1,4 @@
-"""From the take's own sample times to an even grid."""
+"""Resampling from the take's own times to an even grid."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from workbench.tracking.take import known, samples_of
 __all__ = ["ABSENT", "even_grid", "nearest_sample", "on_grid", "stretches"]
 
 ABSENT = -1
-"""Stands for the sample of a grid time at which the take has no frame."""
+"""Index of the sample where a grid time has no frame of the take."""
 
 _MOST_SAMPLES = 2_000_000
 _NEAR = 0.6  # of a period; clocks jitter by less
@@ -85,11 +85,11 @@ def on_grid(
 
 
 def stretches(seen: NDArray[np.bool_], longest_gap: int) -> list[tuple[int, int]]:
-    """Return start and stop (one past the end) of the stretches that hang together.
+    """Return start and stop (one past the end) of the stretches without a long gap.
 
     Args:
         seen: (k,).
-        longest_gap: samples not seen in a row that do not part two stretches.
+        longest_gap: longest gap within a stretch [samples].
     """
     index = np.flatnonzero(seen)
     if len(index) == 0:

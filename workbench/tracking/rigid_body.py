@@ -1,4 +1,4 @@
-"""Where the markers sit on a rigid body, learned from a take; which order and weight they have."""
+"""The markers' positions on a rigid body, learned from a take; their order and weights."""
 
 from __future__ import annotations
 
@@ -56,8 +56,7 @@ def learn_places(cloud: NDArray[np.float64]) -> NDArray[np.float64] | None:
 def marker_weights(places: NDArray[np.float64], cloud: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return each marker's weight (m,): 1, or less for one that spoils the fit of the others.
 
-    A marker that wobbles, or sits elsewhere than its place says, spoils the fit of all; so each is
-    left out in turn.
+    Each marker is left out in turn: a loose one, or one off its place, spoils the fit of all.
 
     Args:
         places: (m, 3) [m].
@@ -88,8 +87,8 @@ def order_of_places(
 ) -> NDArray[np.intp]:
     """Return the order of given places that fits a take's markers, (m,): place of each marker.
 
-    The order given stays where it fits within `worst` and, if `upright`, stands within a quarter
-    turn of how the places were told; else the best one that does is taken, if there is any.
+    The order given stays where it fits within `worst` and, if `upright`, is within a quarter turn
+    of the places as given; else it is the best order that does so, if there is any.
 
     Args:
         places: (m, 3) as given [m].
@@ -149,8 +148,8 @@ def _orders_by_distance(
     """Return the orders of places whose mutual distances fit those of the markers best."""
     usual = np.median(np.linalg.norm(seen[:, :, None] - seen[:, None], axis=3), axis=0)
     orders = np.array(list(itertools.permutations(range(len(places)))), dtype=np.intp)
-    told = scipy.spatial.distance.cdist(places, places)[orders[:, :, None], orders[:, None, :]]
-    misfit = np.sqrt(np.mean((told - usual) ** 2, axis=(1, 2)))
+    distances = scipy.spatial.distance.cdist(places, places)[orders[:, :, None], orders[:, None, :]]
+    misfit = np.sqrt(np.mean((distances - usual) ** 2, axis=(1, 2)))
     return list(orders[misfit <= misfit.min() + _SAME_FIT_M])
 
 

@@ -1,7 +1,7 @@
-"""Read rows of CSV text that all have the same number of cells, in bulk.
+"""Read columns of CSV rows that all have the same number of cells, in bulk.
 
-What is not plain is declined, never judged: the csv module then reads the same rows one by one and
-names line and cause. Where it answers, the answer is the one that the csv module gives.
+Unusual rows are declined: the csv module then reads the same rows one by one and names line and
+cause. Otherwise the result is that of the csv module.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.tracking.parallel import at_once
+from workbench.tracking.parallel import parallel_map
 from workbench.tracking.source import LARGEST
 
-__all__ = ["ABSENT", "Rectangle", "Rows", "find_rows", "read_rectangle"]
+__all__ = ["ABSENT", "CsvColumns", "Rows", "find_rows", "read_columns"]
 
 ABSENT = -1
-"""Stands for a column that some rows do not have: NaN, and no word."""
+"""A column that some rows do not have: NaN, and no word."""
 _BLOCK = 1 << 21  # bytes that one thread reads at a time
 _NEWLINE, _RETURN = b"\n\r"
 _WHOLLY_QUOTED = re.compile(r'"[^"]*"')
@@ -48,27 +48,27 @@ class Rows:
         """Return some of the rows."""
         return Rows(self.text, self.begins[some], self.ends[some])
 
-    def looked_over(self) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+    def counted(self) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
         """Return the cells of each row (n,), and first and last bytes (2, n); 0 where blank."""
-        from workbench.tracking.cells import count_cells
+        from workbench.tracking.csv_cells import count_cells
 
         widths, edges = np.empty(len(self), np.int32), np.empty((2, len(self)), np.uint8)
 
         def count(some: slice) -> None:
-            own = self.of(some)
-            count_cells(own.text, own.begins, own.ends, widths[some], edges[:, some])
+            part = self.of(some)
+            count_cells(part.text, part.begins, part.ends, widths[some], edges[:, some])
 
-        list(at_once(count, _blocks(self)))
+        list(parallel_map(count, _blocks(self)))
         return widths, edges
 
 
 @dataclass(frozen=True, eq=False)
-class Rectangle:
+class CsvColumns:
     """Columns of n rows.
 
     Args:
         numbers: (k, n) the columns of numbers, NaN where blank.
-        codes: (w, n) the columns of words, as places in `vocabulary`.
+        codes: (w, n) the columns of words, as indices into `vocabulary`.
         vocabulary: the different words of all columns, without quotes around them, and their code.
     """
 
@@ -77,7 +77,7 @@ class Rectangle:
     vocabulary: dict[str, int] = field(default_factory=dict)
 
     @classmethod
-    def empty(cls, numbers: int, words: int, n: int) -> Rectangle:
+    def empty(cls, numbers: int, words: int, n: int) -> CsvColumns:
         """Return room for n rows."""
         return cls(np.empty((numbers, n)), np.empty((words, n), np.int32))
 
@@ -94,13 +94,13 @@ class Rectangle:
 
 
 def find_rows(data: bytes | memoryview, start: int) -> Rows:
-    """Find the rows from a place on; one with a carriage return within it will be declined."""
+    """Find the rows from byte `start` on; one with a carriage return within it will be declined."""
     text = np.frombuffer(data, np.uint8)
 
     def stops(at: int) -> NDArray[np.int64]:
         return np.flatnonzero(text[at : at + _BLOCK] == _NEWLINE) + at
 
-    some = at_once(stops, range(start, len(text), _BLOCK))
+    some = parallel_map(stops, range(start, len(text), _BLOCK))
     ends = np.concatenate([np.empty(0, np.int64), *some])
     if start < len(text) and text[-1] != _NEWLINE:
         ends = np.append(ends, len(text))
@@ -109,35 +109,34 @@ def find_rows(data: bytes | memoryview, start: int) -> Rows:
     return Rows(text, begins, ends - returned)
 
 
-def read_rectangle(
+def read_columns(
     rows: Rows,
     width: int,
     numbers: Sequence[int],
     words: Sequence[int] = (),
     encoding: str = "utf-8",
     places: NDArray[np.intp] | None = None,
-    found: Rectangle | None = None,
-) -> Rectangle | None:
+    found: CsvColumns | None = None,
+) -> CsvColumns | None:
     """Read columns of rows that have `width` cells each.
 
-    Blocks of rows are read side by side, each number straight into its place in the result.
+    Blocks of rows are read in parallel, each number directly into the result.
 
     Args:
         rows: of a text, none of them blank.
         width: cells in each of them.
-        numbers: columns that hold numbers or are blank, from 0, or `ABSENT`; as found holds them.
+        numbers: columns that hold numbers or are blank, from 0, or `ABSENT`; as in the result.
         words: columns that hold text, likewise.
         encoding: of the text.
-        places: of the rows in what is found, (n,); in their own order if None.
-        found: takes these rows beside others; None if they are all.
+        places: (n,) indices of the rows in the result; in their own order if None.
+        found: the result to fill, with rows of other kinds; a new one if None.
 
     Returns:
-        What is found, or None where a row, a quote, a carriage return or a number is out of the
-        ordinary.
+        The result, or None where a row, a quote, a carriage return or a number is unusual.
     """
-    from workbench.tracking.cells import SKIPPED, WORDS
+    from workbench.tracking.csv_cells import SKIPPED, WORDS
 
-    found = found or Rectangle.empty(len(numbers), len(words), len(rows))
+    found = found or CsvColumns.empty(len(numbers), len(words), len(rows))
     places = np.arange(len(rows)) if places is None else places
     columns = np.full(width + 1, SKIPPED)  # the last one is that of ABSENT
     columns[list(numbers)] = np.arange(len(numbers))
@@ -151,7 +150,7 @@ def read_rectangle(
         return _read(rows.of(some), columns[:-1], len(given), found.numbers, places[some])
 
     blocks = _blocks(rows)
-    for some, block in zip(blocks, at_once(read, blocks), strict=True):
+    for some, block in zip(blocks, parallel_map(read, blocks), strict=True):
         if block is None:
             return None
         texts = (_unquoted(word.decode(encoding)) for word in block[1])
@@ -179,9 +178,9 @@ def _read(
     """Fill in the numbers of a block of rows.
 
     Returns:
-        Its words (w, rows) as places among the different ones, or None where it is declined.
+        Its words (w, rows) as indices into the different ones, or None where it is declined.
     """
-    from workbench.tracking.cells import number_words, read_cells
+    from workbench.tracking.csv_cells import number_words, read_cells
 
     texts = np.empty((words, len(rows), 2), np.int64)
     codes, odd = np.empty(texts.shape[:2], np.int32), np.empty((0, 4), np.int64)
@@ -197,7 +196,7 @@ def _read(
 
 
 def _put_odd(odd: NDArray[np.int64], text: NDArray[np.uint8], values: NDArray[np.float64]) -> bool:
-    """Convert what the compiled loop did not; tell whether all of it is measured numbers."""
+    """Convert the cells that the compiled loop did not; False where one is no plausible number."""
     for place, row, begin, end in odd:
         cell = text[begin:end].tobytes()
         try:

@@ -1,4 +1,4 @@
-"""What somebody states of a take that its file does not say, or says wrongly."""
+"""Overrides of a take by a sheet: unit, rate, exchanged bodies, limits of error."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from workbench.errors import InputError, did_you_mean
 from workbench.tracking.exchanges import Exchange, exchanged_back
-from workbench.tracking.size import UNITS, in_unit
+from workbench.tracking.length_unit import UNITS, in_unit, unit_name
 from workbench.tracking.take import BodyTake, Missing, Take
 
-__all__ = ["Stated", "as_stated"]
+__all__ = ["Overrides", "with_overrides"]
 
 
 @dataclass(frozen=True)
-class Stated:
-    """What is known of a take besides its file.
+class Overrides:
+    """Properties of a take that its file does not have, or has wrong.
 
     Args:
         unit: of length: m, cm, mm or in; None where the file's counts.
@@ -33,8 +33,8 @@ class Stated:
     limits: Mapping[str, float] = field(default_factory=dict)
 
 
-def as_stated(take: Take, stated: Stated) -> Take:
-    """Return a take as somebody states it; a warning repeats what the file says otherwise.
+def with_overrides(take: Take, stated: Overrides) -> Take:
+    """Return a take with overrides; a warning repeats what the file says otherwise.
 
     Raises:
         InputError: a unit, body or range of frames that is stated is not there.
@@ -56,13 +56,9 @@ def _with_unit(take: Take, unit: str) -> Take:
     metres = UNITS[unit]
     if metres == take.unit_m:
         return replace(take, unit_stated=True)
-    told = f"lengths are read in {unit}, as stated; the file was read in {_named(take.unit_m)}"
+    text = f"lengths are read in {unit}, as stated; the file was read in {unit_name(take.unit_m)}"
     read = in_unit(take, metres)
-    return replace(read, unit_stated=True, warnings=(*take.warnings, told))
-
-
-def _named(metres: float) -> str:
-    return next((unit for unit, m in UNITS.items() if m == metres), f"{metres:g} m")
+    return replace(read, unit_stated=True, warnings=(*take.warnings, text))
 
 
 def _with_rate(take: Take, rate: float) -> Take:
@@ -70,11 +66,11 @@ def _with_rate(take: Take, rate: float) -> Take:
         return take
     start = take.times[0] if take.format == "row" else take.indices[0] / rate
     times = start + (take.indices - take.indices[0]) / rate
-    told = (
+    text = (
         f"the rate is {rate:g} Hz, as stated; the file says {take.rate_hz:g} Hz. Times are frame "
         "index / rate"
     )
-    return replace(take, rate_hz=rate, times=times, warnings=(*take.warnings, told))
+    return replace(take, rate_hz=rate, times=times, warnings=(*take.warnings, text))
 
 
 def _within(take: Take, name: str, limit: float) -> Take:
@@ -87,17 +83,17 @@ def _within(take: Take, name: str, limit: float) -> Take:
     body = take.bodies[name]
     error = _error(body)
     if error is None:
-        told = f"the file gives no error of {name!r}; its limit of {1e3 * limit:g} mm does nothing"
-        return replace(take, warnings=(*take.warnings, told))
+        text = f"the file gives no error of {name!r}; its limit of {1e3 * limit:g} mm does nothing"
+        return replace(take, warnings=(*take.warnings, text))
     poor = body.seen & (error > limit)
     if not poor.any():
         return take
-    told = (
+    text = (
         f"{name!r}: {np.count_nonzero(poor)} samples have an error above {1e3 * limit:g} mm, first "
         f"at frame {take.indices[np.argmax(poor)]}; they do not count as seen"
     )
     bodies = {**take.bodies, name: body.without(poor, Missing.POOR)}
-    return replace(take, bodies=bodies, warnings=(*take.warnings, told))
+    return replace(take, bodies=bodies, warnings=(*take.warnings, text))
 
 
 def _error(body: BodyTake) -> NDArray[np.float64] | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ROOT
-from workbench.cli.completing import bench_names, protocol_files, run_names, shape_names
+from workbench.cli.completion import bench_names, protocol_files, run_names, shape_names
 
 MAIN = "from workbench.cli import main; main()"
 

@@ -1,8 +1,8 @@
-"""Compiled loops over the bytes of CSV text: how many cells rows have, and what plain cells hold.
+"""Compiled loops over the bytes of CSV text: cells of each row, and the numbers of plain cells.
 
-What is not plain is handed back, never judged. The loops run without the interpreter's lock, so
-that several threads can share a text. Importing numba takes most of a second: only readers of large
-files import this module.
+Other cells are left to the caller. The loops run without the interpreter's lock, so that several
+threads can share a text. Importing numba takes most of a second: only readers of large files import
+this module.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from workbench.tracking.source import LARGEST
 __all__ = ["SKIPPED", "WORDS", "count_cells", "number_words", "read_cells"]
 
 SKIPPED, WORDS = -1, -2
-"""What `read_cells` does with a column that holds no number: `WORDS - k` makes it the k-th text."""
+"""Columns of `read_cells` without numbers: `WORDS - k` is the k-th column of text."""
 _COMMA, _RETURN, _QUOTE, _MINUS, _POINT, _ZERO, _HASH = b',\r"-.0#'
 _NAN, _LOWER = tuple(b"nan"), 0x20
 # whole numbers up to 2^53 and powers of ten up to 22 are exact: their quotient is rounded correctly
 _EXACT, _DIGITS, _POWERS = 1 << 53, 18, 10.0 ** np.arange(23)
 _HASH_START, _HASH_FACTOR, _HASH_MASK = 5381, 33, 0x7FFFFFFF  # Bernstein's
 
-# Indices are cast to unsigned ones where it is hot: signed ones are looked at for being negative.
+# Indices in inner loops are cast to unsigned ones: signed ones are checked for being negative.
 
 
 @numba.njit(cache=True, nogil=True)
@@ -50,16 +50,15 @@ def read_cells(text, begins, ends, columns, numbers, places, words, odd):
         text: bytes of the file.
         begins: (n,) where each row begins.
         ends: (n,) one past its content, the line end not included.
-        columns: for each cell of a row a place in `numbers`, `SKIPPED`, or `WORDS` - k.
+        columns: for each cell of a row an index into `numbers`, `SKIPPED`, or `WORDS` - k.
         numbers: (k, N) filled, NaN where blank.
         places: (n,) of the rows among the N.
         words: (w, n, 2) filled with begin and end of each.
-        odd: (s, 4) filled with place, row, begin and end of what is no plain number.
+        odd: (s, 4) filled with column, row, begin and end of cells without a plain number.
 
     Returns:
-        How many cells are odd, more than `odd` holds or not; -1 where a row has another number of
-        cells, a carriage return, quotes that are not around a word, or a number that nobody
-        measures.
+        How many cells are odd, even if more than `odd` holds; -1 where a row has another number of
+        cells, a carriage return, quotes that are not around a word, or an absurd number.
     """
     found, plain = 0, True
     for row in range(len(begins)):
@@ -125,7 +124,7 @@ def number_words(text, words, codes):
     Args:
         text: bytes of the file.
         words: (w, n, 2) begin and end of each.
-        codes: (w, n) filled with places among the different ones.
+        codes: (w, n) filled with indices into the different ones.
 
     Returns:
         (v, 2) begin and end of the first of each.
@@ -157,7 +156,7 @@ def number_words(text, words, codes):
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _digits(text, i, stop, whole):
-    """Append the digits from a place on to a whole number; return it and where they end."""
+    """Append the digits from byte `i` on to a whole number; return it and their end."""
     while i + 4 <= stop:  # four at a time: one by one each would wait for the last
         a, b = _digit(text, i), _digit(text, i + 1)
         c, d = _digit(text, i + 2), _digit(text, i + 3)
@@ -179,7 +178,7 @@ def _digit(text, i):
 
 @numba.njit(cache=True, nogil=True)
 def _is_blank(text, begin, end):
-    """Tell a cell without a number: empty, NaN, or with the sign of the old C runtime."""
+    """Return whether a cell has no number: empty, NaN, or with the sign of the old C runtime."""
     hashes = 0
     for i in range(begin, end):
         if text[i] == _RETURN:
@@ -204,7 +203,7 @@ def _alike(text, begin, end, other, stop):
 
 @numba.njit(cache=True, nogil=True)
 def _place(table, words, text, begin, end):
-    """Return where in a table of hashes a word is or belongs; the table is never full."""
+    """Return the index of a word in a table of hashes, or of its free entry; never full."""
     key = _HASH_START
     for i in range(begin, end):
         key = (_HASH_FACTOR * key + text[i]) & _HASH_MASK

@@ -1,4 +1,4 @@
-"""Errors of a least-squares fit whose residuals hang together in time."""
+"""Covariance of a least-squares fit with autocorrelated residuals."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def block_covariance(
 ) -> NDArray[np.float64]:
     """Return the covariance (p, p) of a least-squares fit, from leaving out each block in turn.
 
-    It holds as long as what is left of the fit forgets itself within a block (the jackknife of
-    clustered data). With ten blocks its errors are those of a Student t with few degrees of
-    freedom: twice the standard error covers nine times out of ten.
+    It holds as long as residuals are uncorrelated from block to block (the jackknife of clustered
+    data). With ten blocks its errors are those of a Student t with few degrees of freedom: twice
+    the standard error covers nine times out of ten.
 
     Args:
         terms: (n, p) of the fit.
@@ -40,7 +40,7 @@ def block_covariance(
 
 
 def correlation_time(t: NDArray[np.float64], left: NDArray[np.float64]) -> float:
-    """Return how long residuals remember themselves: the integrated autocorrelation time [s].
+    """Return the integrated autocorrelation time of residuals [s].
 
     The sum ends where the correlation first falls below 0.05. Gaps do no harm.
 

@@ -1,4 +1,4 @@
-"""What is kept of a simulation: samples of the engine's arrays, and the motion they make."""
+"""Samples of the engine's arrays during a simulation, and the motion made of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from workbench.sim.ground import CORNER_FIELDS, LOOSE, UNLOCKED, corner_records
 from workbench.sim.robot import SAMPLE_RATE_HZ, Robot, hinge_name
 from workbench.timeseries import TimeSeries
 
-__all__ = ["ENERGY", "Recorder", "Samples", "motion_of"]
+__all__ = ["ENERGY", "SampleRecorder", "Samples", "motion_of"]
 
 ENERGY = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
 """Flag of a model whose energies are computed; they cost a few percent."""
@@ -36,8 +36,8 @@ class Samples:
     power: NDArray[np.float64]
 
 
-class Recorder:
-    """Keeps samples of every simulation of a batch.
+class SampleRecorder:
+    """Records samples of every simulation of a batch.
 
     Args:
         batch: its bound arrays are read at each `take`.
@@ -47,13 +47,13 @@ class Recorder:
 
     def __init__(self, batch: Batch, torque: NDArray[np.float64], count: int) -> None:
         model = batch.model
-        places, joint = batch.bind("xpos"), model.joint("rotor").dofadr[0]
+        positions, joint = batch.bind("xpos"), model.joint("rotor").dofadr[0]
         foot, top = model.body("foot").id, model.body("top").id
         self._sources: dict[str, NDArray[np.float64]] = {
             "qpos": batch.bind("qpos"),
-            "foot": places[:, foot],
+            "foot": positions[:, foot],
             "axes": batch.bind("xmat")[:, foot],
-            "top": places[:, top],
+            "top": positions[:, top],
             "rotor": batch.bind("site_xpos")[:, model.site("rotor").id],
             "corners": batch.bind("userdata"),
             "energy": batch.bind("energy"),
@@ -66,7 +66,7 @@ class Recorder:
         self._kept["power"] = np.empty((batch.nsim, count))
 
     def take(self, k: int) -> None:
-        """Keep the present state as sample k."""
+        """Record the present state as sample k."""
         for name, source in self._sources.items():
             self._kept[name][:, k] = source
         self._kept["power"][:, k] = self._torque.sum(axis=1) * self._speed
@@ -83,14 +83,14 @@ def motion_of(
     rest: float = 0.0,
     origin: NDArray[np.float64] | None = None,
 ) -> TimeSeries:
-    """Return the motion, places against the foot's.
+    """Return the motion, positions against the foot's.
 
     Args:
-        robot: that moved.
+        robot: simulated.
         model: of it.
         samples: of its simulation.
-        rest: still time that its first sample is repeated for before [s].
-        origin: (3,) where the foot rests; None where the first sample is at rest [m].
+        rest: time before zero for which the first sample is repeated [s].
+        origin: (3,) of the foot at rest; None where the first sample is at rest [m].
     """
     still = round(rest * SAMPLE_RATE_HZ)
     index = np.concatenate([np.zeros(still, dtype=int), np.arange(len(samples.top))])

@@ -1,4 +1,4 @@
-"""What the Tab key offers: bundles, protocols, benches, models and shapes, by their files alone."""
+"""Completion by the Tab key: bundles, protocols, benches, models and shapes, by file names."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 
 __all__ = ["bench_names", "model_names", "protocol_files", "run_names", "shape_names"]
 
-_HEAD_BYTES = 2048  # a file says what it is near its top
+_HEAD_BYTES = 2048  # the schema of a file is near its top
 
 
 def run_names(incomplete: str) -> list[str]:
-    """Return the names of bundles, newest first; nothing where a path is being typed."""
+    """Return the names of bundles, newest first."""
     folder = Path(os.environ.get("WORKBENCH_RUNS", "runs"))
     from workbench.bundle import bundle_names  # only where a run is typed
 

@@ -1,4 +1,4 @@
-"""The unit of length, by the size of the robot: 0.16 to 0.6 m from foot to T, 0.01 to 0.2 m on."""
+"""The unit of length by the robot's size: 0.16 to 0.6 m foot to T, 0.01 to 0.2 m T to rotor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from workbench.errors import InputError
 from workbench.tracking.body_names import FOOT_TOP_M, TOP_ROTOR_M, BodyNames, guess_bodies
 from workbench.tracking.take import Take
 
-__all__ = ["UNITS", "in_plausible_unit", "in_unit", "unit_hint"]
+__all__ = ["UNITS", "in_plausible_unit", "in_unit", "unit_hint", "unit_name"]
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Unit of length -> metres."""
@@ -23,7 +23,7 @@ def in_unit(take: Take, metres: float) -> Take:
 
     Args:
         take: the export.
-        metres: in the unit that the file has in truth.
+        metres: in the file's true unit.
     """
     factor = metres / take.unit_m
     bodies = {
@@ -61,13 +61,13 @@ def in_plausible_unit(take: Take, names: BodyNames) -> tuple[Take, list[str]]:
     unit = next((u for u, m in UNITS.items() if _is_robot(sizes, m / take.unit_m)), None)
     if unit is None:
         return take, []
-    told = (
+    sentence = (
         f"T is {sizes[0]:.3g} m from the foot and the rotor {sizes[1]:.3g} m from T, as the file "
         f"is read ({_stated(take)}); in {unit} that is the robot"
     )
     if take.unit_stated:
-        raise InputError(f"{take.path}: {told}. State its unit: tracking: {{unit: {unit}}}")
-    return in_unit(take, UNITS[unit]), [f"{told}, so it is read in {unit}"]
+        raise InputError(f"{take.path}: {sentence}. State its unit: tracking: {{unit: {unit}}}")
+    return in_unit(take, UNITS[unit]), [f"{sentence}, so it is read in {unit}"]
 
 
 def unit_hint(take: Take) -> str | None:
@@ -83,13 +83,18 @@ def unit_hint(take: Take) -> str | None:
     return None
 
 
+def unit_name(metres: float) -> str:
+    """Return the name of a unit of length, or its size [m] where it has none."""
+    return next((unit for unit, m in UNITS.items() if m == metres), f"{metres:g} m")
+
+
 def _stated(take: Take) -> str:
-    unit = next((u for u, m in UNITS.items() if m == take.unit_m), f"{take.unit_m:g} m")
-    return f"{unit}, {'as it states' if take.unit_stated else 'it states no unit'}"
+    stated = "as it states" if take.unit_stated else "it states no unit"
+    return f"{unit_name(take.unit_m)}, {stated}"
 
 
-def _usual(apart: NDArray[np.float64]) -> float:
-    length = np.linalg.norm(apart, axis=1)
+def _usual(vectors: NDArray[np.float64]) -> float:
+    length = np.linalg.norm(vectors, axis=1)
     length = length[np.isfinite(length)]
     return float(np.median(length)) if len(length) else float("nan")
 

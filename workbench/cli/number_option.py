@@ -1,4 +1,4 @@
-"""Numbers of the command line that may be typed with their unit: `17` and `"17 rad/s"`."""
+"""Options that take a number with or without its unit: `17` and `"17 rad/s"`."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from collections.abc import Callable
 
 import typer
 
-__all__ = ["amount"]
+__all__ = ["number"]
 
 
-def amount(
+def number(
     dimension: str, unit: str, low: float = -math.inf, high: float = math.inf
 ) -> Callable[[str | float], float]:
-    """Return what reads a number in one unit, or a text with any unit of its dimension.
+    """Return a parser for a number in one unit, or a text with any unit of its dimension.
 
     Args:
         dimension: key of `DIMENSIONS`.
-        unit: of a number without one, and of what is returned.
-        low: least number that is taken.
-        high: greatest number that is taken.
+        unit: of a number without one, and of what the parser returns.
+        low: least number allowed.
+        high: greatest number allowed.
     """
 
-    def number(text: str | float) -> float:
+    def parse(text: str | float) -> float:
         value = _value(text, dimension, unit)
         if not low <= value <= high:
             raise typer.BadParameter(f"{value:g} {unit} is outside {low:g} to {high:g} {unit}")
         return value
 
-    return number
+    return parse
 
 
 def _value(text: str | float, dimension: str, unit: str) -> float:

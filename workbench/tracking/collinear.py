@@ -1,4 +1,4 @@
-"""The point of a body whose markers lie on one line: they tell a point and a direction, no pose."""
+"""The point of a body with collinear markers, which determine a direction but no pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 __all__ = ["LinePoint", "point_on_line"]
 
 _OFF_CENTRE_M = 1e-3
-_ALONG_Y = 0.7  # cosine; a line nearer to the axis of rotation tells little of the rotation
+_ALONG_Y = 0.7  # cosine; a line nearer to the axis of rotation hardly shows the rotation
 
 
 class LinePoint(NamedTuple):
@@ -29,8 +29,8 @@ def point_on_line(
 
     Without places it is their centroid. With places the centroid's offset from the body's point is
     taken off: the part along the line always; the part across it only where the line lies nearer to
-    the x-z plane than to y, so that its direction tells the rotation about +y (motion in that plane
-    assumed), and is long enough there not to amplify its noise. Else a warning says what stays.
+    the x-z plane than to y, so that its direction gives the rotation about +y (motion in that plane
+    assumed), and is long enough there not to amplify its noise. Else a warning states the offset.
 
     Args:
         name: of the body, for messages.
@@ -43,8 +43,8 @@ def point_on_line(
         return LinePoint(middle, None, "centroid of the {} markers", ())
     if len(places) < 2:
         return LinePoint(middle, None, "the {} marker", (_uncorrected(name, centre),))
-    seen, told = _direction(cloud[:, -1] - cloud[:, 0]), places[-1] - places[0]
-    line = told / np.linalg.norm(told)
+    seen, given = _direction(cloud[:, -1] - cloud[:, 0]), places[-1] - places[0]
+    line = given / np.linalg.norm(given)
     warnings = []
     lengthwise = abs(line[1]) > _ALONG_Y
     if lengthwise and np.nanmedian(seen[:, 1]) * line[1] < 0:
@@ -56,7 +56,7 @@ def point_on_line(
     source = "body origin, found along the line of the {} markers"
     if np.linalg.norm(across) <= _OFF_CENTRE_M:
         return LinePoint(point, None, source, tuple(warnings))
-    if lengthwise or np.hypot(told[0], told[2]) < np.linalg.norm(across):
+    if lengthwise or np.hypot(given[0], given[2]) < np.linalg.norm(across):
         warnings.append(_uncorrected(name, across))
         return LinePoint(point, None, source, tuple(warnings))
     pitch = _pitch(seen, line)
@@ -65,7 +65,7 @@ def point_on_line(
 
 
 def _pitch(seen: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far directions (n, 3) have turned about +y from a line (3,), (n,) [rad]."""
+    """Return the rotation about +y of directions (n, 3) from a line (3,), (n,) [rad]."""
     turned = np.arctan2(-seen[:, 2], seen[:, 0]) - np.arctan2(-line[2], line[0])
     return np.arctan2(np.sin(turned), np.cos(turned))
 

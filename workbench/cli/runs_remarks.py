@@ -1,4 +1,4 @@
-"""`workbench runs tag`, `note`, `good`, `bad`: what people say of a run."""
+"""`workbench runs tag`, `note`, `good`, `bad`: people's remarks on a run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from workbench.bundle import Kind, add_remark, read_remarks, run_named
-from workbench.cli.plain import RunArgument, RunsFolder, remark_on
+from workbench.cli.plain_output import RunArgument, RunsFolder, print_to_stderr
 from workbench.errors import InputError
 from workbench.operator_name import VARIABLE, operator_name
 
@@ -32,10 +32,10 @@ def tag(
 
     Example: workbench runs tag 17 paper figure-4
     """
-    torn = [one for one in tags if not one.strip() or one.split() != [one]]
-    if torn:
-        raise InputError(f"tag {torn[0]!r}: a tag is one word; `workbench runs note` takes text")
-    _say(run, folder, "untag" if remove else "tag", tags, who)
+    wrong = [one for one in tags if one.split() != [one]]
+    if wrong:
+        raise InputError(f"tag {wrong[0]!r}: a tag is one word; `workbench runs note` takes text")
+    _remark(run, folder, "untag" if remove else "tag", tags, who)
 
 
 def note(
@@ -50,7 +50,7 @@ def note(
     """
     if not text.strip():
         raise InputError("the note is empty")
-    _say(run, folder, "note", [text], who)
+    _remark(run, folder, "note", [text], who)
 
 
 def good(
@@ -60,7 +60,7 @@ def good(
 
     Example: workbench runs good 17
     """
-    _say(run, folder, "verdict", ["none" if undo else "good"], who)
+    _remark(run, folder, "verdict", ["none" if undo else "good"], who)
 
 
 def bad(
@@ -70,15 +70,15 @@ def bad(
 
     Example: workbench runs bad 17
     """
-    _say(run, folder, "verdict", ["none" if undo else "bad"], who)
+    _remark(run, folder, "verdict", ["none" if undo else "bad"], who)
 
 
-def _say(run: Path, root: Path, kind: Kind, texts: list[str], who: str | None) -> None:
-    """Append remarks to a run and show what they come to."""
+def _remark(run: Path, root: Path, kind: Kind, texts: list[str], who: str | None) -> None:
+    """Append remarks to a run and print its verdict, tags and number of notes."""
     folder = run_named(run, root)
     for text in texts:
         add_remark(folder, kind, text, who or operator_name(), datetime.now().astimezone())
-    said = read_remarks(folder)
-    tags = f", tags {' '.join(said.tags)}" if said.tags else ""
-    notes = f"{len(said.notes)} note{'s' * (len(said.notes) != 1)}"
-    remark_on(f"{folder.name}: verdict {said.verdict}{tags}, {notes}")
+    remarks = read_remarks(folder)
+    tags = f", tags {' '.join(remarks.tags)}" if remarks.tags else ""
+    notes = f"{len(remarks.notes)} note{'s' * (len(remarks.notes) != 1)}"
+    print_to_stderr(f"{folder.name}: verdict {remarks.verdict}{tags}, {notes}")

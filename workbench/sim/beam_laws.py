@@ -1,7 +1,7 @@
 """Forces on beam and T that MuJoCo has no field for, compiled: play, drag, a cable's pull.
 
-They are added in the passive-force callback (`passive`); models without the numeric field `laws`
-do not have them. Each is absent where its numbers are zero.
+They are added in the passive-force callback (`passive_forces`) to models with the numeric field
+`laws`. Each is absent where its numbers are zero.
 
 Root:  torque = -k dead(a), a from the rest angle of the foot joint; dead(a) is zero within the gap
        and a less the gap beyond. The joint's own spring gives -k a, k clip(a, -gap, gap) is added.
@@ -29,16 +29,16 @@ __all__ = [
 ]
 
 LAWS_MAGIC = 3.4e8  # fig. 3.4 has none of these
-"""First number of the numeric field, which tells it from anybody else's."""
+"""First number of the numeric field, by which it is recognized."""
 LAWS_PARAMETERS = 10
 """How many numbers the numeric field has."""
 
 Law = Literal["root_gap", "top_drag", "top_pull", "top_stiffness", "top_x"]
-"""Half the play of the foot joint [rad]; c at T [N s^2/m^2], pull on T [N], k on T [N/m] and the
-place forward where k pulls nothing [m]."""
+"""Half the play of the foot joint [rad]; c at T [N s^2/m^2], pull on T [N], k on T [N/m] and its
+rest position forward [m]."""
 
 _NAME = "laws"
-_PLACES: dict[Law, int] = {
+_INDEX: dict[Law, int] = {
     "root_gap": 5,
     "top_drag": 6,
     "top_pull": 7,
@@ -57,10 +57,10 @@ def add_law(spec: mujoco.MjSpec, numbers: dict[Law, float]) -> None:
     """
     field = spec.numeric(_NAME)
     if field is None:
-        data = [LAWS_MAGIC, *_addresses(spec), *[0.0] * len(_PLACES)]
+        data = [LAWS_MAGIC, *_addresses(spec), *[0.0] * len(_INDEX)]
         field = spec.add_numeric(name=_NAME, data=data, size=LAWS_PARAMETERS)
     for name, number in numbers.items():
-        field.data[_PLACES[name]] = number
+        field.data[_INDEX[name]] = number
 
 
 def within_play(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
@@ -68,12 +68,12 @@ def within_play(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, _NAME) < 0:
         return False
     numbers = model.numeric(_NAME).data
-    place = int(numbers[2])
-    return bool(abs(data.qpos[place] - model.qpos_spring[place]) < numbers[_PLACES["root_gap"]])
+    i = int(numbers[2])
+    return bool(abs(data.qpos[i] - model.qpos_spring[i]) < numbers[_INDEX["root_gap"]])
 
 
 def _addresses(spec: mujoco.MjSpec) -> tuple[int, int, int, int]:
-    """Return which joint is the foot joint, where it is in qpos and qvel, and which body T is."""
+    """Return the index of the foot joint, its addresses in qpos and qvel, and the index of T."""
     joints = spec.body("foot").joints
     free = any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints)
     qpos, dof = (7, 6) if free else (len(joints), len(joints))
@@ -88,7 +88,7 @@ def play_torque(
     rest: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Take back what the foot joint's spring gives within the play.
+    """Cancel the torque of the foot joint's spring within the play.
 
     Args:
         p: numbers of the laws, as in the numeric field.
@@ -97,8 +97,8 @@ def play_torque(
         rest: qpos_spring.
         out: (nv,) qfrc_passive.
     """
-    joint, place, dof, gap = int(p[1]), int(p[2]), int(p[3]), p[5]
-    out[dof] += stiffness[joint] * min(max(q[place] - rest[place], -gap), gap)
+    joint, i, dof, gap = int(p[1]), int(p[2]), int(p[3]), p[5]
+    out[dof] += stiffness[joint] * min(max(q[i] - rest[i], -gap), gap)
 
 
 @numba.njit(cache=True)
@@ -109,8 +109,8 @@ def top_force(
 
     Args:
         p: numbers of the laws, as in the numeric field.
-        x: where T is, forward [m].
-        vx: how fast T moves forward [m/s].
+        x: position of T, forward [m].
+        vx: velocity of T forward [m/s].
         vy: to the left [m/s].
         vz: upward [m/s].
     """
@@ -121,7 +121,7 @@ def top_force(
 @numba.njit(cache=True)
 def top_forces(
     p: NDArray[np.float64],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     centres: NDArray[np.float64],
     axes: NDArray[np.float64],
     speeds: NDArray[np.float64],
@@ -133,18 +133,18 @@ def top_forces(
 
     Args:
         p: numbers of the laws, as in the numeric field.
-        places: (nbody, 3) xpos, of the bodies [m].
+        positions: (nbody, 3) xpos, of the bodies [m].
         centres: (nbody, 3) subtree_com [m].
         axes: (nv, 6) cdof, turning and moving of each degree of freedom about the centre.
         speeds: (nbody, 6) cvel, of the bodies about the same centre [rad/s], [m/s].
         out: (nv,) qfrc_passive; its last entry is the rotor's, with which T does not turn.
     """
-    place, turn, centre = places[int(p[4])], speeds[int(p[4])], centres[_FOOT]
-    x, y, z = place[0] - centre[0], place[1] - centre[1], place[2] - centre[2]
+    at, turn, centre = positions[int(p[4])], speeds[int(p[4])], centres[_FOOT]
+    x, y, z = at[0] - centre[0], at[1] - centre[1], at[2] - centre[2]
     vx = turn[3] + turn[1] * z - turn[2] * y
     vy = turn[4] + turn[2] * x - turn[0] * z
     vz = turn[5] + turn[0] * y - turn[1] * x
-    fx, fy, fz = top_force(p, place[0], vx, vy, vz)
+    fx, fy, fz = top_force(p, at[0], vx, vy, vz)
     tx, ty, tz = y * fz - z * fy, z * fx - x * fz, x * fy - y * fx
     for k in range(out.shape[0] - 1):
         axis = axes[k]

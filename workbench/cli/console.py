@@ -1,4 +1,4 @@
-"""What the verbs share: where results go, and tables."""
+"""Tables, progress and text on stderr with rich, for the verbs that can wait for its import."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from workbench.cli.plain import RUNS_MEANT, JsonFlag, RunArguments, RunsFolder, emit
 from workbench.cli.progress import ProgressLine
 from workbench.quantities import QUANTITIES, unit_of
 
@@ -18,39 +17,34 @@ if TYPE_CHECKING:
     from workbench.bundle import Compared, Judgement
 
 __all__ = [
-    "RUNS_MEANT",
-    "JsonFlag",
-    "RunArguments",
-    "RunsFolder",
     "comparison_table",
-    "emit",
     "fact_rows",
-    "people",
     "print_judgements",
     "print_notes",
+    "progress",
     "show_table",
+    "stderr",
     "summary_rows",
-    "tell",
 ]
 
 _MOST_NOTES = 12
 _ON = {True: "on", False: "off"}
 NUMBERS = {"real", "twin", "twin - real", "run", "missing", "gaps", "longest gap", "step"}
 
-tell = ProgressLine(Console(stderr=True, highlight=False, soft_wrap=True))
-"""Is told each stage as it begins; the one way in which the verbs show progress."""
+progress = ProgressLine(Console(stderr=True, highlight=False, soft_wrap=True))
+"""Called with each stage as it begins; the one way in which the verbs show progress."""
 
 
-class _People(Console):
-    """Text for people that is a result: the line of progress ends before it."""
+class _Stderr(Console):
+    """Ends the line of progress before it prints."""
 
     def print(self, *objects: Any, **how: Any) -> None:
-        tell.pause()
+        progress.pause()
         super().print(*objects, **how)
 
 
-people = _People(stderr=True, highlight=False, soft_wrap=True)
-"""Where text for people goes, so that stdout stays clean for results."""
+stderr = _Stderr(stderr=True, highlight=False, soft_wrap=True)
+"""Prints text for people, so that stdout stays clean for results."""
 
 
 def show_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -87,10 +81,10 @@ def comparison_table(title: str, compared: Compared) -> None:
 def print_judgements(judged: Sequence[Judgement]) -> None:
     """Print whether results lie where the protocol expects them."""
     for one in judged:
-        _, came, expected = one.words
+        _, result, expected = one.words
         style = "bold green" if one.passed else "bold red"
         line = Text.assemble(
-            (one.mark, style), f"  {one.quantity.spoken} {came}, expected {expected}"
+            (one.mark, style), f"  {one.quantity.spoken} {result}, expected {expected}"
         )
         Console(highlight=False).print(line)
 
@@ -108,9 +102,9 @@ def fact_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = []
     for key, value in facts.items():
         end, unit = unit_of(key)
-        told = _ON[value] if isinstance(value, bool) else _rounded(value)
+        text = _ON[value] if isinstance(value, bool) else _rounded(value)
         if value is not None:
-            rows.append((key.removesuffix(end).replace("_", " "), f"{told} {unit}".rstrip()))
+            rows.append((key.removesuffix(end).replace("_", " "), f"{text} {unit}".rstrip()))
     return rows
 
 

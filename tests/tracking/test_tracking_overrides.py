@@ -18,13 +18,13 @@ from workbench.tracking import (
     BodyNames,
     Exchange,
     Missing,
-    Stated,
+    Overrides,
     Take,
-    as_stated,
     make_track,
     quality,
     raw_points,
     read_take,
+    with_overrides,
     write_motive,
 )
 
@@ -99,21 +99,21 @@ def test_a_stated_unit_goes_before_the_file_s(
     in_centimetres: bytes, read: Read, small: Take
 ) -> None:
     take = read(in_centimetres.replace(b"Units,Centimeters", b"Units,Meters"))
-    stated = as_stated(take, Stated(unit="cm"))
+    stated = with_overrides(take, Overrides(unit="cm"))
     for role, right in positions(small).items():
         np.testing.assert_allclose(positions(stated)[role], right, atol=1e-6)
     assert told(stated, "lengths are read in cm, as stated; the file was read in m")
-    assert as_stated(read(in_centimetres), Stated(unit="cm")).warnings == ()
+    assert with_overrides(read(in_centimetres), Overrides(unit="cm")).warnings == ()
     with pytest.raises(InputError, match="unit of length 'ft' is unknown; there are m, cm, mm, in"):
-        as_stated(take, Stated(unit="ft"))
+        with_overrides(take, Overrides(unit="ft"))
 
 
 def test_a_stated_rate_goes_before_the_file_s(small: Take) -> None:
-    stated = as_stated(small, Stated(rate_hz=100.0))
+    stated = with_overrides(small, Overrides(rate_hz=100.0))
     assert stated.rate_hz == 100.0
     np.testing.assert_allclose(stated.times, small.indices / 100.0)
     assert told(stated, "the rate is 100 Hz, as stated; the file says 120 Hz.")
-    assert as_stated(small, Stated(rate_hz=120.0)) is small
+    assert with_overrides(small, Overrides(rate_hz=120.0)) is small
 
 
 def test_a_stated_exchange_is_undone_even_of_a_whole_take(small: Take) -> None:
@@ -124,12 +124,12 @@ def test_a_stated_exchange_is_undone_even_of_a_whole_take(small: Take) -> None:
             name: replace(small.bodies[names.get(name, name)], name=name) for name in small.bodies
         },
     )
-    stated = as_stated(wrong, Stated(exchanged=(Exchange(("T", "Rotor")),)))
+    stated = with_overrides(wrong, Overrides(exchanged=(Exchange(("T", "Rotor")),)))
     for name, body in small.bodies.items():
         np.testing.assert_array_equal(stated.bodies[name].measured, body.measured)
         np.testing.assert_array_equal(stated.bodies[name].missing, body.missing)
     assert told(stated, "'T' and 'Rotor' were exchanged in 40 samples, as stated")
-    part = as_stated(small, Stated(exchanged=(Exchange(("T", "Rotor"), 10, 12),)))
+    part = with_overrides(small, Overrides(exchanged=(Exchange(("T", "Rotor"), 10, 12),)))
     changed = (part.bodies["T"].measured != small.bodies["T"].measured).any(axis=(1, 2))
     assert np.flatnonzero(changed).tolist() == [10, 11, 12]
 
@@ -143,13 +143,13 @@ def test_a_stated_exchange_is_undone_even_of_a_whole_take(small: Take) -> None:
 )
 def test_an_exchange_that_cannot_be_is_refused(exchange: Exchange, match: str, small: Take) -> None:
     with pytest.raises(InputError, match=match):
-        as_stated(small, Stated(exchanged=(exchange,)))
+        with_overrides(small, Overrides(exchanged=(exchange,)))
 
 
 def test_samples_above_a_limit_of_the_error_do_not_count(read: Read) -> None:
     columns = [*points("Foot"), ("Rigid Body", "Foot", ""), *points("Foot:Marker1", "Marker")]
     rows = [[*six(k)[:3], 2e-3 if k == 4 else 1e-4, *six(k)[3:]] for k in range(8)]
-    take = as_stated(read(motive(columns, rows)), Stated(limits={"Foot": 1e-3}))
+    take = with_overrides(read(motive(columns, rows)), Overrides(limits={"Foot": 1e-3}))
     foot = take.bodies["Foot"]
     assert foot.missing.tolist() == [0, 0, 0, 0, Missing.POOR, 0, 0, 0]
     assert np.isnan(foot.measured[4]).all()
@@ -160,8 +160,8 @@ def test_samples_above_a_limit_of_the_error_do_not_count(read: Read) -> None:
 def test_a_limit_without_an_error_says_so_and_without_the_body_is_refused(read: Read) -> None:
     take = read(motive(points("Foot"), [six(k)[:3] for k in range(8)]))
     assert told(
-        as_stated(take, Stated(limits={"Foot": 1e-3})),
+        with_overrides(take, Overrides(limits={"Foot": 1e-3})),
         "the file gives no error of 'Foot'; its limit of 1 mm does nothing",
     )
     with pytest.raises(InputError, match="limits: 'Fuss' is not in the take; there are 'Foot'"):
-        as_stated(take, Stated(limits={"Fuss": 1e-3}))
+        with_overrides(take, Overrides(limits={"Fuss": 1e-3}))

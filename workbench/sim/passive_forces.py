@@ -1,7 +1,7 @@
-"""The passive-force callback: the forces that MuJoCo has no field for, as machine code.
+"""The passive-force callback: the forces that MuJoCo has no field for, compiled.
 
-The engine calls it from any of its threads. It is global to the process: models without the numeric
-fields of `ground` and `laws` pass through untouched.
+The engine calls it from any of its threads. It is global to the process, and adds nothing to models
+without the numeric fields of `ground` and `beam_laws`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 from numba import carray  # pyright: ignore[reportPrivateImportUsage]
 from numba.core.ccallback import CFunc
 
+from workbench.sim.beam_laws import LAWS_MAGIC, LAWS_PARAMETERS, play_torque, top_forces
 from workbench.sim.compiling import INSTALLING, callback
 from workbench.sim.ground import (
     GROUND_MAGIC,
@@ -20,8 +21,7 @@ from workbench.sim.ground import (
     foot_forces,
     planar_forces,
 )
-from workbench.sim.laws import LAWS_MAGIC, LAWS_PARAMETERS, play_torque, top_forces
-from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
+from workbench.sim.struct_offsets import as_pointer, check_layout, data_offset, model_offset
 
 __all__ = ["install_force_laws"]
 
@@ -97,11 +97,11 @@ def _no_time():
 def install_force_laws() -> None:
     """Compile and install the callback for the whole process; calling it again does no harm.
 
-    The engine's stopwatch is stopped: nobody reads its timers, and to look at the clock some ten
-    times a step was a seventh of the step of so small a model.
+    The engine's timers are switched off: reading the clock ten times a step was a seventh of the
+    step of so small a model.
 
     Raises:
-        RuntimeError: when this MuJoCo build lays its structs out otherwise.
+        RuntimeError: when this MuJoCo build has another layout of its structs.
     """
     with INSTALLING:
         if _kept:

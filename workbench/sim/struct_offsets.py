@@ -1,7 +1,7 @@
-"""Where MuJoCo keeps its arrays: byte offsets in mjModel and mjData for compiled callbacks.
+"""Byte offsets of MuJoCo's arrays in mjModel and mjData, for compiled callbacks.
 
 The layout comes from `mujoco.introspect`, which describes the installed headers, and is checked
-against live objects before use, so that another build is found out and not by a wrong force.
+against live objects before use.
 """
 
 from __future__ import annotations
@@ -116,14 +116,14 @@ def check_layout() -> None:
     for name in ("nv", "nbody", "nnumericdata"):
         size = ctypes.c_int64.from_address(model._address + model_offset(name)).value
         if size != getattr(model, name):
-            raise _unfit(name)
+            raise _wrong_layout(name)
     for owner, name, offset in found:
         pointer = ctypes.c_void_p.from_address(owner._address + offset(name)).value
         if pointer != getattr(owner, name).ctypes.data:
-            raise _unfit(name)
+            raise _wrong_layout(name)
 
 
-def _unfit(name: str) -> RuntimeError:
+def _wrong_layout(name: str) -> RuntimeError:
     return RuntimeError(
         f"MuJoCo {mujoco.__version__}: {name} is not where mujoco.introspect puts it; "
         "ground and force laws cannot run on this build"

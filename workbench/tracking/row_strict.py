@@ -23,12 +23,12 @@ from workbench.tracking.row_table import (
 )
 from workbench.tracking.source import Source, shown
 
-__all__ = ["read_careful"]
+__all__ = ["read_strict"]
 
 
 @dataclass
 class _Body:
-    """What gathers for one body."""
+    """Rows of one body so far."""
 
     name: str
     id: str
@@ -43,7 +43,7 @@ class _Body:
 
 @dataclass
 class _Rows:
-    """What gathers while the rows are read."""
+    """Rows read so far."""
 
     version: str
     head: Head = field(default_factory=Head)
@@ -64,7 +64,7 @@ class _Rows:
         return self.bodies[identity]
 
 
-def read_careful(source: Source, version: str) -> RowTable:
+def read_strict(source: Source, version: str) -> RowTable:
     """Read all rows.
 
     Raises:

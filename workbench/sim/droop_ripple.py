@@ -1,13 +1,13 @@
-"""A servo whose speed gives way to its load and ripples with its turn, as compiled code.
+"""Droop of the rotor's speed under load and its ripple with the angle, compiled.
 
 The servo of `drive` follows an angle that grows by the command u. Here that angle grows by
 
     u (1 + c1 cos p + s1 sin p + c2 cos 2p + s2 sin 2p) - droop * torque
 
 with p the rotor's angle in the world and the torque that of the servo itself: a dashpot of slope
-`droop` in series with the servo's spring and damper. So with all numbers at zero it is that servo,
-and small numbers make small differences: the state is the same angle, only its rate is another.
-While the command is zero the motor is off and its gearbox holds the rotor where it stands.
+`droop` in series with the servo's spring and damper. With all numbers at zero it is that servo; the
+state is the same angle, only its rate differs. While the command is zero the motor is off and its
+gearbox holds the rotor.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from numpy.typing import NDArray
 from workbench.errors import InputError
 from workbench.sim.compiling import INSTALLING, callback
 from workbench.sim.drive import SERVO_DAMPING, SERVO_STIFFNESS
-from workbench.sim.structs import as_pointer, check_layout, data_offset, model_offset
+from workbench.sim.struct_offsets import as_pointer, check_layout, data_offset, model_offset
 
-__all__ = ["let_droop", "let_ripple", "ripple", "servo_rate"]
+__all__ = ["add_droop", "add_ripple", "ripple", "servo_rate"]
 
 _PARAMETERS = 10  # of an actuator's dynprm and gainprm
-_FIRST = 1  # where the ripple stands in dynprm, after the droop, and in gainprm, after the gain
+_FIRST = 1  # index of the ripple in dynprm, after the droop, and in gainprm, after the gain
 _RIPPLES = 4
 # 8-byte words into mjModel and mjData
 _DYNPRM, _GAINPRM = (model_offset(f"actuator_{name}") // 8 for name in ("dynprm", "gainprm"))
@@ -43,8 +43,8 @@ _MODEL_SPAN, _DATA_SPAN = 1 + max(_OF_MODEL), 1 + max(_OF_DATA)
 _OFFSETS = (*_OF_MODEL, *_OF_DATA)
 
 
-def let_droop(spec: mujoco.MjSpec, slope: float) -> None:
-    """Let the rotor's servo turn slower under load.
+def add_droop(spec: mujoco.MjSpec, slope: float) -> None:
+    """Make the rotor's servo turn slower under load.
 
     Args:
         spec: with the drive `speed`; changed in place, as MjSpec's own methods do.
@@ -53,13 +53,13 @@ def let_droop(spec: mujoco.MjSpec, slope: float) -> None:
     Raises:
         InputError: when another drive turns the rotor.
     """
-    _make_uneven(spec, "motor_droop")
+    _modulate_servo(spec, "motor_droop")
     spec.actuator("rotor_angle").dynprm[0] += slope
-    _share_load(spec)
+    _weaken_servo(spec)
 
 
-def let_ripple(spec: mujoco.MjSpec, shares: Sequence[float]) -> None:
-    """Let the speed of the rotor's servo depend on where the rotor stands in the world.
+def add_ripple(spec: mujoco.MjSpec, shares: Sequence[float]) -> None:
+    """Make the speed of the rotor's servo depend on the rotor's angle in the world.
 
     Args:
         spec: with the drive `speed`; changed in place, as MjSpec's own methods do.
@@ -68,17 +68,17 @@ def let_ripple(spec: mujoco.MjSpec, shares: Sequence[float]) -> None:
     Raises:
         InputError: when another drive turns the rotor.
     """
-    _make_uneven(spec, "speed_ripple")
+    _modulate_servo(spec, "speed_ripple")
     span = slice(_FIRST, _FIRST + _RIPPLES)
     spec.actuator("rotor_angle").dynprm[span] += shares
     spec.actuator("rotor_ripple").gainprm[span] += shares
 
 
-def _make_uneven(spec: mujoco.MjSpec, effect: str) -> None:
-    """Let the servo's angle ask the compiled code, and add the damper's part of the ripple.
+def _modulate_servo(spec: mujoco.MjSpec, effect: str) -> None:
+    """Compute the servo's rate by the compiled code, and add the damper's part of the ripple.
 
-    That part is an actuator of its own: a gain from outside would take the damper itself out of the
-    implicit integration.
+    That part is a separate actuator: a user gain would take the damper itself out of the implicit
+    integration.
     """
     angle = spec.actuator("rotor_angle")
     if angle is None:
@@ -99,8 +99,8 @@ def _make_uneven(spec: mujoco.MjSpec, effect: str) -> None:
     )
 
 
-def _share_load(spec: mujoco.MjSpec) -> None:
-    """Weaken spring and damper: at the dashpot's other end the torque moves as well."""
+def _weaken_servo(spec: mujoco.MjSpec) -> None:
+    """Weaken spring and damper by the dashpot in series with them."""
     angle, speed = spec.actuator("rotor_angle"), spec.actuator("rotor_speed")
     given = 1 + angle.dynprm[0] * SERVO_DAMPING
     angle.gainprm[0], angle.biasprm[1] = SERVO_STIFFNESS / given, -SERVO_STIFFNESS / given
@@ -109,7 +109,7 @@ def _share_load(spec: mujoco.MjSpec) -> None:
 
 
 def _install() -> None:
-    """Compile and install for the whole process; models without such a servo never ask.
+    """Compile and install the callbacks for the whole process; other servos do not call them.
 
     Raises:
         RuntimeError: when this MuJoCo build lays its structs out otherwise.
@@ -131,20 +131,20 @@ _kept: list[CFunc] = []
 
 @numba.njit
 def ripple(shares: NDArray[np.float64], c: float, s: float) -> float:
-    """Return by what share the speed is greater where the rotor's angle has cosine c and sine s."""
+    """Return the relative change of speed at a rotor angle of cosine c and sine s [1]."""
     return shares[0] * c + shares[1] * s + shares[2] * (c * c - s * s) + shares[3] * 2 * c * s
 
 
 @numba.njit
 def servo_rate(
-    p: NDArray[np.float64], command: float, apart: float, speed: float, c: float, s: float
+    p: NDArray[np.float64], command: float, error: float, speed: float, c: float, s: float
 ) -> float:
-    """Return how fast the angle grows that the servo follows [rad/s].
+    """Return the rate of the angle that the servo follows [rad/s].
 
     Args:
         p: (5,) droop and the ripple's shares.
         command: [rad/s].
-        apart: the angle followed less the rotor's [rad].
+        error: the angle followed less the rotor's [rad].
         speed: of the rotor against T [rad/s].
         c: cosine of the rotor's angle in the world.
         s: its sine.
@@ -152,9 +152,9 @@ def servo_rate(
     if command == 0.0:
         return 0.0
     wanted = command * (1 + ripple(p[_FIRST:], c, s))
-    # the torque is K apart + D (rate - speed); rate = wanted - droop * torque
-    stretched = SERVO_STIFFNESS * apart - SERVO_DAMPING * speed
-    return (wanted - p[0] * stretched) / (1 + p[0] * SERVO_DAMPING)
+    # the torque is K error + D (rate - speed); rate = wanted - droop * torque
+    spring = SERVO_STIFFNESS * error - SERVO_DAMPING * speed
+    return (wanted - p[0] * spring) / (1 + p[0] * SERVO_DAMPING)
 
 
 @numba.njit
@@ -168,7 +168,7 @@ def _direction(m: NDArray[np.int64], d: NDArray[np.int64], actuator: int) -> tup
 
 
 def _rate(model, data, actuator):  # typed by the signature in _install
-    """Return how fast the angle grows that the servo follows [rad/s]."""
+    """Return the rate of the angle that the servo follows [rad/s]."""
     m = carray(model, _MODEL_SPAN, dtype=np.int64)
     d = carray(data, _DATA_SPAN, dtype=np.int64)
     command = carray(as_pointer(d[_CTRL]), actuator + 1, dtype=np.float64)[actuator]
@@ -183,7 +183,7 @@ def _rate(model, data, actuator):  # typed by the signature in _install
 
 
 def _gain(model, data, actuator):  # typed by the signature in _install
-    """Return what the ripple adds to the damper's torque over the command [N m s/rad]."""
+    """Return the ripple's part of the damper's torque per command [N m s/rad]."""
     m = carray(model, _MODEL_SPAN, dtype=np.int64)
     d = carray(data, _DATA_SPAN, dtype=np.int64)
     table = carray(as_pointer(m[_GAINPRM]), _PARAMETERS * (actuator + 1), dtype=np.float64)
