@@ -216,6 +216,8 @@ def _require_dead(supply: Supply) -> None:
             f"{supply.name}: it says off but measures {volts:g} V after {DECAY_S:g} s, {DEAD_V} V "
             f"and less is dead; {MAY_BE_ON}, {BY_HAND}"
         )
+    if supply.interrupted:  # what follows would switch on again
+        raise KeyboardInterrupt
 
 
 def _require_off_at_power_on(supply: Supply) -> None:

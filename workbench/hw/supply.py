@@ -135,6 +135,7 @@ class Supply(ABC):
         setpoint: the voltage that was set last through this object.
         not_off: why the last `off` was not confirmed, if it was not.
         not_dead: why the terminals were not seen dead, if they were not.
+        interrupted: whether a Ctrl-C came during the last `off`, which does not raise it.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
@@ -144,6 +145,7 @@ class Supply(ABC):
         self.setpoint: Setpoint | None = None
         self.not_off = "it did not confirm off"
         self.not_dead = FALSE_OFF
+        self.interrupted = False
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -280,9 +282,9 @@ class Supply(ABC):
         """Switch the output off, trying again where needed; True when read back as off.
 
         Never raises: it is called where something else has failed already. A Ctrl-C meanwhile
-        costs one try.
+        costs one try; whoever does not end after that raises it: see `interrupted`.
         """
-        first = ""
+        first, self.interrupted = "", False
         for attempt in range(OFF_TRIES):
             try:
                 if attempt:
@@ -290,6 +292,7 @@ class Supply(ABC):
                 self.try_off()
                 return True
             except (Exception, KeyboardInterrupt) as error:
+                self.interrupted |= isinstance(error, KeyboardInterrupt)
                 first = first or str(error)
         self.not_off = f"it did not confirm off: {first}"
         return False
