@@ -13,6 +13,7 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -27,9 +28,9 @@ import numpy as np
 import pytest
 
 from tests.bundles import guardian_of, journal_of
-from tests.hw.guardian_rig import Device, device_process, off_after
+from tests.hw.guardian_rig import Device, device_process, off_after, wait_for
 from workbench.bundle import Bundle, Event, Record
-from workbench.output import MAY_BE_ON, Latch, OutputState, fold, ledgers
+from workbench.output import MAY_BE_ON, Latch, Ledger, OutputState, fold, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
 SIGNALS = ("SIGKILL", "SIGSTOP", "SIGTERM", "SIGHUP")
@@ -39,6 +40,7 @@ SPAN_S = 3.6  # from the first line of the journal to the end of the drive, abou
 BOTH_SPAN_S = 6.0  # to the end of the drive of a supply whose scale is checked first, about
 ENDS_S = 30.0
 AT_ONCE = 4
+_ENVIRONMENT = threading.Lock()
 PROTOCOL = """\
 schema: workbench/protocol-1
 title: Killed
@@ -110,17 +112,18 @@ class Client:
 
     def standing(self) -> Latch | None:
         """Return what its supply is latched for."""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("WORKBENCH_STATE", str(self.state))
-            found = [ledger.latch() for ledger in ledgers()]
+        found = [ledger.latch() for ledger in self.ledgers()]
         return found[0] if found else None
 
     def known(self) -> OutputState:
         """Return what its supply's ledger knows of the output."""
-        with pytest.MonkeyPatch.context() as patch:
+        return fold(event for ledger in self.ledgers() for event in ledger.events())
+
+    def ledgers(self) -> list[Ledger]:
+        """Return its ledgers: where they are is asked once, of the environment that all share."""
+        with _ENVIRONMENT, pytest.MonkeyPatch.context() as patch:
             patch.setenv("WORKBENCH_STATE", str(self.state))
-            events = [event for ledger in ledgers() for event in ledger.events()]
-        return fold(events)
+            return ledgers()
 
     def hear(self, seconds: float) -> list[Any]:
         """Return one line that the client says is in its journal, or none in that time."""
@@ -267,6 +270,8 @@ def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) ->
             os.kill(pid or 0, signal.SIGKILL)
     client.end()
     time.sleep(0.1)  # a write that is under way arrives
+    # one that was killed while it waited for the disk dies after that, and watches until then
+    wait_for(lambda: not any(ledger.held() for ledger in client.ledgers()), ENDS_S)
     code = "from workbench.cli import main; main()"
     words = [sys.executable, "-c", code, "schema", "shape"]
     env = os.environ | {"WORKBENCH_STATE": str(client.state)}
