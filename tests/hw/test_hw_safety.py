@@ -281,6 +281,20 @@ def test_off_that_is_never_confirmed_is_told_loudly(
         pass
 
 
+def test_an_output_that_is_on_after_off_is_not_waited_for(
+    device: SimulatedRiden, supply: Supply, limits: Limits, clock: SimulatedClock
+) -> None:
+    start(supply, limits)
+    assert supply.off()
+    device.fail(SimulatedFault.PANEL_ON)
+    before = clock.now()
+    assert not supply.terminals_dead()
+    assert supply.not_dead == "it was read back as off, but its output is on"
+    assert clock.now() == before
+    assert supply.off()
+    assert supply.terminals_dead()
+
+
 def test_a_ctrl_c_during_off_costs_one_try(
     supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:

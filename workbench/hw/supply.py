@@ -25,6 +25,7 @@ RAMP_PAUSE_S = 0.1
 DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 DECAY_POLL_S = 0.05
 FALSE_OFF = "it says off, but its terminals are live"
+ON_AGAIN = "it was read back as off, but its output is on"
 
 
 NOT_REPORTED = "not reported"
@@ -300,13 +301,16 @@ class Supply(ABC):
     def terminals_dead(self) -> bool:
         """Wait for the voltage at the terminals to decay after `off`; return whether it did.
 
-        The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
+        The output's flag alone may lie; where it says on, nothing is waited for, as off has to be
+        sent again. Never raises: where nothing can be measured it is not dead.
         """
         self.not_dead = FALSE_OFF
         deadline = self.clock.now() + DECAY_S
         try:
-            while self.measure().voltage_V > DEAD_V:
-                if self.clock.now() >= deadline:
+            while (reading := self.measure()).output or reading.voltage_V > DEAD_V:
+                if reading.output:
+                    self.not_dead = ON_AGAIN
+                if reading.output or self.clock.now() >= deadline:
                     return False
                 self.clock.sleep(DECAY_POLL_S)
         except WorkbenchError as error:
