@@ -13,6 +13,7 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -27,18 +28,20 @@ import numpy as np
 import pytest
 
 from tests.bundles import guardian_of, journal_of
-from tests.hw.guardian_rig import Device, device_process, off_after
+from tests.hw.guardian_rig import Device, ProcessorWait, device_process, off_after, wait_for
 from workbench.bundle import Bundle, Event, Record
-from workbench.output import MAY_BE_ON, Latch, OutputState, fold, ledgers
+from workbench.output import MAY_BE_ON, Latch, Ledger, OutputState, fold, ledgers
 
 ROOT = Path(__file__).resolve().parents[1]
 SIGNALS = ("SIGKILL", "SIGSTOP", "SIGTERM", "SIGHUP")
 BAR_S = 1.0
 WATCHED_S = 1.6  # after the kill; the output must not come on again either
 SPAN_S = 3.6  # from the first line of the journal to the end of the drive, about
+ON_S = 1.0  # to where the drive begins, about
 BOTH_SPAN_S = 6.0  # to the end of the drive of a supply whose scale is checked first, about
 ENDS_S = 30.0
 AT_ONCE = 4
+_ENVIRONMENT = threading.Lock()
 PROTOCOL = """\
 schema: workbench/protocol-1
 title: Killed
@@ -57,6 +60,7 @@ class Killed:
         was_on: whether the output was on at that instant.
         off_s: how long after it the terminals were live, by the supply itself.
         confirmed_s: when off was read back, by the guardian; None when it never was.
+        waited_s: for how long guardian, supply and client waited for a processor until then.
         journalled: lines that the client had written before.
         lost: those of them that are not in the journal.
         code: exit code.
@@ -68,6 +72,7 @@ class Killed:
     was_on: bool
     off_s: float
     confirmed_s: float | None
+    waited_s: float
     journalled: int
     lost: int
     code: int | None
@@ -110,17 +115,18 @@ class Client:
 
     def standing(self) -> Latch | None:
         """Return what its supply is latched for."""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("WORKBENCH_STATE", str(self.state))
-            found = [ledger.latch() for ledger in ledgers()]
+        found = [ledger.latch() for ledger in self.ledgers()]
         return found[0] if found else None
 
     def known(self) -> OutputState:
         """Return what its supply's ledger knows of the output."""
-        with pytest.MonkeyPatch.context() as patch:
+        return fold(event for ledger in self.ledgers() for event in ledger.events())
+
+    def ledgers(self) -> list[Ledger]:
+        """Return its ledgers: where they are is asked once, of the environment that all share."""
+        with _ENVIRONMENT, pytest.MonkeyPatch.context() as patch:
             patch.setenv("WORKBENCH_STATE", str(self.state))
-            events = [event for ledger in ledgers() for event in ledger.events()]
-        return fold(events)
+            return ledgers()
 
     def hear(self, seconds: float) -> list[Any]:
         """Return one line that the client says is in its journal, or none in that time."""
@@ -187,12 +193,18 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     client = Client(folder, device)
     lines = client.heard_until("asked")
     until = time.monotonic() + instant_s
+    if instant_s > ON_S:  # however busy the computer is, its output is on then
+        lines += client.heard_until("output_on")
+        until = time.monotonic() + instant_s - ON_S
     while (left := until - time.monotonic()) > 0:
         lines += client.hear(left)
+    guardian = next((event["pid"] for event in guardian_of(client.bundle)), None)
+    wait, supply = ProcessorWait(guardian, client.process.pid), ProcessorWait(device.pid)
     sent = client.kill(name)
     while found := client.hear(0.0):
         lines += found
-    time.sleep(max(sent + WATCHED_S - time.monotonic(), 0.0))
+    wait.look_until(sent + WATCHED_S)
+    supply_s = supply.look()
     history = device.history
     assert history[-1][1] == 0, f"{name} after {instant_s} s: the output is on"
     was_on = next((volts for t, volts in reversed(history) if t <= sent), 0.0) > 0
@@ -204,12 +216,16 @@ def kill_one(name: str, instant_s: float, folder: Path, device: Device) -> Kille
     bundle = client.bundle
     kept = {(line["event"], line["time_s"]) for line in journal_of(bundle)}
     confirmed = [e["time_s"] - sent for e in guardian_of(bundle) if e.get("confirmed")]
+    confirmed_s = next((seconds for seconds in confirmed if seconds > 0), None)
+    off_s = off_after(history, sent)
+    waited_s = wait.until(sent + max(off_s, confirmed_s or 0.0)) + supply_s
     return Killed(
         name,
         instant_s,
         was_on,
-        off_after(history, sent),
-        next((seconds for seconds in confirmed if seconds > 0), None),
+        off_s,
+        confirmed_s,
+        waited_s,
         len(lines),
         sum(line not in kept for line in lines),
         code,
@@ -267,6 +283,8 @@ def kill_both(instant_s: float, found_on: bool, folder: Path, device: Device) ->
             os.kill(pid or 0, signal.SIGKILL)
     client.end()
     time.sleep(0.1)  # a write that is under way arrives
+    # one that was killed while it waited for the disk dies after that, and watches until then
+    wait_for(lambda: not any(ledger.held() for ledger in client.ledgers()), ENDS_S)
     code = "from workbench.cli import main; main()"
     words = [sys.executable, "-c", code, "schema", "shape"]
     env = os.environ | {"WORKBENCH_STATE": str(client.state)}
@@ -327,15 +345,20 @@ def kill_many(names: Sequence[str], instants: Sequence[float], folder: Path) -> 
 
 def table(found: Sequence[Killed]) -> str:
     """Return the distribution of what was measured, one line a signal."""
-    head = f"{'signal':8} kills  on   terminals dead after [ms]     off read back after [ms]   lost"
-    lines = [head, " " * 21 + "median    95 %     max      median    95 %     max"]
+    head = f"{'signal':8} kills  on   terminals dead after [ms]     off read back after [ms]"
+    three = "median    95 %     max"
+    lines = [
+        f"{head}     waited for a processor   lost",
+        " " * 21 + f"{three}      {three}      {three}",
+    ]
     for name in dict.fromkeys(killed.signal for killed in found):
         mine = [killed for killed in found if killed.signal == name]
         on = [killed for killed in mine if killed.was_on]
         dead = _three([killed.off_s for killed in on])
         back = _three([killed.confirmed_s for killed in on if killed.confirmed_s is not None])
         lost = f"{sum(k.lost for k in mine)} of {sum(k.journalled for k in mine)}"
-        lines.append(f"{name:8} {len(mine):5} {len(on):4} {dead}    {back}   {lost}")
+        wait = _three([killed.waited_s for killed in on])
+        lines.append(f"{name:8} {len(mine):5} {len(on):4} {dead}    {back}    {wait}   {lost}")
     return "\n".join(lines)
 
 

@@ -23,8 +23,10 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from tests.hw.foreign import Foreign, Hmp4040, Ka3005p, Rd6006, crc
+from tests.hw.guardian_rig import ProcessorWait
 from workbench.output import fold
 
 __all__ = ["CASES", "CLIENTS", "KINDS", "WAYS", "Case", "Lost", "lose_many", "lose_one", "table"]
@@ -111,6 +113,9 @@ class Lost:
         cause: the words in which that was told first.
         off_s: for how long the terminals were live after the supply was back [s]; 0 when they
             were dead before.
+        told_waited_s: for how long guardian, client and this process waited for a processor from
+            the loss until it was told [s]: idle, 0.
+        off_waited_s: the same, from the return until off.
         false_off: what the record said while the terminals were live, if it said off.
         state: what the record says at the end.
         live: whether the terminals are at the end.
@@ -121,6 +126,8 @@ class Lost:
     told_s: float = float("inf")
     cause: str = ""
     off_s: float = float("inf")
+    told_waited_s: float = 0.0
+    off_waited_s: float = 0.0
     false_off: str = ""
     state: str = ""
     live: bool = True
@@ -130,8 +137,10 @@ class Lost:
     def right(self) -> bool:
         """Whether all bars are held."""
         known = self.state == "off" or (self.state == "unknown" and self.case.kind == "foreign")
-        told = self.told_s <= BAR_S or (self.case.client != "alive" and self.off_s == 0)
-        return told and self.off_s <= BAR_S and not self.false_off and not self.live and known
+        told = self.told_s <= BAR_S + self.told_waited_s
+        told = told or (self.case.client != "alive" and self.off_s == 0)
+        off = self.off_s <= BAR_S + self.off_waited_s
+        return told and off and not self.false_off and not self.live and known
 
 
 class LossyLine:
@@ -417,17 +426,21 @@ def lose_one(case: Case, folder: Path, away_s: float = LOST_S) -> Lost:
         with _started(line, model, folder, max(KEEP_TRYING_S, away_s + 10)) as terminal:
             terminal.wait_for("on", ENDS_S)
             time.sleep(DRIVEN_S)
+            pids = (os.getpid(), terminal.process.pid, *(e["pid"] for e in _events(folder)[:1]))
+            wait = ProcessorWait(*pids)
             lost = time.monotonic()
             line.lose(case.kind)
             if case.client != "alive":
                 name = "SIGKILL" if case.client == "killed" else "SIGSTOP"
                 os.kill(terminal.process.pid, getattr(signal, name))
-            _look(found, line, folder, lost + away_s)
+            _look(found, line, folder, wait, lost + away_s)
             line.mend()
-            back = time.monotonic()
-            found.off_s = 0.0 if line.stub.terminals().live == 0 else _off_after(line, back)
-            _look(found, line, folder, back + 2 * BAR_S)
+            back, after = time.monotonic(), ProcessorWait(*pids)
+            found.off_s = 0.0 if line.stub.terminals().live == 0 else _off_after(line, back, after)
+            _look(found, line, folder, after, back + 2 * BAR_S)
+            found.off_waited_s = after.until(back + found.off_s)
         _judge(found, terminal, lost)
+        found.told_waited_s = wait.until(lost + found.told_s)
         found.state = fold(_events(folder)).state
         found.live = line.stub.terminals().live > 0
     finally:
@@ -435,9 +448,10 @@ def lose_one(case: Case, folder: Path, away_s: float = LOST_S) -> Lost:
     return found
 
 
-def _look(found: Lost, line: LossyLine, folder: Path, until: float) -> None:
+def _look(found: Lost, line: LossyLine, folder: Path, wait: ProcessorWait, until: float) -> None:
     """Compare record and terminals until an instant."""
     while time.monotonic() < until:
+        wait.look()
         known = fold(_events(folder))
         with line.lock:
             live = line.stub.terminals().live
@@ -446,8 +460,9 @@ def _look(found: Lost, line: LossyLine, folder: Path, until: float) -> None:
         time.sleep(5 * POLL_S)
 
 
-def _off_after(line: LossyLine, back: float) -> float:
+def _off_after(line: LossyLine, back: float, wait: ProcessorWait) -> float:
     while time.monotonic() < back + 4 * BAR_S:
+        wait.look()
         if line.stub.terminals().live == 0:
             return time.monotonic() - back
         time.sleep(POLL_S)
@@ -464,7 +479,7 @@ def _judge(found: Lost, terminal: Terminal, lost: float) -> None:
             return
 
 
-def _events(folder: Path) -> list[dict[str, object]]:
+def _events(folder: Path) -> list[dict[str, Any]]:
     try:
         whole, _, _ = (folder / "guardian.jsonl").read_text(encoding="utf-8").rpartition("\n")
     except FileNotFoundError:

@@ -20,6 +20,7 @@ import workbench.bench
 import workbench.engine
 import workbench.signals
 from tests.bundles import manifest_of
+from tests.hw.hw_stub import AtOnce
 from workbench.bench import VirtualBench, load_bench
 from workbench.bundle import Bundle, Event, Record, verify
 from workbench.cli.app import pending_interruption
@@ -66,27 +67,6 @@ def asked(tmp_path: Path) -> Experiment:
     plan = make_plan(protocol, bench.content, Decimal("0.01"))
     model, shape = load_model("thesis", tmp_path), load_shape("thesis-initial", tmp_path)
     return Experiment(protocol, bench, model, shape, plan)
-
-
-class AtOnce:
-    """A channel to a simulated supply that answers in the client's own thread.
-
-    Args:
-        device: what answers.
-    """
-
-    def __init__(self, device: SimulatedSupply) -> None:
-        self.wire = device.wire("rtu")
-        self.coming: list[bytes] = []
-
-    def send(self, data: bytes) -> None:
-        self.coming += [answer.data for answer in self.wire.receive(data)]
-
-    def receive(self, seconds: float) -> bytes:
-        return self.coming.pop(0) if self.coming else b""
-
-    def close(self) -> None:
-        self.coming.clear()
 
 
 def make_cheap(patch: pytest.MonkeyPatch) -> None:

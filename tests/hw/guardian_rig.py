@@ -8,7 +8,7 @@ import multiprocessing
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from typing import Any
@@ -24,15 +24,61 @@ QUICK_S = 0.2  # a fault costs a test so long
 History = list[tuple[float, float]]
 
 
+class ProcessorWait:
+    """How long processes wait for a processor, by the kernel: that late a promise in time may be.
+
+    Of an idle computer it is 0, as of one whose kernel does not say (Linux does, by thread): there
+    a test that adds it to what is promised is no less strict. A process that ends takes its numbers
+    along, so they are looked at often. Of a process the thread that waited longest counts.
+
+    Args:
+        pids: of the processes that have to do what is promised.
+    """
+
+    def __init__(self, *pids: int | None) -> None:
+        self._files = [f"/proc/{pid}/task" for pid in pids]
+        self._longest_s = dict.fromkeys(self._files, 0.0)
+        self._looks: list[tuple[float, float]] = []
+        self._before = {folder: self._read(folder) for folder in self._files}
+
+    def _read(self, folder: str) -> dict[Path, int]:
+        found: dict[Path, int] = {}
+        for file in Path(folder).glob("*/schedstat"):
+            with suppress(OSError, IndexError):  # the thread has ended
+                found[file] = int(file.read_text().split()[1])
+        return found
+
+    def look(self) -> float:
+        """Return for how long they have waited since the begin [s]."""
+        for folder, before in self._before.items():
+            for file, waited in self._read(folder).items():
+                seconds = (waited - before.get(file, 0)) * 1e-9
+                self._longest_s[folder] = max(self._longest_s[folder], seconds)
+        total = sum(self._longest_s.values())
+        self._looks.append((time.monotonic(), total))
+        return total
+
+    def look_until(self, instant: float) -> None:
+        """Look until an instant of `time.monotonic`."""
+        while time.monotonic() < instant:
+            self.look()
+            time.sleep(0.03)
+
+    def until(self, instant: float) -> float:
+        """Return for how long they had waited by an instant [s]."""
+        return next((waited for at, waited in self._looks if at >= instant), self.look())
+
+
 class DeviceProcess:
     """The test's hold on the process; several threads may use it.
 
     Args:
         pipe: to it.
+        pid: its process id.
     """
 
-    def __init__(self, pipe: Pipe) -> None:
-        self._pipe = pipe
+    def __init__(self, pipe: Pipe, pid: int | None) -> None:
+        self._pipe, self.pid = pipe, pid
         self._lock = threading.Lock()
 
     def new(self, serial: int = 12345678) -> Device:
@@ -57,6 +103,7 @@ class Device:
 
     def __init__(self, process: DeviceProcess, number: int, address: str) -> None:
         self._process, self._number, self.address = process, number, address
+        self.pid = process.pid
         self.connection = Connection("rtu-over-tcp", address, timeout_s=QUICK_S)
 
     def _ask(self, what: str, *arguments: object) -> Any:
@@ -101,7 +148,7 @@ def device_process() -> Iterator[DeviceProcess]:
     process = spawn.Process(target=_serve, args=(there,), daemon=True)
     process.start()
     try:
-        yield DeviceProcess(here)
+        yield DeviceProcess(here, process.pid)
         here.send(("stop", ()))
         process.join(10)
     finally:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from workbench.hw import Connection
+from workbench.hw.simulated import SimulatedSupply
 
 QUICK_S = 0.1  # so that a test of silence is short
 PAUSE_S = 0.02
@@ -45,3 +46,24 @@ def _answer(
                 time.sleep(pause * PAUSE_S)
                 link.sendall(bytes.fromhex(piece))
         hung_up.wait(5)
+
+
+class AtOnce:
+    """A channel to a simulated supply that answers in the client's own thread.
+
+    Args:
+        device: what answers.
+    """
+
+    def __init__(self, device: SimulatedSupply) -> None:
+        self.wire = device.wire("rtu")
+        self.coming: list[bytes] = []
+
+    def send(self, data: bytes) -> None:
+        self.coming += [answer.data for answer in self.wire.receive(data)]
+
+    def receive(self, seconds: float) -> bytes:
+        return self.coming.pop(0) if self.coming else b""
+
+    def close(self) -> None:
+        self.coming.clear()

@@ -9,18 +9,19 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import pytest
 from guardian_rig import QUICK_S, Device, DeviceProcess, events, off_after, standing, told
 
 from workbench.errors import HardwareError, InputError, SafetyStop
-from workbench.hw import Connection, Limits, prepare, switch_on, watch
+from workbench.hw import Connection, Limits, check_scale, prepare, switch_on, watch
 from workbench.hw.guardian import GuardedSupply, LeaseClock, Records, open_guarded
-from workbench.hw.guardian.process import _accept
+from workbench.hw.guardian.process import GuardianProcess, _accept
 from workbench.hw.models import FAMILIES, MODELS, Family
 from workbench.hw.simulated import SimulatedFault, serve, simulated
 from workbench.loopback import MessageLine
@@ -304,6 +305,37 @@ def test_a_call_that_ctrl_c_cut_leaves_its_answer_to_nobody(
         supply.identify()
     assert supply.measure_power_on_output() is False
     assert supply.set_voltage(Decimal(2)) == 2
+
+
+def made_ready(supply: GuardedSupply, limits: Limits) -> None:
+    prepare(supply, limits, model="RD6006")
+
+
+def scale_checked(supply: GuardedSupply, limits: Limits) -> None:
+    check_scale(supply)
+
+
+@pytest.mark.parametrize("step", [made_ready, scale_checked])
+def test_a_ctrl_c_while_off_is_asked_for_ends_what_makes_a_supply_ready(
+    device: Device,
+    supply: GuardedSupply,
+    limits: Limits,
+    monkeypatch: pytest.MonkeyPatch,
+    step: Callable[[GuardedSupply, Limits], None],
+) -> None:
+    true_ask = GuardianProcess.ask
+
+    def interrupted(guardian: GuardianProcess, call: str, *words: Any, **options: Any) -> Any:
+        if call == "off":
+            monkeypatch.setattr(GuardianProcess, "ask", true_ask)
+            raise KeyboardInterrupt
+        return true_ask(guardian, call, *words, **options)
+
+    made_ready(supply, limits)
+    monkeypatch.setattr(GuardianProcess, "ask", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        step(supply, limits)
+    assert not device.on()
 
 
 def test_a_stranger_without_the_token_is_turned_away(supply: GuardedSupply) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from decimal import Decimal
 
 import pytest
+from hw_stub import AtOnce
 
 from workbench.errors import HardwareError, InputError, SafetyStop
 from workbench.hw import (
@@ -15,6 +17,7 @@ from workbench.hw import (
     Reading,
     SimulatedClock,
     Supply,
+    check_scale,
     open_supply,
     prepare,
     switch_on,
@@ -278,6 +281,20 @@ def test_off_that_is_never_confirmed_is_told_loudly(
         pass
 
 
+def test_an_output_that_is_on_after_off_is_not_waited_for(
+    device: SimulatedRiden, supply: Supply, limits: Limits, clock: SimulatedClock
+) -> None:
+    start(supply, limits)
+    assert supply.off()
+    device.fail(SimulatedFault.PANEL_ON)
+    before = clock.now()
+    assert not supply.terminals_dead()
+    assert supply.not_dead == "it was read back as off, but its output is on"
+    assert clock.now() == before
+    assert supply.off()
+    assert supply.terminals_dead()
+
+
 def test_a_ctrl_c_during_off_costs_one_try(
     supply: Supply, limits: Limits, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -294,6 +311,34 @@ def test_a_ctrl_c_during_off_costs_one_try(
     monkeypatch.setattr(supply, "_apply_output", interrupted)
     assert supply.off()
     assert tries == [False, False]
+
+
+def test_a_ctrl_c_at_any_message_ends_what_makes_a_supply_ready(
+    device: SimulatedRiden, clock: SimulatedClock, limits: Limits, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = 0
+
+    def press(line: str) -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("workbench.hw.channel._Socket", lambda connection: AtOnce(device))
+    place = Connection("rtu-over-tcp", "127.0.0.1:1")
+    with open_supply(place, clock=clock, wire_log=press) as supply:
+        for message in itertools.count(1):
+            left = message
+            try:
+                prepare(supply, limits, model="RD6006")
+                check_scale(supply)
+            except KeyboardInterrupt:
+                assert supply.off(), message
+                assert not supply.interrupted
+            else:
+                assert left > 0, f"lost at message {message}"
+                assert message > 40
+                break
 
 
 def test_a_full_disk_stops_setting_but_not_switching_off(

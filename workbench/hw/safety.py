@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from workbench.errors import HardwareError, SafetyStop
 from workbench.hw.models import model_named
-from workbench.hw.supply import DEAD_V, DECAY_S, Identity, Limits, Reading, Supply
+from workbench.hw.supply import DEAD_V, DECAY_S, FALSE_OFF, Identity, Limits, Reading, Supply
 from workbench.output import BY_HAND, MAY_BE_ON
 
 __all__ = ["Prepared", "check_scale", "prepare", "stop", "switch_on", "watch"]
@@ -211,11 +211,15 @@ def _require_dead(supply: Supply) -> None:
     if not supply.off():
         raise SafetyStop(f"{supply.name}: {supply.not_off}; {MAY_BE_ON}, {BY_HAND}")
     if not supply.terminals_dead():
+        if supply.not_dead != FALSE_OFF:
+            raise SafetyStop(f"{supply.name}: {supply.not_dead}; {MAY_BE_ON}, {BY_HAND}")
         volts = supply.measure().voltage_V
         raise SafetyStop(
             f"{supply.name}: it says off but measures {volts:g} V after {DECAY_S:g} s, {DEAD_V} V "
             f"and less is dead; {MAY_BE_ON}, {BY_HAND}"
         )
+    if supply.interrupted:  # what follows would switch on again
+        raise KeyboardInterrupt
 
 
 def _require_off_at_power_on(supply: Supply) -> None:

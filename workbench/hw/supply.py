@@ -25,6 +25,7 @@ RAMP_PAUSE_S = 0.1
 DEAD_V, DECAY_S = 0.2, 5.0  # a coasting motor feeds its voltage back for a while
 DECAY_POLL_S = 0.05
 FALSE_OFF = "it says off, but its terminals are live"
+ON_AGAIN = "it was read back as off, but its output is on"
 
 
 NOT_REPORTED = "not reported"
@@ -135,6 +136,7 @@ class Supply(ABC):
         setpoint: the voltage that was set last through this object.
         not_off: why the last `off` was not confirmed, if it was not.
         not_dead: why the terminals were not seen dead, if they were not.
+        interrupted: whether a Ctrl-C came during the last `off`, which does not raise it.
     """
 
     def __init__(self, name: str, clock: Clock) -> None:
@@ -144,6 +146,7 @@ class Supply(ABC):
         self.setpoint: Setpoint | None = None
         self.not_off = "it did not confirm off"
         self.not_dead = FALSE_OFF
+        self.interrupted = False
 
     @abstractmethod
     def identify(self) -> Identity:
@@ -280,9 +283,9 @@ class Supply(ABC):
         """Switch the output off, trying again where needed; True when read back as off.
 
         Never raises: it is called where something else has failed already. A Ctrl-C meanwhile
-        costs one try.
+        costs one try; whoever does not end after that raises it: see `interrupted`.
         """
-        first = ""
+        first, self.interrupted = "", False
         for attempt in range(OFF_TRIES):
             try:
                 if attempt:
@@ -290,6 +293,7 @@ class Supply(ABC):
                 self.try_off()
                 return True
             except (Exception, KeyboardInterrupt) as error:
+                self.interrupted |= isinstance(error, KeyboardInterrupt)
                 first = first or str(error)
         self.not_off = f"it did not confirm off: {first}"
         return False
@@ -297,13 +301,16 @@ class Supply(ABC):
     def terminals_dead(self) -> bool:
         """Wait for the voltage at the terminals to decay after `off`; return whether it did.
 
-        The output's flag alone may lie. Never raises: where nothing can be measured it is not dead.
+        The output's flag alone may lie; where it says on, nothing is waited for, as off has to be
+        sent again. Never raises: where nothing can be measured it is not dead.
         """
         self.not_dead = FALSE_OFF
         deadline = self.clock.now() + DECAY_S
         try:
-            while self.measure().voltage_V > DEAD_V:
-                if self.clock.now() >= deadline:
+            while (reading := self.measure()).output or reading.voltage_V > DEAD_V:
+                if reading.output:
+                    self.not_dead = ON_AGAIN
+                if reading.output or self.clock.now() >= deadline:
                     return False
                 self.clock.sleep(DECAY_POLL_S)
         except WorkbenchError as error:

@@ -117,11 +117,12 @@ class GuardedSupply(Supply):
     def off(self) -> bool:
         """Switch off; True when read back as off. A guardian that could not goes on trying.
 
-        A Ctrl-C meanwhile costs one try.
+        A Ctrl-C meanwhile costs one try: see `interrupted`.
 
         Raises:
             SupplyBusyError: when another program drives it; nothing was set.
         """
+        self.interrupted = False
         for _ in range(2):
             try:
                 if self._gone is not None:
@@ -133,8 +134,8 @@ class GuardedSupply(Supply):
                     return True
             except SupplyBusyError:  # its output is somebody else's
                 raise
-            except (Exception, KeyboardInterrupt):
-                continue
+            except (Exception, KeyboardInterrupt) as error:
+                self.interrupted |= isinstance(error, KeyboardInterrupt)
         self.not_off = self._gone or self.not_off
         return self._gone is not None and self._guardian.off
 

@@ -43,8 +43,8 @@ class SimulatedDps(SimulatedRegisters):
         on = self._words[BOOT_OUTPUT] != 0
         return Output(over_voltage=volts + 1, over_current=amps + 0.1, on=on)
 
-    def word_at(self, register: int) -> int | None:
-        """Return what a register shows."""
+    def shown(self) -> dict[int, int]:
+        """Return what its registers show."""
         now, volt, amp = self.reported, self.model.voltage_step_V, self.model.current_steps_A[0]
         words = {
             V_SET: self.counts(now.set_voltage, volt),
@@ -62,7 +62,7 @@ class SimulatedDps(SimulatedRegisters):
             OCP: self.counts(now.over_current, amp),
         }
         words |= {PRESET: words[V_SET], PRESET + 1: words[I_SET]}  # preset 0 is live
-        return words.get(register, self._words.get(register))
+        return self._words | words
 
     def can_be_written(self, register: int) -> bool:
         """Return whether a register exists and can be written."""

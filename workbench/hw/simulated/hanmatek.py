@@ -45,8 +45,8 @@ class SimulatedHanmatek(SimulatedRegisters):
         on = self._words[AT_POWER_UP] == 1
         return Output(over_voltage=volts + 1, over_current=amps + 0.1, on=on)
 
-    def word_at(self, register: int) -> int | None:
-        """Return what a register shows."""
+    def shown(self) -> dict[int, int]:
+        """Return what its registers show."""
         now = self.reported
         power = round(now.voltage * now.current / WATT)
         words = {
@@ -61,7 +61,7 @@ class SimulatedHanmatek(SimulatedRegisters):
             V_SET: self.counts(now.set_voltage, VOLT),
             I_SET: self.counts(now.current_limit, AMP),
         }
-        return (self._words | self._fixed | words).get(register)
+        return self._words | self._fixed | words
 
     def can_be_written(self, register: int) -> bool:
         """Return whether a register exists and can be written."""

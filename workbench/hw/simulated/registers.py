@@ -34,8 +34,8 @@ class SimulatedRegisters(SimulatedSupply):
     most_registers = MOST_REGISTERS
 
     @abstractmethod
-    def word_at(self, register: int) -> int | None:
-        """Return what a register shows; nothing when there is none."""
+    def shown(self) -> dict[int, int]:
+        """Return what its registers show, those that exist."""
 
     @abstractmethod
     def take(self, register: int, word: int) -> None:
@@ -60,7 +60,8 @@ class SimulatedRegisters(SimulatedSupply):
             if count > self.most_registers:
                 raise RequestError(ILLEGAL_VALUE)
             self.update()
-            words = [self.word_at(register) for register in range(address, address + count)]
+            shown = self.shown()
+            words = [shown.get(register) for register in range(address, address + count)]
             if None in words:
                 raise RequestError(ILLEGAL_ADDRESS)
             return [word for word in words if word is not None]

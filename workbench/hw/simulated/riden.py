@@ -61,8 +61,8 @@ class SimulatedRiden(SimulatedRegisters):
             on=self._words[POWER_ON_OUTPUT] != 0,
         )
 
-    def word_at(self, register: int) -> int | None:
-        """Return what a register shows."""
+    def shown(self) -> dict[int, int]:
+        """Return what its registers show."""
         now, volt, amp = self.reported, self.model.voltage_step_V, self._amp_step()
         power = round(now.voltage * now.current * 100)
         words = {
@@ -80,7 +80,7 @@ class SimulatedRiden(SimulatedRegisters):
             OCP: self.counts(now.over_current, amp),
         }
         words |= {M0: words[V_SET], M0 + 1: words[I_SET]}  # preset M0 is live
-        return words.get(register, self._words.get(register))
+        return self._words | words
 
     def can_be_written(self, register: int) -> bool:
         """Return whether a register exists and can be written."""

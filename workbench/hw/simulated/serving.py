@@ -16,7 +16,7 @@ from workbench.hw.simulated.device import Framing, SimulatedSupply, Wire
 
 __all__ = ["serve", "serve_terminal"]
 
-POLL_S = 0.02  # how soon a server notices that it is to stop or was unplugged
+POLL_S = 0.02  # how soon a server notices that its supply was unplugged
 CHUNK = 4096
 
 
@@ -41,8 +41,7 @@ def serve(
         raise InputError(
             f"{host}:{port}: no simulated supply can listen there ({error}); give another port"
         ) from None
-    stop = threading.Event()
-    listener.settimeout(POLL_S)
+    stop, stopper = socket.socketpair()
     thread = threading.Thread(
         target=_accept, args=(listener, device, framing, stop), name="simulated supply"
     )
@@ -50,8 +49,10 @@ def serve(
     try:
         yield f"{host}:{listener.getsockname()[1]}"
     finally:
-        stop.set()
+        stopper.send(b"!")  # read by nobody: each thread sees it
         thread.join()
+        stopper.close()
+        stop.close()
 
 
 @contextmanager
@@ -67,7 +68,7 @@ def serve_terminal(device: SimulatedSupply) -> Iterator[str]:
 
     ours, theirs = os.openpty()
     tty.setraw(theirs)  # held open, so that a client may come and go
-    stop = threading.Event()
+    stop, stopper = socket.socketpair()
     thread = threading.Thread(
         target=_converse,
         args=(device, device.wire("rtu"), ours, lambda data: os.write(ours, data), stop),
@@ -77,22 +78,21 @@ def serve_terminal(device: SimulatedSupply) -> Iterator[str]:
     try:
         yield os.ttyname(theirs)
     finally:
-        stop.set()
+        stopper.send(b"!")  # read by nobody: each thread sees it
         thread.join()
+        stopper.close()
+        stop.close()
         os.close(ours)
         os.close(theirs)
 
 
 def _accept(
-    listener: socket.socket, device: SimulatedSupply, framing: Framing, stop: threading.Event
+    listener: socket.socket, device: SimulatedSupply, framing: Framing, stop: socket.socket
 ) -> None:
     clients: list[threading.Thread] = []
     with listener:
-        while not stop.is_set():
-            try:
-                link, _ = listener.accept()
-            except TimeoutError:
-                continue
+        while stop not in select.select([listener, stop], [], [])[0]:
+            link, _ = listener.accept()
             thread = threading.Thread(
                 target=_attend, args=(link, device, framing, stop), name="simulated supply's client"
             )
@@ -103,7 +103,7 @@ def _accept(
 
 
 def _attend(
-    link: socket.socket, device: SimulatedSupply, framing: Framing, stop: threading.Event
+    link: socket.socket, device: SimulatedSupply, framing: Framing, stop: socket.socket
 ) -> None:
     with link:
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -115,12 +115,14 @@ def _converse(
     wire: Wire,
     source: socket.socket | int,
     send: Callable[[bytes], object],
-    stop: threading.Event,
+    stop: socket.socket,
 ) -> None:
-    """Pass bytes until asked to stop, the client hangs up, or the cable of a socket is pulled."""
+    """Pass bytes until something comes from `stop`, the client hangs up, or a cable is pulled."""
     by_socket = isinstance(source, socket.socket)
-    while not stop.is_set() and not (by_socket and device.unplugged):
-        ready, _, _ = select.select([source], [], [], POLL_S)
+    while not (by_socket and device.unplugged):
+        ready, _, _ = select.select([source, stop], [], [], POLL_S if by_socket else None)
+        if stop in ready:
+            return
         if not ready:
             continue
         try:
