@@ -152,7 +152,7 @@ def _untangled(take: Take, marked: dict[str, _Marked], warnings: list[str]) -> d
     """Undo exchanges within each body, then those between T and rotor."""
     out = dict(marked)
     measured = {role: each for role, each in marked.items() if each.kind == "measured"}
-    found = at_once(lambda each: untangle(take.times, each.cloud), measured.values())
+    found = parallel_map(lambda each: untangle(take.times, each.cloud), measured.values())
     for (role, each), mine in zip(measured.items(), found, strict=True):
         _warn(warnings, exchange_summary(take.times, mine.exchanged, repr(each.body.name)))
         out[role] = replace(each, cloud=mine.cloud)

@@ -30,7 +30,7 @@ from workbench.tracking.bodies import MarkerPlaces, RawPoints, raw_points
 from workbench.tracking.body_names import BodyNames
 from workbench.tracking.cleaning import recipe_named
 from workbench.tracking.floor import Floor, fit_floor
-from workbench.tracking.parallel import at_once
+from workbench.tracking.parallel import parallel_map
 from workbench.tracking.plausibility import implausible
 from workbench.tracking.recipe import Cleaned, advancing
 from workbench.tracking.rotor import RotorAngle, unwrapped
@@ -119,7 +119,7 @@ def make_track(
         lambda: _motion(columns, turned.angle, origin),
         lambda: _raw(points, cleaned, turned.angle, origin),
     )
-    motion, raw = (each.shifted(-(zero or 0.0)) for each in at_once(lambda do: do(), laid_out))
+    motion, raw = (each.shifted(-(zero or 0.0)) for each in parallel_map(lambda do: do(), laid_out))
     floor = fit_floor(motion)
     warnings.extend(implausible(motion, axes, floor))
     if take.axes is not None and take.axes.up != axes.up:
